@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
     from ab_sim.api.design import open_sweep, robust, sweep, tune
-    from ab_sim.api.identification import identify
     from ab_sim.api.extensions import register_effect, register_stepper
+    from ab_sim.api.identification import identify
     from ab_sim.api.maps import basin, stability_map
     from ab_sim.api.merits import merits_of, register_merit
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery

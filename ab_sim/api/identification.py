@@ -104,7 +104,8 @@ def identify(
     if isinstance(fit, str):
         raise InputError(f"fit = {fit!r}: must be a list of keys, [{fit!r}]")
     given = [recordings] if isinstance(recordings, str | Path) else recordings
-    files = Files(*(list(map(Path, each)) for each in (given, without_balls, hold_out, maps)))
-    read, outside = read_files(files._replace(signal=signal, free=tuple(free)), start)
+    paths = [[Path(path) for path in each] for each in (given, without_balls, hold_out, maps)]
+    files = Files(paths[0], paths[1], paths[2], paths[3], signal, tuple(free))
+    read, outside = read_files(files, start)
     question = Question(tuple(fit), dict(bounds or {}), seed, hold_open, propose)
     return run_identification(start, read, question, outside, progress or (lambda *_: None))

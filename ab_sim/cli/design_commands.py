@@ -11,6 +11,7 @@ from ab_sim.cli.design_options import (
     RobustRunsOption,
     RobustSeedOption,
     RobustSobolOption,
+    RobustSpreadFromOption,
     RobustSpreadOption,
     RobustUntilOption,
     RobustWorstOption,
@@ -144,7 +145,8 @@ def tune(
 @design_commands.command()
 def robust(
     scene: SceneArgument,
-    spread: RobustSpreadOption,
+    spread: RobustSpreadOption = None,
+    spread_from: RobustSpreadFromOption = None,
     change: SetOption = None,
     runs: RobustRunsOption = 10_000,
     until: RobustUntilOption = None,
@@ -178,9 +180,10 @@ def robust(
 
     shared = workers, scheduler
     given = RobustOptions(
-        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst
-    )
-    robust_command(scene, change or [], spread, given).run(json, plot)
+        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst,
+        spread_from,
+    )  # fmt: skip
+    robust_command(scene, change or [], spread or [], given).run(json, plot)
 
 
 @design_commands.command()

@@ -130,4 +130,3 @@ def _end(value: float) -> str:
 
 def _percent(share: float) -> str:
     return "-" if not np.isfinite(share) else f"{100.0 * share:.2g} %"
-

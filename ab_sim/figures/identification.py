@@ -43,7 +43,7 @@ def _compare(above: Axes, below: Axes, each: Comparison) -> None:
 
 
 def _shares(found: Identification) -> list[tuple[str, float, float]]:
-    """Of parameters of the scene with an interval: name, and both ends from the value, as shares."""
+    """Of the scene's parameters: name, and both ends of its interval as shares of the value."""
     return [
         (each.name, each.low / each.value - 1.0, each.high / each.value - 1.0)
         for each in found.estimates

@@ -163,15 +163,15 @@ FACTORS = np.concatenate([[1.0], 1.0 / np.array([60, 2 * math.pi, 9.5493]), [60,
 """Of speeds with a wrong unit; and of sampling rates that are off, see ``_best_factor``."""
 
 
-def _best_factor(
-    centred: np.ndarray, angle: np.ndarray, window: np.ndarray
-) -> tuple[float, float]:
+def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> tuple[float, float]:
     """Which multiple of the spindle's angle the vibration turns with, and how clearly."""
     factors = np.unique(np.concatenate([FACTORS, np.geomspace(0.2, 5.0, 400)]))
     factors = factors[np.argsort(np.abs(np.log(factors)))]
     shares = np.array([_share(centred * np.exp(-1j * f * angle) * window) for f in factors])
     best = int(np.argmax(shares))
-    return (0.0, 1.0) if shares[best] < 2.0 * shares[0] else (float(shares[best]), float(factors[best]))
+    if shares[best] < 2.0 * shares[0]:
+        return 0.0, 1.0
+    return float(shares[best]), float(factors[best])
 
 
 def _share(turned: np.ndarray) -> float:

@@ -1,4 +1,4 @@
-"""Recordings that are not fitted: does the fitted scene do better on them than the one before?"""
+"""Recordings that are not fitted: whether the fitted scene does better on them than before."""
 
 from collections.abc import Sequence
 

@@ -229,4 +229,3 @@ def _root(a: float, rise_a: float, b: float, rise_b: float, rise: float) -> floa
     """Between two points, where the square root of the rise is taken as straight."""
     low, high, wanted = np.sqrt([rise_a, rise_b, rise])
     return float(a + (b - a) * (wanted - low) / (high - low))
-

@@ -116,7 +116,7 @@ def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """What of the columns cannot be made up for by others, as a small matrix."""
     scale = np.linalg.norm(own, axis=0)
     both = np.column_stack([own / np.where(scale > 0.0, scale, 1.0), wanted])
-    triangle = np.linalg.qr(both, mode="r")
+    triangle: np.ndarray = np.linalg.qr(both, mode="r")  # type: ignore[assignment]
     return triangle[own.shape[1] :, own.shape[1] :]
 
 
@@ -124,9 +124,7 @@ def _parts(names: Sequence[str], direction: np.ndarray) -> list[tuple[str, float
     largest = direction[int(np.argmax(np.abs(direction)))]
     scaled = direction / largest
     return [
-        (name, float(part))
-        for name, part in zip(names, scaled, strict=True)
-        if abs(part) > PART
+        (name, float(part)) for name, part in zip(names, scaled, strict=True) if abs(part) > PART
     ]
 
 
@@ -144,7 +142,8 @@ def _words(parts: Sequence[tuple[str, float]], nothing: bool) -> str:
     listed = names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"
     hardly = "" if nothing else "hardly more than "
     if len(names) == 1:
-        return f"{listed} changes {'nothing' if nothing else 'hardly anything'} of what was measured"
+        what = "nothing" if nothing else "hardly anything"
+        return f"{listed} changes {what} of what was measured"
     sizes = [part for _, part in parts]
     if all(abs(size - 1.0) < ALIKE for size in sizes):
         return f"{hardly}only the ratios of {listed} are fixed: all may grow by the same factor"
@@ -162,4 +161,4 @@ def _advice(parts: Sequence[tuple[str, float]]) -> str:
         return CALIBRATE
     if any(name.startswith(BALLS_ONLY) for name in names):
         return MOVE
-    return f"give one of them a value that is known, and leave it out of --fit"
+    return "give one of them a value that is known, and leave it out of --fit"

@@ -160,7 +160,9 @@ def number_of(value: str | float, si: str, said: str) -> float:
     return float(value)
 
 
-def usual_mapping(names: Sequence[str], sensors: Sequence[str], wanted: str | None) -> Mapping | str:
+def usual_mapping(
+    names: Sequence[str], sensors: Sequence[str], wanted: str | None
+) -> Mapping | str:
     """Of a table with the columns of ab_sim's own recordings; a text says why it is none.
 
     Args:

@@ -28,7 +28,7 @@ _REFUSED = {
     "accuracy": "it is no property of the drive",
     "sensors": "what the sensor does to a recording is fitted by itself (gain, bias, delay)",
     "duration": "it is no property of the drive",
-    "effects.motor": "the spindle's speed is taken from the recording, and a torque is not measured",
+    "effects.motor": "the spindle's speed is as recorded, and no torque was measured",
 }
 
 
@@ -95,7 +95,7 @@ def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> Parame
         raise InputError(
             f"fit {key}: is a list of {len(now)}; fit its entries, {key}.0 to {key}.{len(now) - 1}"
         )
-    start = float(now[place.entry] if isinstance(now, list) else now)
+    start = float(now if place.entry is None else now[place.entry])
     low, high = _limits(scene, place, start, given, key)
     scale = abs(start) if start else 0.25 * (high - low)
     return Parameter(key, row.unit, start, scale, low, high, place)
@@ -196,9 +196,8 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[Parame
             scale = length * top
             found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
     if DISC_ANGLE in measured.free:
-        found.append(
-            own("disc angle", "rad", measured.schedule.angle(0.0), 1.0, np.inf, Place("start.angle"))
-        )
+        angle = measured.schedule.angle(0.0)
+        found.append(own("disc angle", "rad", angle, 1.0, np.inf, Place("start.angle")))
     if GAIN in measured.free:
         found.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
     if BIAS in measured.free:

@@ -183,9 +183,7 @@ class Problem:
         shown = signals.values * gain[0] if gain else signals.values
         return shown + np.array(bias) if bias else shown
 
-    def _residual(
-        self, number: int, signals: Signals | None, values: np.ndarray
-    ) -> np.ndarray:
+    def _residual(self, number: int, signals: Signals | None, values: np.ndarray) -> np.ndarray:
         measured = self.recordings[number].signals
         there = np.isfinite(measured)
         if signals is None:

@@ -167,4 +167,3 @@ def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndar
     begin = other.start
     begin[: len(problem.common)] = values[: len(problem.common)]
     return _information(other, begin)
-

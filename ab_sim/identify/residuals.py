@@ -42,9 +42,7 @@ class Whiteness(NamedTuple):
         return {**self._asdict(), "white": self.white}
 
 
-def whiteness_of(
-    residuals: np.ndarray, rms_of_signals: float, recording: str
-) -> Whiteness:
+def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -> Whiteness:
     """Of residuals in the order of time.
 
     Args:

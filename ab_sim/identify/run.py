@@ -9,8 +9,8 @@ import numpy as np
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.identify.holding_out import held_out
-from ab_sim.identify.intervals import HELD, OPEN as NOT_KNOWN
-from ab_sim.identify.intervals import Intervals, intervals_of
+from ab_sim.identify.intervals import HELD, Intervals, intervals_of
+from ab_sim.identify.intervals import OPEN as NOT_KNOWN
 from ab_sim.identify.knowledge import Knowledge, knowledge_of
 from ab_sim.identify.measured import Measured
 from ab_sim.identify.missing import tried_effects
@@ -268,4 +268,3 @@ def _verdict(
         verdict = INTERRUPTED
         reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
     return verdict, reasons
-

@@ -73,10 +73,17 @@ def minimise(
 
     start = np.clip(values[free] / scales, low, high)
     inside = np.where(np.isfinite(high - low), 1e-9 * (high - low), 0.0)
+
+    def residuals(scaled: np.ndarray) -> np.ndarray:
+        return problem.residuals(whole(scaled))
+
+    def jacobian(scaled: np.ndarray) -> np.ndarray:
+        return problem.derivatives(whole(scaled), free, central)
+
     result = least_squares(
-        lambda scaled: problem.residuals(whole(scaled)),
+        residuals,
         np.clip(start, low + inside, high - inside),
-        jac=lambda scaled: problem.derivatives(whole(scaled), free, central),
+        jac=jacobian,
         bounds=(low, high),
         x_scale="jac",
         loss="huber" if robust else "linear",

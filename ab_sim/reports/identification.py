@@ -1,4 +1,4 @@
-"""An identification as one page for a browser: measured beside fitted, and how far to believe it."""
+"""An identification as one page for a browser: measured beside fitted, values, intervals."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -50,8 +50,7 @@ def identification_page(found: Identification, path: Path) -> None:
 def _sections(found: Identification) -> Iterator[str]:
     yield _list([*found.reasons, *found.notes])
     yield "<h2>Values and their intervals of 95 %</h2>\n"
-    heads = ("", "value", "from", "to", "began at", "interval by")
-    yield _table(heads, _value_rows(found))
+    yield _table(("", "value", "from", "to", "began at", "interval by"), _value_rows(found))
     if found.knowledge.open:
         yield "<h2>What these recordings cannot tell</h2>\n"
         yield _list([f"{each.words}. {each.advice}." for each in found.knowledge.open])
@@ -141,13 +140,13 @@ def _panels(each: Comparison) -> Iterator[tuple[Panel, Limits]]:
         most = 1.05 * float(np.nanmax(np.abs(measured.signals[:, axis])))
         yield Panel("fit", name, TIME, f"[{unit}]", 1.0, curves), (span, (-most, most))
     left = each.residuals
-    curves = tuple(
+    lines = tuple(
         PanelLine(f"axis {axis + 1}", *_thinned(time, left[:, axis]), CURVES[axis], 1.0)
         for axis in range(left.shape[1])
     )
     most = 1.05 * float(np.nanmax(np.abs(left)))
     title = "what is left: measured less fitted"
-    yield Panel("left", title, TIME, f"[{unit}]", 0.7, curves), (span, (-most, most))
+    yield Panel("left", title, TIME, f"[{unit}]", 0.7, lines), (span, (-most, most))
     yield _spectrum(each)
 
 
