@@ -20,6 +20,8 @@ FLAT = 3
 CLIPPED = 3
 BACKWARD = 4.0
 """Times as much whirl against the spindle as with it: axes are swapped."""
+CIRCULATING = 0.2
+"""Of the spindle's speed: slower balls than that are not heard of."""
 TURNS_OFF = 0.08
 """By which the strongest frequency may be off the spindle's, as a share of it."""
 
@@ -57,9 +59,23 @@ def check_time(time: np.ndarray, name: str) -> None:
     row = int(np.argmax(steps))
     if steps[row] > GAP * usual:
         raise InputError(
-            f"{name}: time: no samples for {exact(float(steps[row]))} s after "
+            f"{name}: time: no samples for {float(steps[row]):.4g} s after "
             f"{exact(float(time[row]))} s; what the spindle did there is not known; give the part "
             "before the gap, or the part behind it, as a file of its own"
+        )
+
+
+def check_finite(values: np.ndarray, what: str, name: str) -> None:
+    """Refuse a spindle that is not known at every sample.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    if not np.isfinite(values).all():
+        row = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise InputError(
+            f"{name}: {what}: row {row} is no finite number, and runs have to follow the spindle; "
+            "fill it in, or cut the recording there"
         )
 
 
@@ -75,12 +91,7 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
     Raises:
         InputError: as of ``check_time``.
     """
-    if not np.isfinite(speed).all():
-        row = int(np.flatnonzero(~np.isfinite(speed))[0])
-        raise InputError(
-            f"{name}: {what}: row {row} is no finite number, and runs have to follow the spindle; "
-            "fill it in, or cut the recording there"
-        )
+    check_finite(speed, what, name)
     top = float(np.max(np.abs(speed)))
     turns = float(np.sum(np.abs(speed[:-1]) * np.diff(time))) / (2.0 * math.pi)
     if turns < FEWEST_TURNS:
@@ -94,6 +105,28 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
             f"{name}: {what}: at {top:.4g} rad/s there are "
             f"{2.0 * math.pi / (top * between):.2g} samples in a turn; must be at least "
             f"{PER_TURN:g}: sample faster, or see whether the units of time and speed are right"
+        )
+
+
+def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: str) -> None:
+    """Refuse a speed and an angle that are not of one spindle, or not over this time.
+
+    Args:
+        time: of the samples [s].
+        speed: rad/s.
+        angle: rad, unwrapped.
+        name: of the recording.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    turned = float(angle[-1] - angle[0])
+    said = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
+    ratio = turned / said if said else math.inf
+    if abs(ratio - 1.0) > TURNS_OFF:
+        raise InputError(
+            f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; see "
+            "whether the sampling rate, and the units of time, speed and angle, are right"
         )
 
 
@@ -128,14 +161,17 @@ def check_signal(signal: np.ndarray, what: str, name: str) -> None:
             )
 
 
-def check_sense(time: np.ndarray, angle: np.ndarray, whirl: np.ndarray, name: str) -> None:
+def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> str:
     """Refuse a whirl that is not the spindle's: wrong rate, wrong unit of speed, swapped axes.
 
     Args:
-        time: of the samples [s].
-        angle: of the spindle then [rad].
+        angle: of the spindle at each sample [rad].
         whirl: the two signals as x + i y, finite; of one signal, real.
+        with_balls: whether there are balls: those that circulate whirl slower than the spindle.
         name: of the recording.
+
+    Returns:
+        What has to be said of it; empty if nothing.
 
     Raises:
         InputError: as of ``check_time``.
@@ -151,12 +187,18 @@ def check_sense(time: np.ndarray, angle: np.ndarray, whirl: np.ndarray, name: st
                 "is one reversed (direction in the mapping), or the sign of the speed?"
             )
     strength, factor = _best_factor(centred, angle, window)
-    if strength > 0.3 and abs(factor - 1.0) > TURNS_OFF:
-        raise InputError(
-            f"{name}: the vibration follows {factor:.4g} times the spindle's speed, where an "
-            "unbalance follows it once; see whether the sampling rate and the unit of the speed "
-            "(rad/s, rpm, Hz) are right"
-        )
+    if strength < 0.3 or abs(factor - 1.0) < TURNS_OFF:
+        return ""
+    said = (
+        f"the vibration follows {factor:.3g} times the spindle's speed, where an unbalance follows "
+        "it once"
+    )
+    if with_balls and CIRCULATING < factor < 1.0:
+        return f"{said}: balls circulate, or the sampling rate is wrong"
+    raise InputError(
+        f"{name}: {said}; see whether the sampling rate and the unit of the speed (rad/s, rpm, Hz) "
+        "are right"
+    )
 
 
 FACTORS = np.concatenate([[1.0], 1.0 / np.array([60, 2 * math.pi, 9.5493]), [60, 6.2832, 9.5493]])

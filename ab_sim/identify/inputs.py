@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from ab_sim.errors import InputError
-from ab_sim.identify.checks import check_sense, check_signal, check_speed, check_time
+from ab_sim.identify.checks import check_agree, check_finite, check_sense, check_signal, check_speed, check_time
 from ab_sim.identify.mapping import (
     AXES,
     ColumnOf,
@@ -80,10 +80,14 @@ class _Reader:
         speed = self._optional(mapping.speed, "rad/s", "speed")
         angle = self._optional(mapping.angle, "rad", "angle")
         if angle is not None:
+            check_finite(angle, "angle", name)
+            # Of an encoder that counts one turn only, the turns have to be found.
+            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
             check_speed(time, np.gradient(angle, time), "angle", name)
-            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi else angle
         if speed is not None:
             check_speed(time, speed, "speed", name)
+        if speed is not None and angle is not None:
+            check_agree(time, speed, angle, name)
         for k, each in enumerate(mapping.signals):
             check_signal(signals[:, k], f"signals.{k} ({each.column})", name)
         schedule = schedule_from(time - time[0], speed, angle, name)
@@ -98,7 +102,10 @@ class _Reader:
             across = np.array([[math.cos(a), math.sin(a)] for a in axes])
             x, y = np.linalg.solve(across, signals[there].T)
             whirl = x + 1j * y
-        check_sense(time[there], turned[there], whirl, name)
+        balls = mapping.balls if with_balls is None else with_balls
+        if with_balls is None and (known := self._table.description.get("balls")) is not None:
+            balls = bool(known)
+        note = check_sense(turned[there], whirl, balls, name)
         sensor = self._sensor()
         kept = time > 1e-12
         if sensor is not None and step is not None:
@@ -106,9 +113,6 @@ class _Reader:
             kept &= np.rint(time / step).astype(np.int64) % every == 0
         speeds = np.array([schedule.speed(0.0), schedule.top_speed])
         rests = mapping.at_rest
-        balls = mapping.balls if with_balls is None else with_balls
-        if with_balls is None and (known := self._table.description.get("balls")) is not None:
-            balls = bool(known)
         free = dict.fromkeys((*mapping.free, *(() if angle is not None else (DISC_ANGLE,))))
         return Measured(
             name=name,
@@ -124,7 +128,7 @@ class _Reader:
             delay=number_of(mapping.delay, "s", f"{name}: delay"),
             free=tuple(free),
             at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
-            notes=self._table.notes,
+            notes=(*self._table.notes, *((note,) if note else ())),
         )
 
     def _kind(self) -> str:
