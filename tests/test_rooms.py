@@ -39,7 +39,7 @@ ORDER = (
     ("analysis", "recording", "viewing"),
     ("batch", "bags"),
     ("studies", "design"),
-    ("identify",),
+    ("identification",),
     ("formulas",),
     ("figures",),
     ("reports",),

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.errors import InputError
-from ab_sim.identify.files import Files, read_files
-from ab_sim.identify.result import Identification
-from ab_sim.identify.run import Question, run_identification
+from ab_sim.identification.files import Files, read_files
+from ab_sim.identification.result import Identification
+from ab_sim.identification.run import Question, run_identification
 
 Paths = Sequence[Path | str]
 

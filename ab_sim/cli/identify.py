@@ -11,10 +11,10 @@ from ab_sim.cli.outputs import write_scene
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.errors import InputError, Interrupted
-from ab_sim.identify.files import Files, read_files
-from ab_sim.identify.parameters import bounds_of
-from ab_sim.identify.result import INTERRUPTED, Identification
-from ab_sim.identify.run import Question, run_identification
+from ab_sim.identification.files import Files, read_files
+from ab_sim.identification.parameters import bounds_of
+from ab_sim.identification.result import INTERRUPTED, Identification
+from ab_sim.identification.run import Question, run_identification
 from ab_sim.output_file import PAGE, SCENE
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene

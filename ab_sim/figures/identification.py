@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
-from ab_sim.identify.result import Comparison, Identification
+from ab_sim.identification.result import Comparison, Identification
 
 MEASURED, FITTED, LEFT = "0.6", "tab:red", "tab:blue"
 WORST = 1.0

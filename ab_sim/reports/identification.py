@@ -8,8 +8,8 @@ import numpy as np
 from plotly.offline import get_plotlyjs
 from scipy.signal import periodogram
 
-from ab_sim.identify.intervals import ProfilePoints
-from ab_sim.identify.result import Comparison, Identification
+from ab_sim.identification.intervals import ProfilePoints
+from ab_sim.identification.result import Comparison, Identification
 from ab_sim.output_file import write_whole
 from ab_sim.presentation import number
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION

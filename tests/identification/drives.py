@@ -76,7 +76,9 @@ def columns(true: str, balls: bool, seed: int, noise: float = 0.01) -> Columns:
     }
 
 
-def recorded(drive: ab_sim.Scene, balls: bool = True, seed: int = 0, noise: float = 0.01) -> Columns:
+def recorded(
+    drive: ab_sim.Scene, balls: bool = True, seed: int = 0, noise: float = 0.01
+) -> Columns:
     """The same of a scene; columns may be changed."""
     import json
 

@@ -15,7 +15,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.errors import AbSimError, SceneError
-from ab_sim.identify.measured import DISPLACEMENT, Measured
+from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import Accelerometer

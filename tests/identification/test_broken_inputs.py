@@ -10,7 +10,7 @@ import pytest
 
 import ab_sim
 from ab_sim.errors import AbSimError, InputError
-from tests.identify import drives
+from tests.identification import drives
 
 Break = Callable[[dict[str, Any]], Any]
 

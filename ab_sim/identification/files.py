@@ -6,9 +6,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ab_sim.errors import InputError, nearest
-from ab_sim.identify.inputs import check_kinds, measured_of
-from ab_sim.identify.mapping import Mapping, read_mapping_file
-from ab_sim.identify.measured import NUISANCES, Measured
+from ab_sim.identification.inputs import check_kinds, measured_of
+from ab_sim.identification.mapping import Mapping, read_mapping_file
+from ab_sim.identification.measured import NUISANCES, Measured
 from ab_sim.scene.model import Scene
 
 

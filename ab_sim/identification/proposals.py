@@ -7,11 +7,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.errors import AbSimError
-from ab_sim.identify.knowledge import UNKNOWN, beyond, shared_numbers
-from ab_sim.identify.measured import BIAS, GAIN, Measured
-from ab_sim.identify.problem import Problem
-from ab_sim.identify.result import Proposal
-from ab_sim.identify.stages import Tell
+from ab_sim.identification.knowledge import UNKNOWN, beyond, shared_numbers
+from ab_sim.identification.measured import BIAS, GAIN, Measured
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.result import Proposal
+from ab_sim.identification.stages import Tell
 from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import Ramp, SpeedSchedule
 

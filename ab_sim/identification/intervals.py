@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from ab_sim.identify.problem import Problem
-from ab_sim.identify.stages import Tell, minimise
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.stages import Tell, minimise
 
 SHARE = 0.95
 """Of intervals."""
@@ -97,7 +97,8 @@ def intervals_of(
     residuals = problem.residuals(values)
     jacobian = problem.derivatives(values, free)
     left = max(len(residuals) - len(free), 1)
-    variance = float(residuals @ residuals) / left
+    # Less than the noise is no noise at all, but what rounding leaves: of recorded simulations.
+    variance = max(float(residuals @ residuals) / left, 1.0)
     covariance = variance * _inverse(jacobian) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
     deviations = np.sqrt(np.diag(covariance))

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from ab_sim.identify.problem import Problem
+from ab_sim.identification.problem import Problem
 
 Tell = Callable[[str, int, int], None]
 """Called with what is done now, done, of all; what it raises ends the work."""

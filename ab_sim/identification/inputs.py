@@ -7,8 +7,15 @@ from pathlib import Path
 import numpy as np
 
 from ab_sim.errors import InputError
-from ab_sim.identify.checks import check_agree, check_finite, check_sense, check_signal, check_speed, check_time
-from ab_sim.identify.mapping import (
+from ab_sim.identification.checks import (
+    check_agree,
+    check_finite,
+    check_sense,
+    check_signal,
+    check_speed,
+    check_time,
+)
+from ab_sim.identification.mapping import (
     AXES,
     ColumnOf,
     Mapping,
@@ -17,9 +24,9 @@ from ab_sim.identify.mapping import (
     number_of,
     usual_mapping,
 )
-from ab_sim.identify.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, UNITS, Measured
-from ab_sim.identify.speed_profile import schedule_from
-from ab_sim.identify.tables import Table, read_table
+from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, UNITS, Measured
+from ab_sim.identification.speed_profile import schedule_from
+from ab_sim.identification.tables import Table, read_table
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 

@@ -8,17 +8,17 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.errors import InputError, Interrupted
-from ab_sim.identify.holding_out import held_out
-from ab_sim.identify.intervals import HELD, Intervals, intervals_of
-from ab_sim.identify.intervals import OPEN as NOT_KNOWN
-from ab_sim.identify.knowledge import Knowledge, knowledge_of
-from ab_sim.identify.measured import Measured
-from ab_sim.identify.missing import tried_effects
-from ab_sim.identify.parameters import fitted_parameters
-from ab_sim.identify.problem import Problem
-from ab_sim.identify.proposals import proposals_for
-from ab_sim.identify.residuals import NOISELESS, Whiteness, noise_of, whiteness_of
-from ab_sim.identify.result import (
+from ab_sim.identification.holding_out import held_out
+from ab_sim.identification.intervals import HELD, Intervals, intervals_of
+from ab_sim.identification.intervals import OPEN as NOT_KNOWN
+from ab_sim.identification.knowledge import Knowledge, knowledge_of
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.missing import tried_effects
+from ab_sim.identification.parameters import fitted_parameters
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.proposals import proposals_for
+from ab_sim.identification.residuals import NOISELESS, Whiteness, noises_of, whiteness_over
+from ab_sim.identification.result import (
     FITS,
     INTERRUPTED,
     MISSING,
@@ -30,7 +30,7 @@ from ab_sim.identify.result import (
     Proposal,
     TriedEffect,
 )
-from ab_sim.identify.stages import LAST_STEPS, Search, Tell, minimise
+from ab_sim.identification.stages import LAST_STEPS, Search, Tell, minimise
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -91,7 +91,7 @@ class _Work:
         self._scene, self._question, self._tell = scene, question, tell
         self._recordings, self._held_out = recordings, held_out
         common = fitted_parameters(scene, question.fit, question.bounds)
-        self._problem = Problem(scene, common, recordings, [_noise(each) for each in recordings])
+        self._problem = Problem(scene, common, recordings, noises_of(recordings))
         self._check_sizes()
 
     def run(self) -> Identification:
@@ -123,7 +123,7 @@ class _Work:
             for k, measured in enumerate(problem.recordings)
             if (shown := problem.simulated(k, values)) is not None
         ]
-        whiteness = tuple(_whiteness(each) for each in comparisons)
+        whiteness = whiteness_over(problem, values)
         tried: tuple[TriedEffect, ...] = ()
         outside: HeldOut | None = None
         proposals: tuple[Proposal, ...] = ()
@@ -191,23 +191,12 @@ class _Work:
         """Standard deviation of each recording's residuals."""
         found = []
         for k, measured in enumerate(problem.recordings):
-            shown = problem.simulated(k, values)
-            if shown is None:
-                return list(problem.noise)
-            left = measured.signals - shown
+            left = problem.left(k, values)
             # Of outliers no more than their number counts.
             spread = float(np.nanmedian(np.abs(left))) / 0.6745
             rms = float(np.sqrt(np.nanmean(left**2)))
             found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
         return found
-
-
-def _noise(measured: Measured) -> float:
-    return max(noise_of(measured.signals), NOISELESS * measured.rms)
-
-
-def _whiteness(each: Comparison) -> Whiteness:
-    return whiteness_of(each.residuals, each.measured.rms, each.measured.name)
 
 
 def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:

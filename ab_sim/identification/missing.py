@@ -7,12 +7,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.errors import AbSimError
-from ab_sim.identify.forward import MOTOR, Place
-from ab_sim.identify.parameters import Parameter
-from ab_sim.identify.problem import Problem
-from ab_sim.identify.residuals import total_z, whiteness_of
-from ab_sim.identify.result import TriedEffect
-from ab_sim.identify.stages import Fitted, Tell, minimise
+from ab_sim.identification.forward import MOTOR, Place
+from ab_sim.identification.parameters import Parameter
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.residuals import total_z, whiteness_over
+from ab_sim.identification.result import TriedEffect
+from ab_sim.identification.stages import Fitted, Tell, minimise
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -178,10 +178,6 @@ def _size(problem: Problem, values: np.ndarray, key: str, least: float) -> float
 
 
 def _z(problem: Problem, values: np.ndarray) -> float:
-    found = []
-    for k, measured in enumerate(problem.recordings):
-        shown = problem.simulated(k, values)
-        if shown is not None:
-            left = measured.signals - shown
-            found.append(whiteness_of(left, measured.rms, measured.name))
-    return total_z(found) if len(found) == len(problem.recordings) else math.inf
+    if any(problem.simulated(k, values) is None for k in range(len(problem.recordings))):
+        return math.inf
+    return total_z(whiteness_over(problem, values))

@@ -7,6 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import chi2, kstwobign, norm
 
+from ab_sim.identification.colour import whitened, whitening_of
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.problem import Problem
+
 LAGS = 20
 """Of the autocorrelation that are looked at."""
 FLAGGED = 4.0
@@ -66,6 +70,27 @@ def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -
         recording, rms, share, (q - degrees) / math.sqrt(2.0 * degrees),
         float(chi2.sf(q, degrees)), p, judged,
     )  # fmt: skip
+
+
+def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...]:
+    """Of all recordings of a problem.
+
+    Args:
+        problem: has been fitted.
+        values: of its parameters [SI].
+    """
+    return tuple(
+        whiteness_of(problem.left(k, values), measured.rms, measured.name)
+        for k, measured in enumerate(problem.recordings)
+    )
+
+
+def noises_of(recordings: Sequence[Measured]) -> list[float]:
+    """Standard deviations of what looks like noise, whitened where it has a colour."""
+    return [
+        max(noise_of(whitened(whitening_of(each), each.signals)), NOISELESS * each.rms)
+        for each in recordings
+    ]
 
 
 def ljung_box(centred: np.ndarray, lags: int) -> float:

@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ab_sim.identify.measured import Measured
-from ab_sim.identify.problem import Problem
-from ab_sim.identify.residuals import NOISELESS, noise_of, total_z, whiteness_of
-from ab_sim.identify.result import Comparison, HeldOut
-from ab_sim.identify.stages import Search, Tell
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.residuals import noises_of, total_z, whiteness_over
+from ab_sim.identification.result import Comparison, HeldOut
+from ab_sim.identification.stages import Search, Tell
 
 
 def held_out(
@@ -24,7 +24,7 @@ def held_out(
         tell: progress.
     """
     count = len(problem.common)
-    noise = [max(noise_of(each.signals), NOISELESS * each.rms) for each in recordings]
+    noise = noises_of(recordings)
     shares, comparisons = [], []
     for common in (problem.start[:count], values[:count]):
         changed = [
@@ -40,9 +40,7 @@ def held_out(
             if each is not None
         ]
         shares.append(_share(comparisons) if len(comparisons) == len(shown) else np.inf)
-    judged = [
-        whiteness_of(each.residuals, each.measured.rms, each.measured.name) for each in comparisons
-    ]
+    judged = whiteness_over(other, found.values)
     return HeldOut(shares[0], shares[1], total_z(judged)), comparisons
 
 

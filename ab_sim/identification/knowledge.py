@@ -5,8 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.identify.measured import GAIN
-from ab_sim.identify.problem import Problem
+from ab_sim.identification.measured import GAIN
+from ab_sim.identification.problem import Problem
 
 UNKNOWN = 0.5
 """Standard deviation of a direction, as a share of the parameters' scales, from which it counts as

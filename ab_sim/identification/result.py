@@ -7,10 +7,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.identify.intervals import Estimate, Intervals
-from ab_sim.identify.knowledge import Knowledge
-from ab_sim.identify.measured import Measured
-from ab_sim.identify.residuals import Whiteness
+from ab_sim.identification.intervals import Estimate, Intervals
+from ab_sim.identification.knowledge import Knowledge
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.residuals import Whiteness
 from ab_sim.limited_yaml import yaml_text
 from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene

@@ -6,9 +6,10 @@ from typing import Any
 import numpy as np
 
 from ab_sim.design.draws import value_of
-from ab_sim.identify.forward import STEP_SHARE, RecordedDrive, Signals
-from ab_sim.identify.measured import BIAS, DELAY, GAIN, Measured
-from ab_sim.identify.parameters import (
+from ab_sim.identification.colour import whitened, whitening_of
+from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, Signals
+from ab_sim.identification.measured import BIAS, DELAY, GAIN, Measured
+from ab_sim.identification.parameters import (
     ANGLES,
     POSITION,
     RATES,
@@ -48,8 +49,15 @@ class Problem:
         ]
         self.parameters = (*self.common, *own)
         self._drives = [RecordedDrive(scene, measured) for measured in recordings]
+        self._taps = [whitening_of(measured) for measured in recordings]
+        whole = [whitened(*each) for each in zip(self._taps, self._measured, strict=True)]
+        self._there = [np.isfinite(each) for each in whole]
         self.runs = 0
         """That were made."""
+
+    @property
+    def _measured(self) -> list[np.ndarray]:
+        return [measured.signals for measured in self.recordings]
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -89,12 +97,22 @@ class Problem:
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Of all that was measured, in units of noise; shape (numbers,)."""
-        return np.concatenate(
-            [
-                self._residual(k, self._signals(k, values, ()), values)
-                for k in range(len(self.recordings))
-            ]
-        )
+        found = []
+        for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
+            found.append(self.left(k, values)[there] / noise)
+        return np.concatenate(found)
+
+    def left(self, number: int, values: np.ndarray) -> np.ndarray:
+        """Measured less simulated, whitened, where noise has a colour; shape (samples, axes).
+
+        NaN where nothing was measured, or the filter that whitens has not seen enough.
+        """
+        measured = self.recordings[number].signals
+        signals = self._signals(number, values, ())
+        if signals is None:
+            return BEYOND * whitened(self._taps[number], measured)
+        shown = self._shown(number, signals, values)
+        return whitened(self._taps[number], measured - shown)
 
     def derivatives(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
@@ -110,15 +128,15 @@ class Problem:
             Shape (numbers, free parameters).
         """
         found = []
-        for k, measured in enumerate(self.recordings):
+        for k in range(len(self.recordings)):
             own = [j for j in free if self.parameters[j].recording in (None, k)]
             signals = self._signals(k, values, own, central)
-            block = np.zeros((measured.signals.size, len(free)))
+            there = self._there[k]
+            block = np.zeros((int(there.sum()), len(free)))
             if signals is not None:
                 for j, column in zip(own, self._columns(k, signals, values, own), strict=True):
-                    block[:, free.index(j)] = column.reshape(-1)
-            there = np.isfinite(measured.signals).reshape(-1)
-            found.append(-block[there] / self.noise[k])
+                    block[:, free.index(j)] = whitened(self._taps[k], column)[there]
+            found.append(-block / self.noise[k])
         return np.concatenate(found) * self.scales[list(free)]
 
     def simulated(
@@ -182,15 +200,6 @@ class Problem:
         gain, bias = self._own(number, GAIN, values), self._own(number, BIAS, values)
         shown = signals.values * gain[0] if gain else signals.values
         return shown + np.array(bias) if bias else shown
-
-    def _residual(self, number: int, signals: Signals | None, values: np.ndarray) -> np.ndarray:
-        measured = self.recordings[number].signals
-        there = np.isfinite(measured)
-        if signals is None:
-            return BEYOND * measured[there] / self.noise[number]
-        shown = self._shown(number, signals, values)
-        found: np.ndarray = (measured - shown)[there] / self.noise[number]
-        return found
 
     def _columns(
         self, number: int, signals: Signals, values: np.ndarray, own: Sequence[int]
