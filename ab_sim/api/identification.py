@@ -23,6 +23,7 @@ def identify(
     maps: Paths = (),
     signal: str | None = None,
     free: Sequence[str] = (),
+    trial_masses: Mapping[str, float] | None = None,
     seed: int = 0,
     hold_open: bool = True,
     propose: bool = True,
@@ -52,6 +53,9 @@ def identify(
     free : sequence of str, optional
         What else of each recording is not known, and fitted: ``"gain"``, ``"bias"``, ``"delay"``,
         ``"disc_angle"``.
+    trial_masses : mapping, optional
+        By the name of a recording's file, without ending, a mass that was clamped to the deck for
+        it [kg]: it tells the deck's mass.
     seed : int, default 0
         Of the random starts; the same seed, the same answer.
     hold_open : bool, default True
@@ -105,7 +109,7 @@ def identify(
         raise InputError(f"fit = {fit!r}: must be a list of keys, [{fit!r}]")
     given = [recordings] if isinstance(recordings, str | Path) else recordings
     paths = [[Path(path) for path in each] for each in (given, without_balls, hold_out, maps)]
-    files = Files(paths[0], paths[1], paths[2], paths[3], signal, tuple(free))
+    files = Files(paths[0], paths[1], paths[2], paths[3], signal, tuple(free), trial_masses or {})
     read, outside = read_files(files, start)
     question = Question(tuple(fit), dict(bounds or {}), seed, hold_open, propose)
     return run_identification(start, read, question, outside, progress or (lambda *_: None))

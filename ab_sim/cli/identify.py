@@ -11,7 +11,7 @@ from ab_sim.cli.outputs import write_scene
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.errors import InputError, Interrupted
-from ab_sim.identification.files import Files, read_files
+from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
 from ab_sim.identification.result import INTERRUPTED, Identification
 from ab_sim.identification.run import Question, run_identification
@@ -34,6 +34,7 @@ class IdentifyOptions(NamedTuple):
     bounds: list[str]
     signal: str | None
     free: str | None
+    trial_masses: list[str]
     seed: int
     hold_open: bool
     out: Path | None
@@ -52,8 +53,9 @@ def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions
     question = Question(keys, bounds_of(given.bounds), given.seed, given.hold_open)
     free = tuple(part.strip() for part in (given.free or "").split(",") if part.strip())
     files = Files(
-        given.recordings, given.without_balls, given.hold_out, given.maps, given.signal, free
-    )
+        given.recordings, given.without_balls, given.hold_out, given.maps, given.signal, free,
+        trial_masses_of(given.trial_masses),
+    )  # fmt: skip
 
     def work(tell: Tell) -> Outcome:
         recordings, held_out = read_files(files, scene)

@@ -75,6 +75,14 @@ def identify(
             help="What else of each recording is not known, and fitted.",
         ),
     ] = None,
+    trial_mass: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="NAME=MASS",
+            help="A mass that was clamped to the deck for a recording, e.g. 'run-2=5 g': it tells "
+            "the deck's mass. Repeatable.",
+        ),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Of the random starts.")] = 0,
     hold_open: Annotated[
         bool,
@@ -117,6 +125,6 @@ def identify(
 
     given = IdentifyOptions(
         recordings, without_balls or [], hold_out or [], map_file or [], fit, bounds or [], signal,
-        free, seed, hold_open, out, html,
+        free, trial_mass or [], seed, hold_open, out, html,
     )  # fmt: skip
     identify_command(scene, change or [], given).run(json, plot)

@@ -74,4 +74,3 @@ def _covariance(sensor: Accelerometer, step: float, every: int) -> np.ndarray:
     kept[: min(count, len(whole))] = whole[:count]
     kept[0] += sensor.resolution**2 / 12.0
     return np.concatenate([kept, [0.0], kept[:0:-1]])
-

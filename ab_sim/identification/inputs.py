@@ -134,6 +134,7 @@ class _Reader:
             step=step,
             delay=number_of(mapping.delay, "s", f"{name}: delay"),
             free=tuple(free),
+            trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
             at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
             notes=(*self._table.notes, *((note,) if note else ())),
         )

@@ -58,6 +58,9 @@ class Mapping(Section):
         default=(), description="what of the recording is not known, and fitted"
     )
     balls: bool = Field(default=True, description="whether the balls were in the race")
+    trial_mass: str | float = Field(
+        default=0.0, description="clamped to the deck for this recording, kg"
+    )
     at_rest: bool | None = Field(
         default=None, description="whether it begins at rest; default: as the speed says"
     )
@@ -156,7 +159,8 @@ def number_of(value: str | float, si: str, said: str) -> float:
         try:
             return in_si(value, si) if has_unit(value) else float(value)
         except ValueError as error:
-            raise InputError(f"{said} = {short(value)}: {error}") from None
+            why = error if has_unit(value) else f"must be a number, in {si} or with a unit"
+            raise InputError(f"{said} = {short(value)}: {why}") from None
     return float(value)
 
 

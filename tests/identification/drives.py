@@ -1,6 +1,7 @@
 """Drives whose numbers are known, and recordings of them as a bench makes them."""
 
 import functools
+import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
-from ab_sim.scene.load import check_scene
+from ab_sim.scene.load import changed_scene, check_scene
 
 MAP = """
 time: {column: t, unit: s}
@@ -21,8 +22,12 @@ signals: [{column: ch1, unit: mm}, {column: ch2, unit: mm}]
 Columns = dict[str, np.ndarray]
 
 
-def scene(**changes: Any) -> ab_sim.Scene:
-    """Two balls, run up through the critical speed within a second and a half."""
+def scene(changes: Mapping[str, Any] | None = None) -> ab_sim.Scene:
+    """Two balls, run up through the critical speed within a second.
+
+    Args:
+        changes: by dotted key.
+    """
     raw: dict[str, Any] = {
         "name": "bench",
         "rotor": {"total_mass": 0.1, "eccentricity": 1.0e-4},
@@ -40,14 +45,7 @@ def scene(**changes: Any) -> ab_sim.Scene:
         "duration": 2.0,
     }
     made = check_scene(raw, "bench")
-    from ab_sim.scene.load import changed_scene
-
-    return changed_scene(made, changes, "test") if changes else made
-
-
-def changed(**changes: Any) -> Mapping[str, Any]:
-    """Dotted keys, written with __ between their parts."""
-    return {key.replace("__", "."): value for key, value in changes.items()}
+    return changed_scene(made, dict(changes), "test") if changes else made
 
 
 @functools.lru_cache(maxsize=8)
@@ -60,8 +58,6 @@ def columns(true: str, balls: bool, seed: int, noise: float = 0.01) -> Columns:
         seed: of the noise.
         noise: its standard deviation, of the signals' r.m.s.
     """
-    import json
-
     drive = check_scene(json.loads(true), "true")
     run = ab_sim.simulate(drive if balls else without_balls(drive)).trajectory
     across = 1e3 * run.position[:, :2]
@@ -80,8 +76,6 @@ def recorded(
     drive: ab_sim.Scene, balls: bool = True, seed: int = 0, noise: float = 0.01
 ) -> Columns:
     """The same of a scene; columns may be changed."""
-    import json
-
     found = columns(json.dumps(drive.as_mapping()), balls, seed, noise)
     return {name: column.copy() for name, column in found.items()}
 
@@ -99,3 +93,8 @@ def mapping(folder: Path, text: str = MAP) -> Path:
     path = folder / "map.yaml"
     path.write_text(text)
     return path
+
+
+def bench(folder: Path, drive: ab_sim.Scene, name: str, balls: bool = True, seed: int = 0) -> Path:
+    """A CSV file of a drive's recording with 1 % noise."""
+    return write(recorded(drive, balls, seed), folder / f"{name}.csv")

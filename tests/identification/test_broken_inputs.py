@@ -82,7 +82,7 @@ TABLES: list[tuple[str, Break, str]] = [
     ("angle lost", set_at("encoder", 5, np.inf), "angle: row .* is no finite number"),
     ("missing signal", set_at("ch1", slice(0, 400), np.nan), "signals.0 .ch1.: 400 of 2001 sam"),
     ("infinite signal", set_at("ch2", slice(0, 400), np.inf), "signals.1 .ch2.: 400 of 2001 sam"),
-    ("constant", edited("ch2", lambda y: 0 * y + 0.3), r"signals.1 \(ch2\): is 0.0003 all the time"),
+    ("constant", edited("ch2", lambda y: 0 * y + 0.3), r"\(ch2\): is 0.0003 all the time"),
     ("clipped", clipped, "is clipped: it stays at"),
     ("swapped axes", swapped, "whirls against the spindle; are the signals' axes swapped"),
     ("reversed axis", edited("ch2", lambda y: -y), "whirls against the spindle"),
@@ -105,7 +105,8 @@ MAPS = [
     ("wrong rate", drives.MAP.replace("time: {column: t, unit: s}", "sampling: 500 Hz"),
      "angle grows 0.5 times as much"),
     ("wrong rate, no angle", drives.MAP.replace("time: {column: t, unit: s}", "sampling: 500 Hz")
-     .replace("angle: {column: encoder, unit: deg}", "balls: false"), "follows 0.4.* times the spindle's speed"),
+     .replace("angle: {column: encoder, unit: deg}", "balls: false"),
+     "follows 0.4.* times the spindle's speed"),
     ("no rate", drives.MAP.replace("time: {column: t, unit: s}", "sampling: 0 Hz"), "more than 0"),
     ("unknown sensor", drives.MAP + "sensor: pickup\n", "sensor = 'pickup': the scene has no sens"),
     ("what cannot be free", drives.MAP + "free: [phase]\n", "free.0 = 'phase'"),
