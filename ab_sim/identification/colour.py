@@ -55,7 +55,7 @@ def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
     """
     if taps is None:
         return signals
-    found: np.ndarray = lfilter(taps, 1.0, signals, axis=-2)
+    found: np.ndarray = lfilter(taps, np.ones(1), signals, axis=-2)
     found[..., : len(taps) - 1, :] = np.nan
     return found
 

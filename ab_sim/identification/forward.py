@@ -9,13 +9,13 @@ from scipy.interpolate import CubicSpline
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.run_prepared import run_prepared
 from ab_sim.design.draws import value_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.errors import AbSimError, SceneError
 from ab_sim.identification.measured import DISPLACEMENT, Measured
+from ab_sim.identification.runs import AlikeRuns
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import Accelerometer
@@ -72,12 +72,18 @@ class RecordedDrive:
         self.measured = measured
         self.step = _step(scene, measured)
         self.scene = _followed(scene, measured, self.step)
-        self.steps = math.ceil(measured.duration / self.step - ON_GRID)
+        self._runs = AlikeRuns(_prepared(self.scene_with({}), scene.name))
+        self.steps = self._runs.first.steps
         at = measured.time / self.step
         aligned = bool(np.all(np.abs(at - np.rint(at)) < ON_GRID))
         self._grid = np.rint(at).astype(np.int64) - 1 if aligned else None
         self._cosine = np.cos(measured.axes)
         self._sine = np.sin(measured.axes)
+
+    @property
+    def side_by_side(self) -> bool:
+        """Whether its runs go so."""
+        return self._runs.first.fits_lane
 
     def scene_with(self, values: Values) -> Scene:
         """The scene of a run.
@@ -129,13 +135,13 @@ class RecordedDrive:
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
-        prepared = [PreparedRun(self.scene_with(values)) for values in every]
-        done = run_prepared(prepared, every=1)
-        if any(run.failure for run in done.runs):
+        prepared = [self._runs.prepared(self.scene_with(values)) for values in every]
+        samples = self._runs.samples(prepared)
+        if samples is None:
             return None
         found = np.empty((len(every), self.steps, len(self.measured.axes)))
-        for k, run in enumerate(done.runs):
-            found[k] = self._sensed(prepared[k], run.trajectory)
+        for k, run in enumerate(prepared):
+            found[k] = self._sensed(run, Trajectory(run.channels, samples[k]))
         return found if bool(np.isfinite(found).all()) else None
 
     def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
@@ -222,14 +228,14 @@ def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
         others = scene.as_mapping()["effects"]
         assert isinstance(others, dict)
         changes["effects"] = {name: each for name, each in others.items() if name != MOTOR}
+    return changed_scene(scene, changes, measured.name)
+
+
+def _prepared(scene: Scene, name: str) -> PreparedRun:
     try:
-        found = changed_scene(scene, changes, f"{measured.name}")
-        PreparedRun(found if measured.with_balls else without_balls(found))
+        return PreparedRun(scene)
     except SceneError as error:
-        raise SceneError(
-            f"{measured.name}: the scene {scene.name} cannot be run as it was recorded: {error}"
-        ) from error
-    return found
+        raise SceneError(f"{name}: cannot be run as it was recorded: {error}") from error
 
 
 def _number_at(values: Values, place: Place, scene: Scene) -> float:

@@ -17,6 +17,7 @@ from ab_sim.identification.parameters import (
     Parameter,
     own_parameters,
 )
+from ab_sim.integrate.side_by_side import LANES
 from ab_sim.scene.model import Scene
 
 BEYOND = 1e3
@@ -91,10 +92,6 @@ class Problem:
         found.noise = tuple(noise)
         return found
 
-    def of(self, number: int) -> list[int]:
-        """Which parameters a recording depends on."""
-        return [k for k, each in enumerate(self.parameters) if each.recording in (None, number)]
-
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Of all that was measured, in units of noise; shape (numbers,)."""
         found = []
@@ -107,17 +104,18 @@ class Problem:
 
         NaN where nothing was measured, or the filter that whitens has not seen enough.
         """
-        measured = self.recordings[number].signals
-        signals = self._signals(number, values, ())
-        if signals is None:
-            return BEYOND * whitened(self._taps[number], measured)
-        shown = self._shown(number, signals, values)
-        return whitened(self._taps[number], measured - shown)
+        return self._left(number, self._signals(number, values, ()), values)
 
     def derivatives(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> np.ndarray:
-        """Of the residuals by some parameters, each in units of its scale.
+        """Of the residuals by some parameters; see ``both``."""
+        return self.both(values, free, central)[1]
+
+    def both(
+        self, values: np.ndarray, free: Sequence[int], central: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals, and their derivatives by parameters in units of these parameters' scales.
 
         Args:
             values: of all parameters [SI].
@@ -125,19 +123,37 @@ class Problem:
             central: whether differences are taken to both sides, or to one in half as many runs.
 
         Returns:
-            Shape (numbers, free parameters).
+            Of shapes (numbers,) and (numbers, free parameters).
         """
-        found = []
-        for k in range(len(self.recordings)):
-            own = [j for j in free if self.parameters[j].recording in (None, k)]
+        residuals, blocks = [], []
+        for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
+            own = self._own_of(k, free)
             signals = self._signals(k, values, own, central)
-            there = self._there[k]
+            residuals.append(self._left(k, signals, values)[there] / noise)
             block = np.zeros((int(there.sum()), len(free)))
             if signals is not None:
                 for j, column in zip(own, self._columns(k, signals, values, own), strict=True):
                     block[:, free.index(j)] = whitened(self._taps[k], column)[there]
-            found.append(-block / self.noise[k])
-        return np.concatenate(found) * self.scales[list(free)]
+            blocks.append(-block / noise)
+        return np.concatenate(residuals), np.concatenate(blocks) * self.scales[list(free)]
+
+    def costs_no_more(self, free: Sequence[int], central: bool) -> bool:
+        """Whether ``both`` takes no longer than ``residuals``: all runs go side by side at once."""
+        sides = 2 if central else 1
+        return all(
+            drive.side_by_side and sides * len(self._own_of(k, free)) < LANES
+            for k, drive in enumerate(self._drives)
+        )
+
+    def _own_of(self, number: int, free: Sequence[int]) -> list[int]:
+        return [j for j in free if self.parameters[j].recording in (None, number)]
+
+    def _left(self, number: int, signals: Signals | None, values: np.ndarray) -> np.ndarray:
+        measured = self.recordings[number].signals
+        if signals is None:
+            return BEYOND * whitened(self._taps[number], measured)
+        shown = self._shown(number, signals, values)
+        return whitened(self._taps[number], measured - shown)
 
     def simulated(
         self, number: int, values: np.ndarray, also: Mapping[str, Any] | None = None

@@ -10,6 +10,7 @@ from scipy.stats import qmc
 
 from ab_sim.identification.problem import Problem
 
+Function = Callable[[np.ndarray], np.ndarray]
 Tell = Callable[[str, int, int], None]
 """Called with what is done now, done, of all; what it raises ends the work."""
 STARTS = 24
@@ -74,16 +75,11 @@ def minimise(
     start = np.clip(values[free] / scales, low, high)
     inside = np.where(np.isfinite(high - low), 1e-9 * (high - low), 0.0)
 
-    def residuals(scaled: np.ndarray) -> np.ndarray:
-        return problem.residuals(whole(scaled))
-
-    def jacobian(scaled: np.ndarray) -> np.ndarray:
-        return problem.derivatives(whole(scaled), free, central)
-
+    points = _Points(problem, whole, free, central)
     result = least_squares(
-        residuals,
+        points.residuals if robust else points.short,
         np.clip(start, low + inside, high - inside),
-        jac=jacobian,
+        jac=points.jacobian if robust else points.short_jacobian,
         bounds=(low, high),
         x_scale="jac",
         loss="huber" if robust else "linear",
@@ -94,6 +90,62 @@ def minimise(
         gtol=1e-10,
     )
     return Fitted(whole(result.x), float(result.cost), bool(result.status > 0))
+
+
+class _Points:
+    """What a minimisation asks at its points, of which the last two are remembered.
+
+    Args:
+        problem: has the residuals.
+        whole: makes values of all parameters of those that vary, in units of scales.
+        free, central: see ``Problem.both``.
+    """
+
+    def __init__(
+        self, problem: Problem, whole: Function, free: Sequence[int], central: bool
+    ) -> None:
+        self._problem, self._whole, self._free = problem, whole, free
+        self._central = central
+        self._at_once = problem.costs_no_more(free, central)
+        self._known: dict[bytes, tuple[np.ndarray, np.ndarray | None]] = {}
+
+    def residuals(self, scaled: np.ndarray) -> np.ndarray:
+        """Of all that was measured."""
+        return self._at(scaled, self._at_once)[0]
+
+    def jacobian(self, scaled: np.ndarray) -> np.ndarray:
+        """Their derivatives."""
+        found = self._at(scaled, True)[1]
+        assert found is not None
+        return found
+
+    def short(self, scaled: np.ndarray) -> np.ndarray:
+        """The same sum of squares with as few numbers as there are parameters, and one more.
+
+        An orthogonal transformation, of which the last axis lies along the residuals: thousands
+        of numbers would be decomposed in each iteration otherwise.
+        """
+        return np.append(np.zeros(len(scaled)), np.linalg.norm(self.residuals(scaled)))
+
+    def short_jacobian(self, scaled: np.ndarray) -> np.ndarray:
+        """Derivatives, on these axes."""
+        slopes, whole = self.jacobian(scaled), self.residuals(scaled)
+        along = whole / max(float(np.linalg.norm(whole)), 1e-300)
+        row = along @ slopes
+        rest = np.linalg.qr(slopes - np.outer(along, row), mode="r")
+        return np.vstack([rest, row])
+
+    def _at(self, scaled: np.ndarray, both: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        key, values = scaled.tobytes(), self._whole(scaled)
+        found = self._known.get(key)
+        if found is None or (both and found[1] is None):
+            found = (
+                self._problem.both(values, self._free, self._central)
+                if both
+                else (self._problem.residuals(values), None)
+            )
+            self._known = {**dict(list(self._known.items())[-1:]), key: found}
+        return found
 
 
 class Search:
