@@ -1,5 +1,6 @@
 """An identification from its files to its verdict."""
 
+import math
 from collections.abc import Mapping as Dictionary
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -103,7 +104,7 @@ class _Work:
         values, open_after = search.best, Knowledge((), (), (), ())
         free = [j for j in range(len(problem.parameters)) if j not in held]
         try:
-            values = search.run().values
+            values = _within_a_turn(problem, search.run().values)
             problem = problem.with_noise(self._left(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
             problem = problem.with_noise(self._left(problem, values))
@@ -197,6 +198,15 @@ class _Work:
             rms = float(np.sqrt(np.nanmean(left**2)))
             found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
         return found
+
+
+def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """Start angles without the whole turns that a search has gone through."""
+    turned = values.copy()
+    for j, each in enumerate(problem.parameters):
+        if each.recording is not None and each.unit == "rad":
+            turned[j] = math.remainder(float(values[j]), 2.0 * math.pi)
+    return turned
 
 
 def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:
