@@ -130,6 +130,12 @@ def with_effect(seed: int) -> dict[str, Any]:
     }
 
 
+def _short(found: dict[str, Any]) -> str:
+    """What became of one, in a line."""
+    told = ("right", "seconds", "verdict", "z", "effect", "change", "flagged", "named")
+    return ", ".join(f"{key} {found[key]}" for key in told if key in found)
+
+
 def main() -> None:
     """Run, and write JSON and page."""
     parser = arguments(__doc__.splitlines()[0], 1)
@@ -151,7 +157,7 @@ def main() -> None:
         report[name] = []
         for seed in list(seeds)[:count] if name != "effects" else range(told.effects):
             report[name].append(work(seed))
-            console.print(name, seed, {k: v for k, v in report[name][-1].items() if k != "names"})
+            console.print(name, seed, _short(report[name][-1]))
         write_json(report, str(told.out / "identification.json"))
     (told.out / "identification.md").write_text(page(report), encoding="utf-8")
 

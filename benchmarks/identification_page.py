@@ -27,7 +27,7 @@ def page(report: dict[str, Any]) -> str:
         "Written by `python benchmarks/identification.py`, from `identification.json`. Recordings "
         "are simulated, 1 kHz, 1 % noise, one with the balls and one without; the total mass is "
         "known. Times are CPU times of one process, kernels compiled.",
-        report["conditions"],
+        _conditions(report["conditions"]),
         "## Blind",
         table(
             ["", "drives", "right", f"right within {SECONDS:g} s", "CPU s, median", "CPU s, most"],
@@ -55,6 +55,10 @@ def page(report: dict[str, Any]) -> str:
         _summary(report),
     ]  # fmt: skip
     return "\n\n".join(parts) + "\n"
+
+
+def _conditions(found: dict[str, Any]) -> str:
+    return ", ".join(f"{name}: {value}" for name, value in found.items())
 
 
 def _blind(name: str, drives: Sequence[dict[str, Any]]) -> list[str]:

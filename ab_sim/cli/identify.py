@@ -77,7 +77,7 @@ def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions
         return Outcome(_shown(found), found.report, plotted(found), write)
 
     outputs = ((given.out, SCENE, "--out"), (given.html, PAGE, "--html"))
-    left = "the best so far is given, marked as such"
+    left = "nothing was fitted yet"
     return Command(work, scene.name, left, outputs)
 
 

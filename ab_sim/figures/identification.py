@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
-from ab_sim.identification.result import Comparison, Identification
+from ab_sim.identification.result import Identification, RecordingFit
 
 MEASURED, FITTED, LEFT = "0.6", "tab:red", "tab:blue"
 WORST = 1.0
@@ -24,7 +24,7 @@ def drawn_identification(found: Identification) -> ResultFigure:
     return with_plain_texts(figure)
 
 
-def _compare(above: Axes, below: Axes, each: Comparison) -> None:
+def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
     measured = each.measured
     unit, scale = ("mm", 1e3) if measured.unit == "m" else (measured.unit, 1.0)
     time = measured.time

@@ -47,7 +47,7 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
 
 
 def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
-    """Signals behind the filter; the first ones, of which it has not seen enough, are NaN.
+    """SimulatedSignals behind the filter; the first ones, of which it has not seen enough, are NaN.
 
     Args:
         taps: as of ``whitening_of``; None: as they are.

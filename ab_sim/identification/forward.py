@@ -30,7 +30,7 @@ Values = Mapping[str, Any]
 """Of a scene, by dotted key."""
 
 
-class Place(NamedTuple):
+class KeyPlace(NamedTuple):
     """Where a number of a scene stands: its key, and which one of a list."""
 
     key: str
@@ -46,7 +46,7 @@ class Place(NamedTuple):
             values[self.key] = listed
 
 
-class Signals(NamedTuple):
+class SimulatedSignals(NamedTuple):
     """What a recording would have been."""
 
     values: np.ndarray
@@ -98,12 +98,12 @@ class RecordedDrive:
     def signals(
         self,
         values: Values,
-        places: Sequence[Place] = (),
+        places: Sequence[KeyPlace] = (),
         moves: Sequence[float] = (),
         delay: float = 0.0,
         slope: bool = False,
         central: bool = True,
-    ) -> Signals | None:
+    ) -> SimulatedSignals | None:
         """A run, and by differences its derivatives; None where it diverges or cannot be.
 
         Args:
@@ -131,7 +131,7 @@ class RecordedDrive:
         sides = shown[1:].reshape(len(places), len(ways), *shown.shape[1:])
         widths = len(ways) * np.asarray(moves, float).reshape(-1, 1, 1)
         other = sides[:, 1] if central else shown[0]
-        return Signals(shown[0], slopes, (sides[:, 0] - other) / widths)
+        return SimulatedSignals(shown[0], slopes, (sides[:, 0] - other) / widths)
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
@@ -238,12 +238,12 @@ def _prepared(scene: Scene, name: str) -> PreparedRun:
         raise SceneError(f"{name}: cannot be run as it was recorded: {error}") from error
 
 
-def _number_at(values: Values, place: Place, scene: Scene) -> float:
+def _number_at(values: Values, place: KeyPlace, scene: Scene) -> float:
     there = values[place.key] if place.key in values else value_of(scene, place.key)
     return float(there if place.entry is None else there[place.entry])
 
 
-def _with_list(values: Values, place: Place, scene: Scene) -> dict[str, Any]:
+def _with_list(values: Values, place: KeyPlace, scene: Scene) -> dict[str, Any]:
     found = dict(values)
     if place.entry is not None and place.key not in found:
         found[place.key] = value_of(scene, place.key)

@@ -7,13 +7,13 @@ import numpy as np
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, total_z, whiteness_over
-from ab_sim.identification.result import Comparison, HeldOut
-from ab_sim.identification.stages import Search, Tell
+from ab_sim.identification.result import HeldOut, RecordingFit
+from ab_sim.identification.stages import StagedFit, Tell
 
 
 def held_out(
     problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell
-) -> tuple[HeldOut, list[Comparison]]:
+) -> tuple[HeldOut, list[RecordingFit]]:
     """Judge a fit by other recordings, of which only what is their own is fitted.
 
     Args:
@@ -32,10 +32,10 @@ def held_out(
             for each, value in zip(problem.common, common, strict=True)
         ]
         other = Problem(problem.scene, changed, recordings, noise)
-        found = Search(other, range(count), seed, tell).run()
+        found = StagedFit(other, range(count), seed, tell).run()
         shown = [other.simulated(k, found.values) for k in range(len(recordings))]
         comparisons = [
-            Comparison(measured, each, True)
+            RecordingFit(measured, each, True)
             for measured, each in zip(recordings, shown, strict=True)
             if each is not None
         ]
@@ -44,7 +44,7 @@ def held_out(
     return HeldOut(shares[0], shares[1], total_z(judged)), comparisons
 
 
-def _share(comparisons: Sequence[Comparison]) -> float:
+def _share(comparisons: Sequence[RecordingFit]) -> float:
     """R.m.s. of residuals, of the signals'."""
     parts = [np.nanmean(each.residuals**2) / each.measured.rms**2 for each in comparisons]
     return float(np.sqrt(np.mean(parts)))

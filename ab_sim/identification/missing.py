@@ -7,8 +7,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.errors import AbSimError
-from ab_sim.identification.forward import MOTOR, Place
-from ab_sim.identification.parameters import Parameter
+from ab_sim.identification.forward import MOTOR, KeyPlace
+from ab_sim.identification.parameters import FitParameter
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
 from ab_sim.identification.result import TriedEffect
@@ -34,9 +34,9 @@ class _Trial(NamedTuple):
     """A scene with one effect more."""
 
     scene: Scene
-    common: tuple[Parameter, ...]
+    common: tuple[FitParameter, ...]
     """What is fitted of it, what was fitted before and is still there being first."""
-    more: tuple[Parameter, ...]
+    more: tuple[FitParameter, ...]
     """Of these, the effect's own."""
 
 
@@ -107,10 +107,10 @@ def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
     scene = _with_effect(problem.scene, name, given)
     other = Problem(scene, problem.common, problem.recordings, problem.noise)
     more = [
-        Parameter(
+        FitParameter(
             f"effects.{name}.{field}", str(about.get("unit", "1")), size, size,
             max(-LIMIT * size, _least(about)), min(LIMIT * size, about.get("maximum", np.inf)),
-            Place(f"effects.{name}.{field}"),
+            KeyPlace(f"effects.{name}.{field}"),
         )
         for field, about in fields.items()
         if (size := _size(other, values, f"effects.{name}.{field}", _least(about)))
@@ -131,12 +131,12 @@ def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
     own = {name: start for name, (start, _) in starts.items()} | {"axis_angle": 0.5}
     effects = {name: each for name, each in rest.items() if name != EQUAL} | {UNEQUAL: own}
     more = [
-        Parameter(f"effects.{UNEQUAL}.{name}", unit, start, start, 0.0, 10.0 * start,
-                  Place(f"effects.{UNEQUAL}.{name}"))
+        FitParameter(f"effects.{UNEQUAL}.{name}", unit, start, start, 0.0, 10.0 * start,
+                  KeyPlace(f"effects.{UNEQUAL}.{name}"))
         for name, (start, unit) in starts.items()
     ]  # fmt: skip
     axis = f"effects.{UNEQUAL}.axis_angle"
-    more.append(Parameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, Place(axis)))
+    more.append(FitParameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, KeyPlace(axis)))
     kept = [each for each in problem.common if not each.name.startswith(f"effects.{EQUAL}.")]
     return _Trial(
         changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}"),

@@ -9,7 +9,7 @@ import numpy as np
 from ab_sim.design.draws import value_of
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.errors import InputError, exact
-from ab_sim.identification.forward import Place
+from ab_sim.identification.forward import KeyPlace
 from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN, Measured
 from ab_sim.quoting import short
 from ab_sim.scene.bounds import Bounds, bounds_at
@@ -32,7 +32,7 @@ _REFUSED = {
 }
 
 
-class Parameter(NamedTuple):
+class FitParameter(NamedTuple):
     """A number that a fit may vary."""
 
     name: str
@@ -43,7 +43,7 @@ class Parameter(NamedTuple):
     """What counts as a large change."""
     low: float
     high: float
-    place: Place | None
+    place: KeyPlace | None
     """In a scene; None of gain, bias and delay."""
     recording: int | None = None
     """Whose own it is; None of what all have in common."""
@@ -55,7 +55,7 @@ class Parameter(NamedTuple):
 
 def fitted_parameters(
     scene: Scene, keys: Sequence[str], bounds: Mapping[str, tuple[float, float]]
-) -> list[Parameter]:
+) -> list[FitParameter]:
     """Of a scene's keys.
 
     Args:
@@ -77,7 +77,7 @@ def fitted_parameters(
     return [_fitted(scene, key, bounds.get(key)) for key in keys]
 
 
-def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> Parameter:
+def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitParameter:
     place = _place(scene, key)
     row = scene_keys(place.key)[0]
     for section, why in _REFUSED.items():
@@ -98,20 +98,20 @@ def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> Parame
     start = float(now if place.entry is None else now[place.entry])
     low, high = _limits(scene, place, start, given, key)
     scale = abs(start) if start else 0.25 * (high - low)
-    return Parameter(key, row.unit, start, scale, low, high, place)
+    return FitParameter(key, row.unit, start, scale, low, high, place)
 
 
-def _place(scene: Scene, key: str) -> Place:
+def _place(scene: Scene, key: str) -> KeyPlace:
     above, _, last = key.rpartition(".")
     if last.isdecimal() and isinstance(now := value_of(scene, above), list):
         if int(last) >= len(now):
             raise InputError(f"fit {key}: there are {len(now)}, counted from 0")
-        return Place(above, int(last))
-    return Place(key)
+        return KeyPlace(above, int(last))
+    return KeyPlace(key)
 
 
 def _limits(
-    scene: Scene, place: Place, start: float, given: tuple[float, float] | None, key: str
+    scene: Scene, place: KeyPlace, start: float, given: tuple[float, float] | None, key: str
 ) -> tuple[float, float]:
     allowed = bounds_at(scene, place.key) or Bounds()
     lowest = max(allowed.least, allowed.above)
@@ -157,7 +157,7 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
     return found
 
 
-def own_parameters(scene: Scene, measured: Measured, number: int) -> list[Parameter]:
+def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
     """What a recording has of its own.
 
     Args:
@@ -167,10 +167,10 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[Parame
     """
 
     def own(
-        what: str, unit: str, start: float, scale: float, reach: float, place: Place | None,
+        what: str, unit: str, start: float, scale: float, reach: float, place: KeyPlace | None,
         nuisance: str = "", axis: int = 0,
-    ) -> Parameter:  # fmt: skip
-        return Parameter(
+    ) -> FitParameter:  # fmt: skip
+        return FitParameter(
             f"{what} of {measured.name}", unit, start, scale, start - reach, start + reach, place,
             number, nuisance, axis,
         )  # fmt: skip
@@ -180,24 +180,24 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[Parame
     for ball in range(balls):
         angle = 2.0 * math.pi * ball / max(balls, 1)
         found.append(
-            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, Place(ANGLES, ball))
+            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, KeyPlace(ANGLES, ball))
         )
     if not measured.at_rest:
         top = max(measured.schedule.top_speed, 1.0)
         for ball in range(balls):
-            place = Place(RATES, ball)
+            place = KeyPlace(RATES, ball)
             found.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
         length = scene.whirl_unit[0]
         for axis, name in enumerate("xy"):
-            place = Place(POSITION, axis)
+            place = KeyPlace(POSITION, axis)
             found.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
         for axis, name in enumerate("xy"):
-            place = Place(VELOCITY, axis)
+            place = KeyPlace(VELOCITY, axis)
             scale = length * top
             found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
     if DISC_ANGLE in measured.free:
         angle = measured.schedule.angle(0.0)
-        found.append(own("disc angle", "rad", angle, 1.0, np.inf, Place("start.angle")))
+        found.append(own("disc angle", "rad", angle, 1.0, np.inf, KeyPlace("start.angle")))
     if GAIN in measured.free:
         found.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
     if BIAS in measured.free:

@@ -7,14 +7,14 @@ import numpy as np
 
 from ab_sim.design.draws import value_of
 from ab_sim.identification.colour import whitened, whitening_of
-from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, Signals
+from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, SimulatedSignals
 from ab_sim.identification.measured import BIAS, DELAY, GAIN, Measured
 from ab_sim.identification.parameters import (
     ANGLES,
     POSITION,
     RATES,
     VELOCITY,
-    Parameter,
+    FitParameter,
     own_parameters,
 )
 from ab_sim.integrate.side_by_side import LANES
@@ -37,7 +37,7 @@ class Problem:
     def __init__(
         self,
         scene: Scene,
-        common: Sequence[Parameter],
+        common: Sequence[FitParameter],
         recordings: Sequence[Measured],
         noise: Sequence[float],
     ) -> None:
@@ -148,7 +148,9 @@ class Problem:
     def _own_of(self, number: int, free: Sequence[int]) -> list[int]:
         return [j for j in free if self.parameters[j].recording in (None, number)]
 
-    def _left(self, number: int, signals: Signals | None, values: np.ndarray) -> np.ndarray:
+    def _left(
+        self, number: int, signals: SimulatedSignals | None, values: np.ndarray
+    ) -> np.ndarray:
         measured = self.recordings[number].signals
         if signals is None:
             return BEYOND * whitened(self._taps[number], measured)
@@ -190,7 +192,7 @@ class Problem:
     def _signals(
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
         also: Mapping[str, Any] | None = None,
-    ) -> Signals | None:  # fmt: skip
+    ) -> SimulatedSignals | None:  # fmt: skip
         drive, measured = self._drives[number], self.recordings[number]
         places = [(j, self.parameters[j].place) for j in free]
         moved = [(j, place) for j, place in places if place is not None]
@@ -212,13 +214,13 @@ class Problem:
             if each.recording == number and each.nuisance == nuisance
         ]
 
-    def _shown(self, number: int, signals: Signals, values: np.ndarray) -> np.ndarray:
+    def _shown(self, number: int, signals: SimulatedSignals, values: np.ndarray) -> np.ndarray:
         gain, bias = self._own(number, GAIN, values), self._own(number, BIAS, values)
         shown = signals.values * gain[0] if gain else signals.values
         return shown + np.array(bias) if bias else shown
 
     def _columns(
-        self, number: int, signals: Signals, values: np.ndarray, own: Sequence[int]
+        self, number: int, signals: SimulatedSignals, values: np.ndarray, own: Sequence[int]
     ) -> list[np.ndarray]:
         """Derivatives of what is shown by parameters, each of shape (samples, axes)."""
         gains = self._own(number, GAIN, values)

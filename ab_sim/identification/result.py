@@ -1,6 +1,5 @@
 """What an identification has found."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
@@ -22,7 +21,7 @@ NO_BETTER = "no improvement on held-out data"
 INTERRUPTED = "interrupted"
 
 
-class Comparison(NamedTuple):
+class RecordingFit(NamedTuple):
     """A recording beside the fitted run of it."""
 
     measured: Measured
@@ -115,7 +114,7 @@ class Identification(Presented):
     knowledge: Knowledge
     """Before the fit."""
     whiteness: tuple[Whiteness, ...]
-    comparisons: tuple[Comparison, ...]
+    comparisons: tuple[RecordingFit, ...]
     tried: tuple[TriedEffect, ...]
     """Effects that were tried because something is missing, the best first."""
     held_out: HeldOut | None
@@ -164,7 +163,7 @@ class Identification(Presented):
             "how": Column(None, [each.how for each in found]),
         }
 
-    def report(self) -> dict[str, Any]:
+    def report(self) -> dict[str, object]:
         """Everything as JSON-able values: ``ab-sim identify --help``."""
         return {
             "scene": self.before.name,
@@ -209,6 +208,3 @@ def words_of(each: Estimate) -> str:
     low = "-inf" if not np.isfinite(each.low) else f"{each.low:.6g}"
     high = "inf" if not np.isfinite(each.high) else f"{each.high:.6g}"
     return f"{value} ({low} to {high})"
-
-
-Report = Mapping[str, Any]

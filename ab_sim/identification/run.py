@@ -25,13 +25,13 @@ from ab_sim.identification.result import (
     MISSING,
     NO_BETTER,
     OPEN,
-    Comparison,
     HeldOut,
     Identification,
     Proposal,
+    RecordingFit,
     TriedEffect,
 )
-from ab_sim.identification.stages import LAST_STEPS, Search, Tell, minimise
+from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -99,7 +99,7 @@ class _Work:
         problem, question = self._problem, self._question
         knowledge = self._knowledge()
         held = list(knowledge.held) if question.hold_open else []
-        search = Search(problem, held, question.seed, self._tell)
+        search = StagedFit(problem, held, question.seed, self._tell)
         interrupted = False
         values, open_after = search.best, Knowledge((), (), (), ())
         free = [j for j in range(len(problem.parameters)) if j not in held]
@@ -120,7 +120,7 @@ class _Work:
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
         comparisons = [
-            Comparison(measured, shown, False)
+            RecordingFit(measured, shown, False)
             for k, measured in enumerate(problem.recordings)
             if (shown := problem.simulated(k, values)) is not None
         ]

@@ -148,7 +148,7 @@ class _Points:
         return found
 
 
-class Search:
+class StagedFit:
     """Finds where to begin, and fits.
 
     Args:

@@ -9,7 +9,7 @@ from plotly.offline import get_plotlyjs
 from scipy.signal import periodogram
 
 from ab_sim.identification.intervals import ProfilePoints
-from ab_sim.identification.result import Comparison, Identification
+from ab_sim.identification.result import Identification, RecordingFit
 from ab_sim.output_file import write_whole
 from ab_sim.presentation import number
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
@@ -127,7 +127,7 @@ def _division(panel: Panel, limits: Limits) -> str:
     return f"<div><h3>{shown(panel.title)}</h3>{drawn}</div>\n"
 
 
-def _panels(each: Comparison) -> Iterator[tuple[Panel, Limits]]:
+def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
     measured = each.measured
     time, unit = measured.time, measured.unit
     span = (0.0, float(time[-1]))
@@ -150,7 +150,7 @@ def _panels(each: Comparison) -> Iterator[tuple[Panel, Limits]]:
     yield _spectrum(each)
 
 
-def _spectrum(each: Comparison) -> tuple[Panel, Limits]:
+def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
     """Of noise it is level."""
     measured = each.measured
     rate = 1.0 / float(np.median(np.diff(measured.time)))
