@@ -53,6 +53,7 @@ from ab_sim.cli.design_options import (
     TuneSpreadOption,
     TuneSubjectToOption,
     TuneVaryOption,
+    UnitsOption,
 )
 from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
@@ -73,6 +74,7 @@ def sweep(
     parquet: SweepParquetOption = None,
     csv: SweepCsvOption = None,
     plot: SweepPlotOption = None,
+    units: UnitsOption = "",
 ) -> None:
     """Run a scene over values of its keys, and judge each run by merits.
 
@@ -92,7 +94,7 @@ def sweep(
     from ab_sim.cli.sweep import SweepOptions, sweep_command
 
     shared, files = (workers, scheduler), (parquet, csv)
-    given = SweepOptions(over, design, seed, merits)
+    given = SweepOptions(over, design, seed, merits, units)
     sweep_command(scene, change or [], given, shared, files).run(json, plot)
 
 
@@ -115,6 +117,7 @@ def tune(
     best_scene: TuneBestSceneOption = None,
     parquet: TuneParquetOption = None,
     plot: TunePlotOption = None,
+    units: UnitsOption = "",
 ) -> None:
     """Find the values of keys with which a merit is best, within bounds on others.
 
@@ -136,8 +139,9 @@ def tune(
     from ab_sim.cli.tune import Wanted, tune_command
 
     wanted = Wanted(
-        vary, minimise, maximise, subject_to or [], spread or [], draws, share, runs, seed
-    )
+        vary, minimise, maximise, subject_to or [], spread or [], draws, share, runs, seed,
+        units,
+    )  # fmt: skip
     shared, files = (workers, scheduler), (best_scene, parquet)
     tune_command(scene, change or [], wanted, shared, files).run(json, plot)
 
@@ -162,6 +166,7 @@ def robust(
     parquet: RobustParquetOption = None,
     csv: SweepCsvOption = None,
     plot: RobustPlotOption = None,
+    units: UnitsOption = "",
 ) -> None:
     """Say what share of built drives balances, how good they are, which tolerance is to blame.
 
@@ -181,7 +186,7 @@ def robust(
     shared = workers, scheduler
     given = RobustOptions(
         runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst,
-        spread_from,
+        units, spread_from,
     )  # fmt: skip
     robust_command(scene, change or [], spread or [], given).run(json, plot)
 

@@ -5,6 +5,15 @@ from typing import Annotated
 
 import typer
 
+UnitsOption = Annotated[
+    str,
+    typer.Option(
+        metavar="UNIT,UNIT,...",
+        help="Show tables and pictures in these units where they fit, e.g. 'rpm,g mm,deg'; files "
+        "stay in SI.",
+    ),
+]
+
 # ab-sim sweep
 SweepOverOption = Annotated[
     list[str],

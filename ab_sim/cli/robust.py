@@ -21,6 +21,7 @@ from ab_sim.design.tolerances import tolerance_of
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
+from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
 FINER = (0.01, 0.001)
@@ -44,6 +45,7 @@ class RobustOptions(NamedTuple):
     parquet: Path | None
     csv: Path | None
     worst: Path | None
+    units: str
     spread_from: Path | None = None
 
 
@@ -57,6 +59,7 @@ def robust_command(
         spread: see ``tolerance_of``.
         given: the other options.
     """
+    shown_units(given.units)
     executors = functools.partial(executor_of, *given.shared)
     executors()
     scene = load_scene(scene_name, changes)
@@ -86,8 +89,9 @@ def robust_command(
             if given.worst is not None:
                 written.extend(found.write_worst(given.worst))
 
-        draw = plotted(found)
-        return Outcome(_shown(found, scene_name, changes), found.report, draw, write, written)
+        shown = found.in_units(given.units)
+        words = _shown(shown, scene_name, changes)
+        return Outcome(words, found.report, plotted(shown), write, written)
 
     outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
@@ -117,9 +121,9 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
     yield f"the worst by {found.ranked_by}, to be run again:"
     options = "".join(f"--set {each!r} " for each in changes)
     for each in found.worst:
-        value = "-" if each.value is None else number(each.value)
+        value = None if each.value is None else each.value * found.runs.factor(found.ranked_by)
         yield WholeLine(
-            f"run {each.run}, {each.outcome}, {value}: "
+            f"run {each.run}, {each.outcome}, {number(value)}: "
             f"ab-sim run {scene_name} {options}{each.changes}"
         )
 
@@ -141,17 +145,18 @@ def _quantile_table(found: Spread) -> Table:
         table.add_column(name, justify="left" if words else "right", no_wrap=words)
     for merit, quantiles in found.quantiles.items():
         count = int((found[merit] == found[merit]).sum())
-        cells = [_interval(each) for each in quantiles] or ["-"] * 3
+        cells = [_interval(each, found.runs.factor(merit)) for each in quantiles] or ["-"] * 3
         table.add_row(found.runs.titled(merit), str(count), *cells)
     return table
 
 
-def _interval(found: QuantileOfMerit) -> str:
-    return f"{number(found.value)} ({_end(found.low)} to {_end(found.high)})"
+def _interval(found: QuantileOfMerit, factor: float) -> str:
+    low, high = (_end(end, factor) for end in (found.low, found.high))
+    return f"{number(found.value * factor)} ({low} to {high})"
 
 
-def _end(value: float | None) -> str:
-    return "?" if value is None else number(value)
+def _end(value: float | None, factor: float) -> str:
+    return "?" if value is None else number(value * factor)
 
 
 def _sobol(found: Spread) -> Iterator[Table | str]:
@@ -197,6 +202,8 @@ def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
         words = name == "merit"
         table.add_column(name, justify="left" if words else "right", no_wrap=words)
     for merit, each in other.merits.items():
-        mean = f"{number(each.mean)} ({number(each.low)} to {number(each.high)})"
-        table.add_row(found.runs.titled(merit), str(each.pairs), mean, _interval(each.median))
+        factor = found.runs.factor(merit)
+        mean, low, high = (number(x * factor) for x in (each.mean, each.low, each.high))
+        cells = f"{mean} ({low} to {high})", _interval(each.median, factor)
+        table.add_row(found.runs.titled(merit), str(each.pairs), *cells)
     yield table

@@ -19,6 +19,7 @@ from ab_sim.design.variables import variable_of
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
+from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
 
@@ -32,6 +33,8 @@ class SweepOptions(NamedTuple):
     seed: int
     merits: str | None
     """Keys with commas between; None: some."""
+    units: str
+    """In which they are shown, see ``shown_units``."""
 
 
 def sweep_command(
@@ -49,6 +52,7 @@ def sweep_command(
         shared: workers and scheduler, see ``executor_of``.
         files: for Parquet and CSV.
     """
+    shown_units(given.units)
     executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
     points = points_of([variable_of(each) for each in given.over], given.design, given.seed)
@@ -63,8 +67,8 @@ def sweep_command(
                 if file is not None:
                     found.write(file)
 
-        draw = plotted(found)
-        return Outcome(_shown(found), found.report, draw, write)
+        shown = found.in_units(given.units)
+        return Outcome(_shown(shown), found.report, plotted(shown), write)
 
     outputs = ((table, PARQUET, "--parquet"), (comma, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
@@ -75,7 +79,7 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
     for name in ("merit", "least", "median", "largest"):
         table.add_column(name, justify="left" if name == "merit" else "right")
     for merit in found.merits:
-        values = found[merit][found[OUTCOME] == SETTLED].astype(float)
+        values = found.shown(merit)[found[OUTCOME] == SETTLED].astype(float)
         values = values[np.isfinite(values)]
         numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
         table.add_row(found.titled(merit), *([number(each) for each in numbers] or ["-"] * 3))
@@ -83,7 +87,7 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
     for judged in merits_named(found.merits):
         best = None if judged.better is Better.NEITHER else found.best(judged.key)
         if best is not None:
-            value = number(float(found[judged.key][best]))
+            value = number(float(found.shown(judged.key)[best]))
             said = f"best {found.titled(judged.key)}: {value} in run {best}"
             yield f"{said}: {_where(found, best)}"
     yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
@@ -97,6 +101,8 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
 
 
 def _where(found: Sweep, run: int) -> str:
-    values = [found[key][run] for key in found.keys]
-    said = [str(v) if isinstance(v, str) else number(float(v)) for v in values]
-    return ", ".join(f"{key}={each}" for key, each in zip(found.keys, said, strict=True))
+    values = {key: found[key][run] for key in found.keys}
+    return ", ".join(
+        found.setting(key, value if isinstance(value, str) else float(value))
+        for key, value in values.items()
+    )

@@ -22,6 +22,7 @@ from ab_sim.limited_yaml import yaml_text
 from ab_sim.output_file import PARQUET, SCENE
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
+from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
 
@@ -37,6 +38,7 @@ class Wanted(NamedTuple):
     share: str
     runs: int
     seed: int
+    units: str
 
 
 def tune_command(
@@ -54,6 +56,7 @@ def tune_command(
         shared: workers and scheduler, see ``executor_of``.
         files: for the best scene, and for all runs.
     """
+    shown_units(wanted.units)
     executor = executor_of(*shared)
     scene = load_scene(scene_name, changes)
     spreading = Spreading(list(map(tolerance_of, wanted.spread)), wanted.draws, wanted.seed)
@@ -81,8 +84,8 @@ def tune_command(
             if best is not None and found.scene is not None:
                 write_scene(yaml_text(found.scene.as_mapping()), best)
 
-        draw = plotted(found)
-        return Outcome(_shown(found), found.report, draw, write)
+        shown = found.in_units(wanted.units)
+        return Outcome(_shown(shown), found.report, plotted(shown), write)
 
     outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)
@@ -122,22 +125,25 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     for name in ("key", "best", "from", "to"):
         table.add_column(name, justify="left" if name == "key" else "right")
     for each in found.task.ranges:
-        ends = number(each.low), number(each.high)
-        table.add_row(found.runs.titled(each.key), number(found.values[each.key]), *ends)
+        factor = found.runs.factor(each.key)
+        cells = [number(x * factor) for x in (found.values[each.key], each.low, each.high)]
+        table.add_row(found.runs.titled(each.key), *cells)
     yield table
     if draws > 1:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
-    yield f"{found.runs.titled(standard.aim.merit)}: {number(found.best)}"
+    factor = found.runs.factor(standard.aim.merit)
+    yield f"{found.runs.titled(standard.aim.merit)}: {_aim_text(found.best, factor)}"
     if not found.is_better:
         yield "that is no better than the scene as it is"
     for name, merit, inside_ in found.before:
-        yield f"  the scene {name}: {_aim_text(merit, inside_)}"
+        yield f"  the scene {name}: {_aim_text(merit, factor, inside_)}"
     for key, value, merit, inside_ in found.beside:
-        yield f"  at {key}={number(value)}: {_aim_text(merit, inside_)}"
+        yield f"  at {found.runs.setting(key, value)}: {_aim_text(merit, factor, inside_)}"
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
     yield said
 
 
-def _aim_text(merit: float | None, inside: bool) -> str:
-    return number(merit) if inside else f"{number(merit)}, not settled within all bounds"
+def _aim_text(merit: float | None, factor: float, inside: bool = True) -> str:
+    said = number(None if merit is None else merit * factor)
+    return said if inside else f"{said}, not settled within all bounds"

@@ -8,7 +8,7 @@ import ctypes
 import functools
 import struct
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from types import FunctionType
 from typing import Any
 
@@ -21,6 +21,7 @@ from ab_sim.tracing.machine_code import MachineCode
 
 _ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
+NOTHING_KNOWN: Mapping[str, bool] = {}
 _Put = Callable[[Any], tuple[Any, ...]]
 
 
@@ -30,11 +31,17 @@ class Compiled:
     Args:
         function: of the subset, with an argument at least.
         features: of the processor, as of ``MachineCode``.
+        known: fields of records in the arguments that have this value in every call, by name.
     """
 
-    def __init__(self, function: FunctionType, features: str | None = None) -> None:
+    def __init__(
+        self,
+        function: FunctionType,
+        features: str | None = None,
+        known: Mapping[str, bool] = NOTHING_KNOWN,
+    ) -> None:
         functools.update_wrapper(self, function)
-        self._function, self._features = function, features
+        self._function, self._features, self._known = function, features, known
         self._lock = threading.Lock()
         self._made: _Entry | None = None
 
@@ -52,18 +59,24 @@ class Compiled:
     def _entry(self) -> "_Entry":
         if self._made is None:
             with self._lock:
-                self._made = self._made or _Entry(self._function, self._features)
+                self._made = self._made or _Entry(self._function, self._features, self._known)
         return self._made
 
 
-_compiled: dict[FunctionType, Compiled] = {}
+_compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}
 
 
-def compiled(function: Callable[..., Any]) -> Compiled:
-    """A function of the subset, to be called as machine code; the same object each time."""
+def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
+    """A function of the subset, to be called as machine code; the same object each time.
+
+    Args:
+        function: of the subset.
+        known: see ``Compiled``.
+    """
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
-    return _compiled.get(function) or _compiled.setdefault(function, Compiled(function))
+    which = function, frozenset(known.items())
+    return _compiled.get(which) or _compiled.setdefault(which, Compiled(function, known=known))
 
 
 class BoundFunction:
@@ -99,8 +112,10 @@ class BoundFunction:
 class _Entry:
     """Machine code, and how its arguments are packed."""
 
-    def __init__(self, function: FunctionType, features: str | None) -> None:
-        module = Module(function)
+    def __init__(
+        self, function: FunctionType, features: str | None, known: Mapping[str, bool]
+    ) -> None:
+        module = Module(function, known)
         if module.source.result and "ptr" in leaves(module.source.result):
             raise module.source.error(
                 module.source.tree, "an array as a result", "write into one that is an argument"

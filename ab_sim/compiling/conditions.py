@@ -34,8 +34,15 @@ class Conditions(Expressions):
                 self.fail(part, f"{x.kind} in 'and' or 'or'", "write a comparison, as x != 0")
             return x
 
-        steps = [functools.partial(step, part) for part in node.values]
-        return self._one_by_one(steps, isinstance(node.op, ast.And))
+        parts, every = list(node.values), isinstance(node.op, ast.And)
+        first = step(parts.pop(0))
+        while first.constant is not None and parts:
+            if bool(first.constant) is not every:
+                return first
+            first = step(parts.pop(0))
+        steps: list[Callable[[], Number]] = [lambda: first]
+        steps += [functools.partial(step, part) for part in parts]
+        return self._one_by_one(steps, every)
 
     def _one_by_one(self, steps: Sequence[Callable[[], Number]], every: bool) -> Number:
         """Whether all are true, or any: the next is only looked at if need be."""
@@ -53,8 +60,11 @@ class Conditions(Expressions):
         return Number(BOOL, self.put(f"phi i1 {', '.join(known)}"))
 
     def _IfExp(self, node: ast.IfExp) -> Value:
+        test = self.number(node.test)
+        if test.constant is not None:
+            return self.value(node.body if test.constant else node.orelse)
         yes, no, done = self.new("yes"), self.new("no"), self.new("done")
-        self.fork(self.condition(node.test), yes, no)
+        self.fork(self.truth(test).code, yes, no)
         self.start(yes)
         a = self.value(node.body)
         kind: Kind = a.kind

@@ -1,7 +1,7 @@
 """Expressions of the subset, as lines in LLVM's language."""
 
 import ast
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any, Protocol
 
@@ -38,6 +38,9 @@ MISSING = object()
 
 class Callees(Protocol):
     """Where functions are found that others call."""
+
+    known: Mapping[str, bool]
+    """Fields of records whose value is known, by name."""
 
     def symbol(self, function: FunctionType) -> tuple[str, FunctionSource]:
         """LLVM's name of a function, which is translated, too; and its source."""
@@ -182,6 +185,8 @@ class Expressions(Operations):
             if name not in owner.kind.names:
                 known = ", ".join(owner.kind.names)
                 self.fail(node, f"{owner.kind} has no {name}", f"its fields are {known}")
+            if name in self._callees.known:
+                return constant(self._callees.known[name])
             return self.field(owner, owner.kind.names.index(name))
         if isinstance(owner, ArrayView) and name == "shape":
             lengths = tuple(Number(INT, length) for length in owner.shape)
@@ -254,6 +259,8 @@ class Expressions(Operations):
     def _UnaryOp(self, node: ast.UnaryOp) -> Value:
         x = self.number(node.operand)
         if isinstance(node.op, ast.Not):
+            if x.constant is not None:
+                return constant(not x.constant)
             return Number(BOOL, self.put(f"xor i1 {self.truth(x).code}, true"))
         if isinstance(node.op, ast.Invert):
             self.fail(node, "~", "write not, or -1 - x")

@@ -13,7 +13,7 @@ never change, so nothing is copied on the way down.
 
 import ast
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from types import FunctionType
 
 from ab_sim.compiling.blocks import (
@@ -181,8 +181,12 @@ class FunctionTranslator(Conditions):
     # Control
 
     def _If(self, node: ast.If) -> None:
+        test = self.number(node.test)
+        if test.constant is not None:
+            self._run(node.body if test.constant else node.orelse)
+            return
         yes, no, done = self.new("if"), self.new("else"), self.new("endif")
-        self.fork(self.condition(node.test), yes, no if node.orelse else done)
+        self.fork(self.truth(test).code, yes, no if node.orelse else done)
         self.start(yes)
         self._run(node.body)
         reached = self.open or not node.orelse
@@ -327,9 +331,12 @@ class Module:
         function: what is called from outside, as ``entry(given)``: pointers to its first argument's
             leaves and to those of the others, behind which it puts the result's, eight bytes for
             each.
+        known: fields of records that have one value, by name: what is then not reached is not
+            there, nor what only that calls.
     """
 
-    def __init__(self, function: FunctionType) -> None:
+    def __init__(self, function: FunctionType, known: Mapping[str, bool]) -> None:
+        self.known = known
         self._found: dict[FunctionType, tuple[str, FunctionSource]] = {}
         self._texts: list[str] = []
         self._declared: set[str] = set()

@@ -2,7 +2,7 @@
 
 import shlex
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from json import dumps
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -132,6 +132,13 @@ class Spread(Presented):
             SceneError: it was none; says why.
         """
         return self.runs.scene_of(run)
+
+    def in_units(self, units: str) -> "Spread":
+        """The same, shown in other units: see ``Sweep.in_units``."""
+        other = self.against
+        if other is not None:
+            other = other._replace(runs=other.runs.in_units(units))
+        return replace(self, runs=self.runs.in_units(units), against=other)
 
     def write(self, path: Path | str) -> None:
         """Write the runs, as Parquet or CSV by its ending; ``ab_sim.open_sweep`` reads Parquet.

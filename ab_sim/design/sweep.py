@@ -4,7 +4,7 @@ import json
 from collections import Counter
 from collections.abc import Iterable
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -34,6 +34,7 @@ from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
+from ab_sim.scene.shown_units import ShownUnits, shown_units
 
 if TYPE_CHECKING:
     from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]
@@ -61,6 +62,8 @@ class Sweep(Presented):
     """What the runs' values follow from: a grid's, or a design's ranges, count and seed."""
     table: pyarrow.Table
     """A row for each run: run, keys, merits, outcome, failure; SI units, whirls in e."""
+    shown_units: ShownUnits = field(default_factory=dict)
+    """In which tables and pictures for people are; columns, reports and files are not."""
 
     def __getitem__(self, name: str) -> np.ndarray:
         """A column, shape (runs,); NaN where a number is null.
@@ -96,9 +99,43 @@ class Sweep(Presented):
         """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""
         return self._about(name, UNIT)
 
+    def in_units(self, units: str) -> "Sweep":
+        """The same, its pictures and printed tables in other units; columns and files as before.
+
+        Args:
+            units: such as ``"rpm, g mm, deg"``.
+
+        Raises:
+            InputError: see ``shown_units``.
+        """
+        return replace(self, shown_units=shown_units(units))
+
+    def factor(self, name: str) -> float:
+        """Turns a column's values into the unit in which they are shown."""
+        shown = self.shown_units.get(self.unit(name) or "")
+        return 1.0 if shown is None else shown.factor
+
+    def shown(self, name: str) -> np.ndarray:
+        """A column in the unit in which it is shown."""
+        factor = self.factor(name)
+        return self[name] if factor == 1.0 else self[name] * factor
+
     def titled(self, name: str) -> str:
-        """A column's name with its unit."""
-        return titled(name, self.unit(name))
+        """A column's name with the unit in which it is shown."""
+        shown = self.shown_units.get(self.unit(name) or "")
+        return titled(name, self.unit(name) if shown is None else shown.text)
+
+    def setting(self, key: str, value: float | str) -> str:
+        """``KEY=VALUE``, the value as it is shown: with its unit, if that is not SI.
+
+        Args:
+            value: in SI, or a word.
+        """
+        if isinstance(value, str):
+            return f"{key}={value}"
+        shown = self.shown_units.get(self.unit(key) or "")
+        said = number(value) if shown is None else number(value * shown.factor, shown.text)
+        return f"{key}={said}"
 
     def _about(self, name: str, what: bytes) -> str | None:
         found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)

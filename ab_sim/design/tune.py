@@ -3,7 +3,7 @@
 import math
 from collections.abc import Sequence
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -138,6 +138,10 @@ class Tuning(Presented):
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 found.append(str(bound))
         return found
+
+    def in_units(self, units: str) -> "Tuning":
+        """The same, shown in other units: see ``Sweep.in_units``."""
+        return replace(self, runs=self.runs.in_units(units))
 
     def report(self) -> dict[str, object]:
         """Everything as JSON-able values: see ``ab-sim tune --help``."""

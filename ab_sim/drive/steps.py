@@ -59,11 +59,12 @@ class Steps:
         if kind not in self._made:
             code = code_of(self._system, kind)
             run = self._run(code)
+            known = known_of(run)
             if self._by_collocation is None:
-                self._made[kind] = run, compiled(advance).bind(run), code
+                self._made[kind] = run, compiled(advance, known).bind(run), code
             else:
                 own = self._by_collocation.along(run, code, self._system)
-                self._made[kind] = run, compiled(advance_by_collocation).bind(own), code
+                self._made[kind] = run, compiled(advance_by_collocation, known).bind(own), code
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
@@ -95,6 +96,17 @@ class Steps:
             implicit = implicit_of(weights, code, len(self.state))
             run = run._replace(is_implicit=True, implicit=implicit)
         return run
+
+
+def known_of(run: Run) -> dict[str, bool]:
+    """What the driver's code may leave out: code for events takes long to make."""
+    return {
+        "has_events": run.has_events,
+        "is_implicit": run.is_implicit,
+        "has_friction": run.balls.has_friction,
+        "has_contact": run.balls.has_contact,
+        "has_motor": run.balls.has_motor,
+    }
 
 
 def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:

@@ -53,7 +53,12 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
     n, between = balls.number, scratch(balls.accelerations)
     if 0 <= slot < MOTOR * n:
         kind, i = slot // n, slot % n
-        if kind == TOUCH and discrete[i, JOINED] == 0 and not collide(run, time, i, plastic):
+        if (
+            balls.has_contact
+            and kind == TOUCH
+            and discrete[i, JOINED] == 0
+            and not collide(run, time, i, plastic)
+        ):
             work.counts[1] += 1
         if balls.has_friction:
             stopped = kind == SLIDE and discrete[i, DIRECTION] != 0

@@ -44,26 +44,28 @@ def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
         designs.insert(0, (found.against.runs, OTHER))
     everything = []
     for runs, colour in designs:
-        values = np.sort(runs[merit][np.isfinite(runs[merit])])
+        values = np.sort(runs.shown(merit)[np.isfinite(runs[merit])])
         if len(values):
             axes.ecdf(values, color=colour, lw=1.5)
             everything.append(values)
+    factor = found.runs.factor(merit)
     for each in found.quantiles[merit]:
-        low, high = (each.value if end is None else end for end in (each.low, each.high))
-        axes.plot([low, high], [each.p] * 2, color="black", lw=2.0, solid_capstyle="butt")
-        axes.plot(each.value, each.p, marker="o", ms=4, color="black")
+        ends = [factor * (each.value if end is None else end) for end in (each.low, each.high)]
+        axes.plot(ends, [each.p] * 2, color="black", lw=2.0, solid_capstyle="butt")
+        axes.plot(factor * each.value, each.p, marker="o", ms=4, color="black")
     for bound in found.criterion:
         if bound.merit == merit:
-            axes.axvline(bound.limit, color="#d7403a", lw=1.2, ls="--")
+            axes.axvline(factor * bound.limit, color="#d7403a", lw=1.2, ls="--")
     if not everything:
         axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
     else:
         values = np.concatenate(everything)
         if values.min() > 0.0 and values.max() > WIDE * values.min():
             axes.set_xscale("log")
+        else:
+            axes.locator_params(axis="x", nbins=5)
     count = int(np.isfinite(found[merit]).sum())
-    unit = found.runs.unit(merit)
-    axes.set_xlabel(merit if unit in (None, "1", "-") else f"{merit} [{unit}]", fontsize=9)
+    axes.set_xlabel(found.runs.titled(merit), fontsize=9)
     axes.set_ylabel(f"share of {count} runs", fontsize=9)
     axes.set_ylim(0.0, 1.0)
     axes.grid(alpha=0.25)

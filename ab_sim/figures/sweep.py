@@ -37,7 +37,7 @@ def _lines(found: Sweep) -> ResultFigure:
     panels = figure.subplots(len(merits), 1, sharex=True, squeeze=False)[:, 0]
     places, names = _places(found, key)
     for axes, merit in zip(panels, merits, strict=True):
-        values = found[merit].astype(float)
+        values = found.shown(merit).astype(float)
         there = np.isfinite(values)
         across = np.unique(places[there])
         groups = [values[there & (places == x)] for x in across]
@@ -71,7 +71,7 @@ def _maps(found: Sweep) -> ResultFigure:
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     (x, names_x), (y, names_y) = _places(found, across), _places(found, up)
     for axes, merit in zip(panels, merits, strict=False):
-        values = found[merit].astype(float)
+        values = found.shown(merit).astype(float)
         colours = _draw_map(found, axes, (x, y), values)
         _mark_others(found, axes, x, y)
         _mark_best(found, merit, axes, x, y)
@@ -121,7 +121,7 @@ def _pairs(found: Sweep) -> ResultFigure:
     side = max(2.2, 7.5 / count)
     figure = ResultFigure(figsize=(1.5 + side * count, 1.2 + side * count), layout="constrained")
     panels = figure.subplots(count, count, squeeze=False, sharex="col", sharey="row")
-    values = found[merit].astype(float)
+    values = found.shown(merit).astype(float)
     there = np.flatnonzero(np.isfinite(values))
     order = there[np.argsort(values[there])]
     if merits_named([merit])[0].better is not Better.LARGER:
@@ -150,7 +150,7 @@ def _pairs(found: Sweep) -> ResultFigure:
 
 def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
     """Where the runs' values are drawn; of words in a row, with their names."""
-    values = found[key]
+    values = found.shown(key)
     if values.dtype.kind in "fiu":
         return values.astype(float), None
     names = list(dict.fromkeys(str(value) for value in values))

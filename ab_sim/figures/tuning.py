@@ -20,7 +20,7 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     rows = math.ceil(len(keys) / columns)
     figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
-    values, within = found.scores.aims, found.scores.within
+    values, within = found.scores.aims * found.runs.factor(aim), found.scores.within
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
         _panel(found, axes, place, values, within)
         axes.set_xlabel(found.runs.titled(key), fontsize=9)
@@ -40,16 +40,18 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
 
 
 def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, within: np.ndarray) -> None:
-    across, range_ = found.candidates[:, place], found.task.ranges[place]
+    range_, aim = found.task.ranges[place], found.task.standard.aim.merit
+    wide, tall = found.runs.factor(range_.key), found.runs.factor(aim)
+    across = found.candidates[:, place] * wide
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
     for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
         axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
     for _, before, settled in found.before[:1]:
         if before is not None and settled:
-            axes.axhline(before, color=BEFORE, lw=1.2, ls="--")
+            axes.axhline(before * tall, color=BEFORE, lw=1.2, ls="--")
     for name, value, merit, inside in found.beside:
         if name == range_.key and inside and merit is not None:
-            axes.plot(value, merit, marker="|", ms=12, mew=1.6, color=BEST, ls="")
+            axes.plot(value * wide, merit * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
     if found.candidate is not None:
         best = across[found.candidate], values[found.candidate]
         axes.plot(*best, marker="*", ms=15, mfc=BEST, mec="white", ls="")

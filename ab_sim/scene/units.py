@@ -134,6 +134,26 @@ def in_si(text: str, unit: str) -> float:
     return value
 
 
+def si_unit(written: str) -> str | None:
+    """The SI unit of keys that measures what a unit does; None: there is none.
+
+    Args:
+        written: such as ``rpm``, ``g mm``.
+
+    Raises:
+        ImportError: there is no pint.
+    """
+    if len(written) > MOST:
+        return None
+    with _many_digits():
+        with _MAKING:
+            _registry()
+        given = _units(written)
+        if given is None:
+            return None
+        return next((known for known in KINDS if _root(_units(known)) == _root(given)), None)
+
+
 def _must_be(unit: str) -> str:
     kind = KINDS.get(unit)
     what = f"{kind.name} [{unit}]" if kind else f"in [{unit}]"

@@ -174,7 +174,7 @@ def test_the_same_bits_without_wide_vectors(name: str, monkeypatch: pytest.Monke
     for features in (None, "+avx2,+fma"):
         if features is not None:
             made = partial(machine_code._machine, features)
-            monkeypatch.setattr(machine_code, "_machine", lambda _, made=made: made())
+            monkeypatch.setattr(machine_code, "_machine", lambda _, effort, made=made: made(effort))
         monkeypatch.setattr(assemble, "_codes", WeakKeyDictionary())
         monkeypatch.setattr(code, "_codes", OrderedDict())
         run = Collocated(MADE[name](1e-3), setting=SIXTEEN, energy_balance=True)

@@ -167,3 +167,11 @@ def test_balls_in_another_order() -> None:
     assert_same(one.ball_angles, other.ball_angles[:, ::-1])
     for channel in OF_THE_DECK:
         assert_same(one[channel], other[channel])
+
+
+def test_two_races_at_one_height_are_one() -> None:
+    """To the bit: a race is nothing but the height of its balls."""
+    changes: list[Changes] = [{"effects": {**SMOOTH, **RUBBING}}, SLOW]
+    two = odd("rubbing", *changes, {"race": {"height": [0.007, 0.007]}})
+    one = odd("rubbing", *changes, {"race": {"height": 0.007}, "balls": {"race": 0}})
+    np.testing.assert_array_equal(run(two).samples, run(one).samples)

@@ -1,0 +1,90 @@
+"""Fields whose value is known: what is then not reached is not in the code."""
+
+from collections.abc import Callable, Mapping
+from types import FunctionType
+from typing import Any, NamedTuple
+
+import pytest
+
+import ab_sim
+from ab_sim.compiling import compiled
+from ab_sim.compiling.translate import Module
+from ab_sim.drive.drive import Drive
+from ab_sim.drive.steps import known_of
+from ab_sim.stepping.fixed_step import advance
+
+
+class Switches(NamedTuple):
+    doubled: bool
+    shifted: bool
+
+
+class Given(NamedTuple):
+    x: float
+    switches: Switches
+
+
+def doubled(x: float) -> float:
+    return 2.0 * x
+
+
+def shifted(x: float) -> float:
+    return x + 1.0
+
+
+def changed(given: Given, least: float) -> float:
+    x = given.x
+    if not given.switches.doubled:
+        x = x - 0.5
+    else:
+        x = doubled(x)
+    x = shifted(x) if given.switches.shifted else x
+    if given.switches.shifted and x > shifted(least):
+        x = 0.25
+    if given.switches.shifted or x > least:
+        x = 3.0 * x
+    return x
+
+
+@pytest.mark.parametrize("double", [False, True])
+@pytest.mark.parametrize("shift", [False, True])
+@pytest.mark.parametrize("x", [-3.0, 0.75, 8.0])
+def test_what_is_known_changes_no_result(double: bool, shift: bool, x: float) -> None:
+    given = Given(x, Switches(double, shift))
+    expected = changed(given, 1.0)
+    for known in ({}, {"doubled": double}, {"shifted": shift, "doubled": double}):
+        assert compiled(changed, known)(given, 1.0) == expected
+
+
+def text_of(function: Callable[..., Any], known: Mapping[str, bool]) -> str:
+    assert isinstance(function, FunctionType)
+    return Module(function, known).text()
+
+
+def test_what_is_not_reached_is_not_there() -> None:
+    for known, there in (
+        ({}, ("doubled", "shifted")),
+        ({"doubled": False}, ("shifted",)),
+        ({"doubled": True, "shifted": False}, ("doubled",)),
+        ({"doubled": False, "shifted": False}, ()),
+    ):
+        text = text_of(changed, known)
+        assert tuple(f for f in ("doubled", "shifted") if f".{f}." in text) == there
+
+
+@pytest.mark.parametrize(
+    ("scene", "without"),
+    [
+        ("no-ball", ("events.location.locate", "events.impact", "stepping.implicit")),
+        ("thesis-hold", ("events.impact", "stepping.implicit")),
+        ("packed-balls", ("stepping.implicit",)),
+    ],
+)
+def test_a_driver_has_only_what_its_scene_calls_for(scene: str, without: tuple[str, ...]) -> None:
+    steps = Drive(ab_sim.load_scene(scene))._steps  # its parts are private, and what is looked at
+    ((run, *_),) = steps._made.values()
+    text = text_of(advance, known_of(run))
+    everything = text_of(advance, {})
+    for part in ("events.location.locate", "events.impact", "stepping.implicit"):
+        assert part in everything
+        assert (part in text) is (part not in without)
