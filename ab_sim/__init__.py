@@ -24,6 +24,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
+    from ab_sim.api.derivatives import sensitivities
     from ab_sim.api.design import open_sweep, robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.identification import identify
@@ -83,6 +84,7 @@ __all__ = [
     "robust",
     "save_recording",
     "scene_names",
+    "sensitivities",
     "simulate",
     "simulate_batch",
     "size",
@@ -95,6 +97,7 @@ __all__ = [
 # put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
 _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
+    "api.derivatives": ("sensitivities",),
     "api.design": ("open_sweep", "robust", "sweep", "tune"),
     "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),

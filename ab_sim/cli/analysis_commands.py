@@ -249,6 +249,45 @@ def recovery(
 
 
 @analysis_commands.command()
+def sensitivity(
+    scene: SceneArgument,
+    change: SetOption = None,
+    of: Annotated[
+        str,
+        typer.Option(metavar="MERIT,...", help="What the run is judged by: see `ab-sim merits`."),
+    ] = "final_whirl_over_e",
+    to: Annotated[
+        str | None,
+        typer.Option(
+            metavar="KEY,...",
+            help="Numbers of the scene, e.g. balls.mass,rotor.eccentricity,start.ball_angles.0. "
+            "Default: all that act on its motion.",
+            show_default=False,
+        ),
+    ] = None,
+    json: JsonOption = None,
+    plot: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Draw percents per percent as bars.")
+    ] = None,
+) -> None:
+    """What a small change of a scene's numbers makes of what its run is judged by, exactly.
+
+    The derivatives are those of the steps that are taken, to rounding: all numbers change at once,
+    in one run. Where balls stick and come loose, and a motor reaches its limit, the times of that
+    move with the numbers. Balls that hit each other have no derivative here; nor have merits that
+    are no numbers, or the time of a sample.
+
+    The JSON has `merits`, by name each with value, unit, and `by` key: value and unit of the key,
+    derivative (unit per unit) and elasticity (percent per percent; null where the merit is 0).
+
+    Exit codes: 0 done, 2 bad input or no derivative, 3 diverged.
+    """
+    from ab_sim.cli.sensitivity import sensitivity_command
+
+    sensitivity_command(scene, change or [], of, to).run(json, plot)
+
+
+@analysis_commands.command()
 def paper(
     name: Annotated[
         str | None, typer.Argument(help="Which one. Default: list them.", show_default=False)

@@ -7,6 +7,7 @@ from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
+from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities
 from ab_sim.batch import Batch
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
@@ -24,6 +25,7 @@ from ab_sim.figures.paths import drawn_batch, drawn_trajectory
 from ab_sim.figures.recovery import drawn_recovery
 from ab_sim.figures.run import drawn_run
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
+from ab_sim.figures.sensitivity import drawn_sensitivities
 from ab_sim.figures.sizing import drawn_sizing
 from ab_sim.figures.spread import drawn_spread
 from ab_sim.figures.stability_map import drawn_map
@@ -115,3 +117,8 @@ def spread(found: Spread) -> ResultFigure:
 def sizing(found: Sizing) -> ResultFigure:
     """Drag windows, and shares that are balanced in time."""
     return with_plain_texts(drawn_sizing(found))
+
+
+def merit_sensitivities(found: MeritSensitivities) -> ResultFigure:
+    """Percents per percent, as bars."""
+    return with_plain_texts(drawn_sensitivities(found))

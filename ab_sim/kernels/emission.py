@@ -43,7 +43,7 @@ class Emission:
             "slope": model.slope(at, evaluated),
             "sample": model.sample(at, evaluated),
             "accelerations": [model.lifted(x) for x in evaluated.solved.x],
-            "motor": self._motor(evaluated),
+            "motor": self.motor(evaluated),
             "torque": [model.lifted(evaluated.spindle.torque)],
         }
         if model.has_events:
@@ -62,7 +62,8 @@ class Emission:
     def _derived(self) -> list[Expression]:
         return []
 
-    def _motor(self, evaluated: Evaluated) -> list[Expression]:
+    def motor(self, evaluated: Evaluated) -> list[Expression]:
+        """Torque asked for and its limit [N m], and the speed of the spindle [rad/s]."""
         torques = evaluated.torques
         asked = (torques.commanded, torques.limit) if torques else (0.0, 0.0)
         return [self.model.lifted(x) for x in (*asked, evaluated.spindle.speed)]

@@ -41,6 +41,7 @@ class Merits(MotionMerits):
         StartUpConclusion,
         lambda start_up: start_up.in_band,
         better=Better.SMALLER,
+        stepwise=True,
     )
     start_up_time = Merit[float | None](
         "start_up_time",
@@ -58,6 +59,7 @@ class Merits(MotionMerits):
             place=Place.COURSE,
         ),
         better=Better.SMALLER,
+        stepwise=True,
     )
     settling_period = Merit[float | None](
         "settling_period",

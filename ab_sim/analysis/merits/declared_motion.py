@@ -143,6 +143,7 @@ class MotionMerits(MeritValues):
             place=Place.COURSE,
         ),
         better=Better.SMALLER,
+        stepwise=True,
     )
     residual_unbalance = Merit[float | None](
         "residual_unbalance",

@@ -136,6 +136,8 @@ class Merit(Generic[T]):
     relative: Relative | None = None
     reported: bool = True
     """Whether it stands in reports; others serve texts and pictures."""
+    stepwise: bool = False
+    """Whether it is the time of a sample, which jumps from one to the next."""
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         register(self)

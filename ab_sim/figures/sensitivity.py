@@ -1,0 +1,45 @@
+"""What a percent of each number of a scene makes of a run's merits, as bars."""
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities
+from ab_sim.figures.saved import ResultFigure
+
+MORE, LESS = "#1f4e8c", "#c4622d"
+MOST = 25
+"""Bars in a panel, those of the most influence."""
+SMALL = 1e-6
+"""Percent per percent that are not drawn."""
+
+
+def drawn_sensitivities(found: MeritSensitivities) -> ResultFigure:
+    """A panel for each merit, not written yet."""
+    count = len(found.merits)
+    shown = [_shown(found.elasticities[i]) for i in range(count)]
+    rows = max([len(each) for each in shown] + [2])
+    figure = ResultFigure(figsize=(1.5 + 5.0 * count, 1.4 + 0.26 * rows), layout="constrained")
+    for i, axes in enumerate(figure.subplots(1, count, squeeze=False)[0]):
+        _bars(found, i, shown[i], axes)
+    figure.suptitle(f"{found.scene.name}: percent per percent", fontsize=11)
+    return figure
+
+
+def _shown(elasticities: np.ndarray) -> list[int]:
+    sizes = np.nan_to_num(np.abs(elasticities))
+    order = [int(k) for k in np.argsort(-sizes, kind="stable") if sizes[k] > SMALL]
+    return order[:MOST][::-1]
+
+
+def _bars(found: MeritSensitivities, merit: int, shown: list[int], axes: Axes) -> None:
+    values = found.elasticities[merit, shown]
+    colours = [MORE if value > 0 else LESS for value in values]
+    axes.barh(range(len(shown)), values, color=colours)
+    axes.set_yticks(range(len(shown)), [found.keys[k] for k in shown], fontsize=8)
+    unit = found.merit_units[merit]
+    named = f"{found.merit_values[merit]:.4g}" + ("" if unit == "1" else f" {unit}")
+    axes.set_title(f"{found.merits[merit]} = {named}", fontsize=9)
+    axes.axvline(0.0, color="black", lw=0.8)
+    axes.grid(axis="x", alpha=0.25)
+    if not shown:
+        axes.text(0.5, 0.5, "no influence", ha="center", transform=axes.transAxes)

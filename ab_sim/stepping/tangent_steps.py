@@ -1,0 +1,234 @@
+"""Fixed steps along a speed profile, and with them what parameters change of every state.
+
+In the subset of Python that ``ab_sim.compiling`` translates. The state goes as in ``fixed_step``,
+to the bit.
+"""
+
+import math
+
+from ab_sim.compiling.kinds import Table, call
+from ab_sim.events.balls import put_branches
+from ab_sim.events.location import check_branches, within_bounds
+from ab_sim.events.run import evaluate, take_step
+from ab_sim.stepping.fixed_step import (
+    DRIFT,
+    END,
+    FIRST,
+    EqualSteps,
+    enter_step_range,
+    local_time,
+    put_labels,
+    record,
+    take_over_end,
+    unwind,
+)
+from ab_sim.stepping.tangent_events import step_over_events_with_tangents
+from ab_sim.stepping.tangent_functions import touch_anyhow
+from ab_sim.stepping.tangents import Tangents, carry, hold_stuck, put_yields
+
+BEGIN, LENGTH, LATER, LEAVE, PLACE_CHANGE = range(5)
+"""Lines of a step range's changes: of the local time at which its first step begins, and of that
+step's length; of the local time of all others, and of samples; of the time at which it ends, where
+that is a breakpoint just at a step's end; the first of the numbers of its place on the profile."""
+
+
+def advance_with_tangents(
+    own: Tangents,
+    step_plan: Table,
+    plan_changes: Table,
+    at: int,
+    first: int,
+    steps: int,
+    samples: Table,
+) -> int:
+    """``fixed_step.advance`` without commands, and the changes with it.
+
+    Args:
+        own: what steps; its arrays change.
+        step_plan: as there.
+        plan_changes: of each line of it and each block the lines above, for each column; shape
+            (lines * blocks * (4 + numbers of the place), lanes).
+        at, first, steps, samples: as there.
+
+    Returns:
+        As there; fewer steps than asked for, too, where ``trouble`` says why.
+    """
+    run, done, sound = own.run, 0, True
+    fields = plan_changes.shape[0] // (step_plan.shape[0] * own.blocks)
+    while sound and at < step_plan.shape[0]:
+        number = first + done
+        step_range = enter_step_range(run, step_plan[at], number, False)
+        block_lines = own.blocks * fields
+        changes = plan_changes[at * block_lines : (at + 1) * block_lines]
+        enter(own, changes)
+        here = int(min(step_plan[at, END] - number, float(steps - done)))
+        ends = here > 0
+        fresh = step_plan[at, FIRST] == number
+        count = max(here, 1)
+        taken = steps_with_tangents(
+            own, step_range, changes, samples[done : samples.shape[0]], count, fresh, ends
+        )
+        sound = taken == count
+        done += here if sound else taken
+        if own.trouble[0] != 0:
+            break
+        if sound and (step_plan[at, END] == first + done or not ends):
+            leave(own, changes)
+        if done == steps and ends:
+            break
+        at += 1
+    put_labels(run, samples, first + 1, math.nan)
+    return done if sound else -1 - done
+
+
+def enter(own: Tangents, changes: Table) -> None:
+    """Begin a step range: how its place on the profile changes."""
+    raw, fields = own.constants.shape[0] // own.blocks, changes.shape[0] // own.blocks
+    for block in range(own.blocks):
+        for j in range(fields - PLACE_CHANGE):
+            for lane in range(own.lanes):
+                value = changes[block * fields + PLACE_CHANGE + j, lane]
+                own.constants[block * raw + own.run.place + j, lane] = value
+
+
+def leave(own: Tangents, changes: Table) -> None:
+    """End a step range whose end moves, though steps end there whatever it does."""
+    size, fields, moves = own.run.state.size, changes.shape[0] // own.blocks, False
+    for block in range(own.blocks):
+        for lane in range(own.lanes):
+            if changes[block * fields + LEAVE, lane] != 0.0:
+                moves = True
+    if not moves:
+        return
+    c, b = own.run.scene.c, own.run.balls.branches
+    call(own.slope, c, b, own.run.state, own.slopes[0], own.time[0])
+    for block in range(own.blocks):
+        for j in range(size):
+            for lane in range(own.lanes):
+                moved = changes[block * fields + LEAVE, lane]
+                own.change[block * size + j, lane] += moved * own.slopes[0, j]
+
+
+def steps_with_tangents(
+    own: Tangents,
+    step_range: EqualSteps,
+    changes: Table,
+    samples: Table,
+    steps: int,
+    fresh: bool,
+    ends: bool,
+) -> int:
+    """``fixed_step.step_by_step``, and the changes with it.
+
+    Args:
+        own: what steps.
+        step_range: along which.
+        changes: of it.
+        samples: as there.
+        steps: how many, at least one.
+        fresh: whether the first is the range's first.
+        ends: whether its steps end at samples; a part of a step may not.
+    """
+    run = own.run
+    work, state, length = run.work, run.state, step_range.length
+    known = False
+    put_branches(run.balls)
+    if fresh and step_range.first == 0 and run.balls.has_contact:
+        evaluate(run, local_time(run, step_range, 0), state, work.slope)
+        if not touch_anyhow(own, local_time(run, step_range, 0)):
+            return 0
+    for k in range(steps + 1):
+        begin = local_time(run, step_range, k)
+        if k > 0 and length != run.step:
+            begin = local_time(run, step_range, k - 1) + length
+        if known:
+            take_over_end(work)
+        elif run.has_events:
+            evaluate(run, begin, state, work.slope)
+            check_branches(run, begin)
+            hold_stuck(own)
+        number = step_range.first + k
+        if k > 0:
+            end = number * run.step - step_range.start
+            record(run, begin, end, samples[k - 1])
+        elif not run.has_events:
+            record(run, begin, begin, samples[0])
+        own.time[0] = begin
+        if (k > 0 and ends) or number == 0:
+            end = number * run.step - step_range.start
+            put_row_change(own, changes, number, begin, end)
+        if k == steps:
+            break
+        set_step(own, changes, fresh and k == 0)
+        if run.has_events:
+            end = begin + length if length != run.step else local_time(run, step_range, k + 1)
+            known = step_over_events_with_tangents(own, begin, length, end)
+            if own.trouble[0] != 0:
+                own.trouble[2] = number
+                return k
+        else:
+            carry(own, begin, length)
+            take_step(run, begin, length)
+        if not within_bounds(work.trial, work.bounds):
+            return k
+        for j in range(state.size):
+            state[j] = work.trial[j]
+        normalise_change(own)
+        if unwind(run):
+            known = False
+    return steps
+
+
+def set_step(own: Tangents, changes: Table, first: bool) -> None:
+    """How the next step's beginning and its length change."""
+    fields = changes.shape[0] // own.blocks
+    for block in range(own.blocks):
+        for lane in range(own.lanes):
+            own.begin[block, lane] = changes[block * fields + (BEGIN if first else LATER), lane]
+            own.length[block, lane] = changes[block * fields + LENGTH, lane] if first else 0.0
+
+
+def put_row_change(own: Tangents, changes: Table, number: int, begin: float, end: float) -> None:
+    """The changes of the sample at hand, if they are wanted."""
+    if own.wanted[own.cursor[0]] != number:
+        return
+    run, size, lanes = own.run, own.run.state.size, own.lanes
+    n, raw = run.balls.number, own.constants.shape[0] // own.blocks
+    fields = changes.shape[0] // own.blocks
+    put_yields(own)
+    own.time[0], own.time[1] = begin, end
+    for block in range(own.blocks):
+        for j in range(size):
+            for lane in range(lanes):
+                own.along[j, lane] = own.change[block * size + j, lane]
+        for lane in range(lanes):
+            moved = changes[block * fields + LATER, lane]
+            own.along[size, lane] = own.along[size + 1, lane] = moved
+        first = (own.cursor[0] * own.blocks + block) * own.channels
+        constants = own.constants[block * raw : (block + 1) * raw]
+        yields = own.yields[block * n : (block + 1) * n]
+        row = own.row_change[first : first + own.channels]
+        c, b, time = run.scene.c, run.balls.branches, own.time
+        call(own.change_row, c, b, time, run.state, own.along, constants, yields, row)
+    own.cursor[0] += 1
+
+
+def normalise_change(own: Tangents) -> None:
+    """What making a quaternion a unit one, which ``unwind`` is about to do, makes of changes."""
+    run, state, size = own.run, own.run.state, own.run.state.size
+    first, square = run.quaternion, 0.0
+    if first < 0:
+        return
+    for j in range(first, first + 4):
+        square += state[j] * state[j]
+    if abs(square - 1.0) <= DRIFT:
+        return
+    scale = 1.0 / math.sqrt(square)
+    for block in range(own.blocks):
+        for lane in range(own.lanes):
+            along = 0.0
+            for j in range(first, first + 4):
+                along += state[j] * own.change[block * size + j, lane]
+            for j in range(first, first + 4):
+                was = own.change[block * size + j, lane]
+                own.change[block * size + j, lane] = scale * (was - state[j] * along / square)

@@ -1,0 +1,48 @@
+"""`ab-sim sensitivity` as a user runs it."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from tests.cli.tool import PNG, ab_sim
+
+
+def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
+    done = ab_sim(
+        "sensitivity", "on-edge", "--set", "effects.ball_contact=", "--set", "duration=0.7",
+        "--of", "final_whirl_over_e,peak_whirl_over_e", "--json", "s.json", "--plot", "s.png",
+        cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    merits = json.loads((tmp_path / "s.json").read_text())["merits"]
+    assert list(merits) == ["final_whirl_over_e", "peak_whirl_over_e"]
+    by = merits["final_whirl_over_e"]["by"]
+    assert by["balls.mass"]["unit"] == "kg" and by["balls.mass"]["value"] == 1e-3
+    elasticity = by["balls.mass"]["derivative"] * 1e-3 / merits["final_whirl_over_e"]["value"]
+    assert by["balls.mass"]["elasticity"] == pytest.approx(elasticity)
+    # Both balls start at 0: one alone has no derivative, and is left out.
+    assert not {"start.ball_angles.0", "start.ball_angles.1"} & {*by}
+    for words in (
+        "on-edge: final_whirl_over_e [e] =", "% per %", "exact derivatives of the run by rk8",
+        "left out: start.ball_angles.0, start.ball_angles.1", "no influence on",
+    ):  # fmt: skip
+        assert words in " ".join(done.stdout.split()), words
+    assert (tmp_path / "s.png").read_bytes().startswith(PNG)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (("--of", "balanced"), "merit 'balanced': is no number"),
+        (("--of", "final_whirl"), "did you mean"),
+        (("--of", "final_speed,"), "must be names with commas between"),
+        (("--to", "balls.mass,balls.mass"), "must be names with commas between, each once"),
+        (("--to", "balls.mas"), "did you mean 'balls.mass'?"),
+        (("--plot", "s.txt"), "s.txt"),
+    ],
+)
+def test_bad_words_end_in_one_message(arguments: tuple[str, str], said: str) -> None:
+    done = ab_sim("sensitivity", "thesis-hold", "--set", "duration=0.05", *arguments)
+    assert done.returncode == 2
+    assert said in done.stderr and "Traceback" not in done.stderr
