@@ -8,11 +8,13 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.analysis.sensitivity import sensitivities
 from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.design.draws import value_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
+from ab_sim.equations.planar import Planar
 from ab_sim.errors import AbSimError, SceneError
 from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.runs import AlikeRuns
@@ -104,7 +106,9 @@ class RecordedDrive:
         slope: bool = False,
         central: bool = True,
     ) -> SimulatedSignals | None:
-        """A run, and by differences its derivatives; None where it diverges or cannot be.
+        """A run and its derivatives; None where it diverges or cannot be.
+
+        By differences; across events by exact tangents, where these are there.
 
         Args:
             values: of the scene.
@@ -114,8 +118,9 @@ class RecordedDrive:
             slope: whether the derivative by time is wanted.
             central: whether differences are taken to both sides.
         """
+        exact = self._exact(values, places) if central else None
         every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)
-        for place, move in zip(places, moves, strict=True):
+        for place, move in zip(places, moves, strict=True) if exact is None else ():
             now = _number_at(values, place, self.scene)
             for way in ways:
                 moved = _with_list(values, place, self.scene)
@@ -128,10 +133,43 @@ class RecordedDrive:
         if runs is None:
             return None
         shown, slopes = self._at_times(runs, delay, slope)
+        if exact is not None:
+            return SimulatedSignals(shown[0], slopes, self._at_times(exact, delay, False)[0])
         sides = shown[1:].reshape(len(places), len(ways), *shown.shape[1:])
         widths = len(ways) * np.asarray(moves, float).reshape(-1, 1, 1)
         other = sides[:, 1] if central else shown[0]
         return SimulatedSignals(shown[0], slopes, (sides[:, 0] - other) / widths)
+
+    def _exact(self, values: Values, places: Sequence[KeyPlace]) -> np.ndarray | None:
+        """Derivatives on the sensor's axes at each step, shape (places, steps, axes).
+
+        None where differences serve as well, as without events, or there are none: of a deck in
+        space, and where what varies is not the run's own scene.
+        """
+        measured, first = self.measured, self._runs.first
+        own = measured.with_balls and not measured.trial_mass
+        if (
+            not places
+            or not own
+            or first.fits_lane
+            or not isinstance(first.system.deck_model, Planar)
+        ):
+            return None
+        channels = ("x", "y") if measured.kind == DISPLACEMENT else ("ax", "ay")
+        keys = [p.key if p.entry is None else f"{p.key}.{p.entry}" for p in places]
+        try:
+            found = sensitivities(self.scene_with(values), keys, channels)
+        except AbSimError:
+            return None
+        across = found.derivatives[:, :, 1 : self.steps + 1].transpose(1, 2, 0)
+        if measured.sensor is not None:
+            pickup = Pickup(noiseless(measured.sensor, self.step), self.step)
+            felt = []
+            for each in across:
+                pickup.reset(np.zeros(2))
+                felt.append(pickup.process(1, each))
+            across = np.array(felt)
+        return across[..., :1] * self._cosine + across[..., 1:2] * self._sine
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""

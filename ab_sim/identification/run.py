@@ -115,7 +115,7 @@ class _Work:
             intervals = intervals_of(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
-            values = search.best if len(search.best) == len(values) else values
+            values = search.best
             problem = problem.with_noise(self._left(problem, values))
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)

@@ -8,6 +8,7 @@ speed, or a quadratic one of the angle, whose derivative is piecewise linear.
 
 import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.optimize import least_squares
 
 from ab_sim.errors import InputError
 from ab_sim.spindle import Ramp, SpeedSchedule
@@ -16,6 +17,8 @@ MOST_PIECES = 400
 """More would be noise, or a curve resolved beyond what the balls notice."""
 FINEST = 1e-10
 """Of the largest speed: what rounding leaves of a recording of a simulation."""
+MOST_MOVED, ENOUGH = 12, 4000
+"""Knots that are moved to where they fit best; samples that this takes."""
 NOISE = 4.5
 """Standard deviations of a tachometer's noise that count as a straight line."""
 FEWEST = 3
@@ -40,7 +43,9 @@ def schedule_from(
         if angle is None:
             raise InputError(f"{name}: neither the spindle's speed nor its angle was recorded")
         speed = np.gradient(angle, time)
-    knots = _knots(time, speed)
+    knots, noisy = _knots(time, speed)
+    if noisy:
+        knots = _refined(time, *((speed, 1) if angle is None else (angle, 2)), knots)
     if angle is not None:
         fitted = _spline(time, angle, knots, 2).derivative()
         start_angle = float(_spline(time, angle, knots, 2)(0.0))
@@ -59,8 +64,32 @@ def _spline(time: np.ndarray, values: np.ndarray, knots: np.ndarray, degree: int
     return make_lsq_spline(time, values, np.concatenate([ends[0], knots, ends[1]]), degree)
 
 
-def _knots(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
-    """Where straight pieces of the speed meet, both ends included."""
+def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarray) -> np.ndarray:
+    """Knots moved to where the spline fits best: lines through noise do not meet there."""
+    inner = knots[1:-1]
+    if not 0 < len(inner) <= MOST_MOVED:
+        return knots
+    thin = max(1, len(time) // ENOUGH)
+    some, of = time[::thin], values[::thin]
+    between = float(some[1] - some[0])
+    reach = 0.45 * np.minimum(np.diff(knots)[:-1], np.diff(knots)[1:])
+    reach = np.maximum(reach - FEWEST * between, 0.0)
+
+    def left(places: np.ndarray) -> np.ndarray:
+        whole = np.concatenate([knots[:1], places, knots[-1:]])
+        found: np.ndarray = _spline(some, of, whole, degree)(some) - of
+        return found
+
+    held = reach <= between
+    low, high = inner - np.where(held, between, reach), inner + np.where(held, between, reach)
+    best = least_squares(
+        left, inner, bounds=(low, high), x_scale=between, diff_step=1e-3, max_nfev=40
+    )
+    return np.concatenate([knots[:1], best.x, knots[-1:]])
+
+
+def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Where straight pieces of the speed meet, both ends included; and whether there is noise."""
     top = float(np.max(np.abs(speed)))
     # Of white noise the second difference has six times the variance; a straight line has none.
     bend = np.diff(speed, 2)
@@ -81,7 +110,7 @@ def _knots(time: np.ndarray, speed: np.ndarray) -> np.ndarray:
             knots.append(float(meet))
     if len(knots) > 1 and np.count_nonzero(time >= knots[-1]) < FEWEST:
         knots.pop()
-    return np.array([*knots, float(time[-1])])
+    return np.array([*knots, float(time[-1])]), tolerance > 10.0 * FINEST * top
 
 
 def _lines(
