@@ -39,12 +39,14 @@ def schedule_from(
     Raises:
         InputError: there is neither; or nothing that a spindle does.
     """
+    # Where pieces meet, differences of an angle mix them.
+    mixed = speed is None
     if speed is None:
         if angle is None:
             raise InputError(f"{name}: neither the spindle's speed nor its angle was recorded")
-        speed = np.gradient(angle, time)
+        speed = np.gradient(angle, time, edge_order=2)
     knots, noisy = _knots(time, speed)
-    if noisy:
+    if noisy or mixed:
         knots = _refined(time, *((speed, 1) if angle is None else (angle, 2)), knots)
     if angle is not None:
         fitted = _spline(time, angle, knots, 2).derivative()
@@ -83,7 +85,7 @@ def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarra
     held = reach <= between
     low, high = inner - np.where(held, between, reach), inner + np.where(held, between, reach)
     best = least_squares(
-        left, inner, bounds=(low, high), x_scale=between, diff_step=1e-3, max_nfev=40
+        left, inner, bounds=(low, high), x_scale=between, diff_step=[1e-3] * len(inner), max_nfev=40
     )
     return np.concatenate([knots[:1], best.x, knots[-1:]])
 
