@@ -15,6 +15,10 @@ LAGS = 20
 """Of the autocorrelation that are looked at."""
 FLAGGED = 4.0
 """z from which residuals are not noise: of true models one in some thousand has so much."""
+PARTS, LOUDER = 20, 3.0
+"""Of a recording, whose residuals are compared; times as large as before: something changed."""
+DRIFT = 2.0
+"""Standard deviations of the rest, over the whole recording."""
 NOISELESS = 1e-6
 """Of the signals' size: less than that is no noise of a sensor, and is not looked for."""
 
@@ -35,6 +39,8 @@ class Whiteness(NamedTuple):
     """Of the cumulative periodogram's largest distance from a straight line among such."""
     judged: bool
     """Whether there was noise to judge by."""
+    signs: tuple[str, ...] = ()
+    """What residuals that are no noise look like, where that is known."""
 
     @property
     def white(self) -> bool:
@@ -43,7 +49,7 @@ class Whiteness(NamedTuple):
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values."""
-        return {**self._asdict(), "white": self.white}
+        return {**self._asdict(), "white": self.white, "signs": list(self.signs)}
 
 
 def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -> Whiteness:
@@ -79,10 +85,41 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
         problem: has been fitted.
         values: of its parameters [SI].
     """
-    return tuple(
-        whiteness_of(problem.left(k, values), measured.rms, measured.name)
-        for k, measured in enumerate(problem.recordings)
-    )
+    found = []
+    for k, measured in enumerate(problem.recordings):
+        left = problem.left(k, values)
+        each = whiteness_of(left, measured.rms, measured.name)
+        found.append(each if each.white else each._replace(signs=signs_of(left, measured.time)))
+    return tuple(found)
+
+
+def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
+    """What residuals look like: a sensor that drifts, a drive that changes on its way.
+
+    Args:
+        left: shape (samples, axes), NaN where nothing was measured.
+        time: of the samples [s].
+    """
+    found = []
+    for axis, column in enumerate(left.T):
+        there = np.isfinite(column)
+        at, values = time[there], column[there]
+        slope, level = np.polyfit(at, values, 1)
+        rest = values - slope * at - level
+        drift = float(slope * (at[-1] - at[0]))
+        if abs(drift) > DRIFT * float(rest.std()):
+            found.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor?")
+    parts = np.array_split(left, PARTS)
+    sizes = np.array([np.sqrt(np.nanmean(part**2)) for part in parts])
+    quiet = float(np.min(sizes[: PARTS // 2]))
+    loud = sizes > LOUDER * quiet
+    first = int(np.argmax(loud))
+    if first >= 2 and loud[first:].all():
+        found.append(
+            f"it fits until {time[first * len(time) // PARTS]:.3g} s and no more from there on: "
+            "has something changed, or broken?"
+        )
+    return tuple(found)
 
 
 def noises_of(recordings: Sequence[Measured]) -> list[float]:

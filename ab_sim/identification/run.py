@@ -246,6 +246,7 @@ def _verdict(
             reasons.append(
                 f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4"
             )
+            reasons += [f"{one.recording}: {sign}" for sign in one.signs]
         else:
             reasons.append(
                 f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
