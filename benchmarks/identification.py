@@ -31,6 +31,7 @@ from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.identification.intervals import intervals_of  # noqa: E402
+from ab_sim.identification.missing import as_good_as_the_best  # noqa: E402
 from ab_sim.identification.parameters import fitted_parameters  # noqa: E402
 from ab_sim.identification.problem import Problem  # noqa: E402
 from ab_sim.identification.residuals import noises_of, whiteness_over  # noqa: E402
@@ -125,7 +126,7 @@ def with_effect(seed: int) -> dict[str, Any]:
         "change": change,
         "z": [each.z for each in found.whiteness],
         "flagged": not all(each.white for each in found.whiteness),
-        "named": [each.name for each in found.tried if not each.failure][:1],
+        "named": as_good_as_the_best(found.tried),
         "seconds": time.process_time() - begin,
     }
 

@@ -52,6 +52,8 @@ def page(report: dict[str, Any]) -> str:
         "## Missing effects",
         table(["effect", "changes signals by [noise]", "z", "flagged", "named first"],
               _effects(report["effects"])),
+        "Friction of the race and of rolling are the same law where balls are equal: both are "
+        "named.",
         _summary(report),
     ]  # fmt: skip
     return "\n\n".join(parts) + "\n"
@@ -115,7 +117,7 @@ def _effects(found: Sequence[dict[str, Any]]) -> list[list[str]]:
 def _summary(report: dict[str, Any]) -> str:
     effects = report["effects"]
     flagged = sum(each["flagged"] for each in effects)
-    named = sum(each["named"] == [each["effect"]] for each in effects)
+    named = sum(each["effect"] in each["named"] for each in effects)
     right = [each for part in ("drives", "friction") for each in report[part] if each["right"]]
     z = [x for part in (right, report["coverage"], report["coverage_friction"])
          for each in part for x in each["z"]]  # fmt: skip

@@ -26,6 +26,8 @@ EQUAL, UNEQUAL = "suspension", "unequal_suspension"
 """Of which a scene has one or the other."""
 APART, TINY = 0.01, 1e-9
 """Shares by which unequal springs begin apart; a damping that is not 0."""
+ALIKE = 2.0
+"""Noise variances by which the sums of squares of effects may differ that explain the same."""
 LIMIT = 1e3
 """Of a parameter, in units of the size at which it begins to be seen."""
 
@@ -68,6 +70,19 @@ def tried_effects(
     count = math.log(sum(measured.count for measured in problem.recordings))
     # As by the Bayesian information criterion: each further parameter has to be worth it.
     return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
+
+
+def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:
+    """Names of the effects that explain as much as the first, which is one of them.
+
+    Friction of the race and of rolling are the same law where balls are equal, for instance.
+    """
+    able = [each for each in tried if not each.failure]
+    return [
+        each.name
+        for each in able
+        if len(each.values) == len(able[0].values) and able[0].drop - each.drop < ALIKE
+    ]
 
 
 def _tried(

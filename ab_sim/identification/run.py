@@ -14,7 +14,7 @@ from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
 from ab_sim.identification.knowledge import Knowledge, knowledge_of
 from ab_sim.identification.measured import Measured
-from ab_sim.identification.missing import tried_effects
+from ab_sim.identification.missing import as_good_as_the_best, tried_effects
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.proposals import proposals_for
@@ -255,8 +255,9 @@ def _verdict(
     if verdict == MISSING:
         best = next((each for each in tried if not each.failure), None)
         if best is not None and best.explains > EXPLAINS:
+            names = " or ".join(as_good_as_the_best(tried))
             reasons.append(
-                f"{best.name} would explain it: with it z = {best.z:.1f}, and the sum of squares "
+                f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
                 f"falls by {best.drop:.4g} noise variances"
             )
         elif best is not None:

@@ -6,10 +6,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.bags import export_bag
+from ab_sim.cli.app import app
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.errors import InputError
@@ -70,9 +72,10 @@ def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
         (("--fit", FIT[0], "--hold-out", recording), "is given twice"),
         (("--fit", FIT[0], "--signal", "pickup"), "no columns pickup_1 and pickup_2"),
     ):  # fmt: skip
-        ran = command("identify", recording, "--scene", scene, *words)
-        assert ran.returncode == 2 and says in ran.stderr, (words, ran.stderr)
-        assert len(ran.stderr.strip().splitlines()) == 1
+        asked = ["identify", recording, "--scene", scene, *words]
+        with pytest.raises(InputError) as caught:
+            CliRunner().invoke(app, asked, catch_exceptions=False)
+        assert says in str(caught.value) and "\n" not in str(caught.value)
 
 
 def covariance(path: Path, values: list[list[float]]) -> Path:
