@@ -8,11 +8,11 @@
 # need on Debian 12, which is what they are run on there.
 FROM debian:bookworm
 
-# `make test` installs these by itself; here they come once, with the image. gcc: the firmware
-# prototype in C. git: tests ask which files there are. iproute2: two hosts in one machine.
+# `make test` installs these by itself; here they come once, with the image. g++: the action. gcc: the
+# firmware prototype in C. git: tests ask which files there are. iproute2: two hosts in one machine.
 RUN apt-get update && \
     DEBIAN_FRONTEND=noninteractive apt-get install --yes --no-install-recommends \
-        ca-certificates chromium cyclonedds-dev cyclonedds-tools gcc git iproute2 libc6-dev \
+        ca-certificates chromium cyclonedds-dev cyclonedds-tools g++ gcc git iproute2 libc6-dev \
         libgl1 libxkbcommon0 make python3 python3-dev python3-venv && \
     rm -rf /var/lib/apt/lists/*
 

@@ -15,10 +15,11 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo test test-fast coverage lint docs clean
+.PHONY: help demo action test test-fast coverage lint docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
+	@echo 'make action  build the action ~/run of the profile controller, which takes a C++ compiler'
 	@echo 'make test    lint, check types, run the tests'
 	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   also of launch files: DIR, not'
 	@echo '             relative, holds sources of ros2/launch and ros2/launch_ros, of which PyPI has none'
@@ -33,12 +34,14 @@ help:
 demo: $(VENV)/run.stamp
 	$(BIN)/ab-sim demo
 
+action: $(VENV)/action.stamp
+
 # PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
 PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest -n 2 --dist loadfile --durations=15
 
 # Most of the time goes into compiling kernels, which two processes share. What runs in real time
 # comes after that: it waits more than it works.
-test: lint $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
+test: lint $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
 	$(PYTEST) -m 'not ros'
 	$(PYTEST) -m ros
 
@@ -53,7 +56,7 @@ docs: $(VENV)/docs.stamp
 	@echo 'docs/_build/html/index.html'
 
 clean:
-	rm -rf $(VENV) docs/_build docs/examples build dist install log *.egg-info .mypy_cache .pytest_cache .ruff_cache
+	rm -rf $(VENV) docs/_build docs/examples build dist install log *.egg-info ab_interfaces/build ab_interfaces/*.egg-info .mypy_cache .pytest_cache .ruff_cache
 
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)
@@ -80,6 +83,11 @@ $(VENV)/docs.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
 	@echo 'Installing what builds the site into $(VENV) ...'
 	@$(PIP_INSTALL) setuptools
 	@$(PIP_INSTALL) --no-build-isolation --editable '.[docs]'
+	@touch $@
+
+$(VENV)/action.stamp: tools/install-action $(wildcard ab_interfaces/*.py ab_interfaces/*/*.action) \
+		| $(VENV)/run.stamp
+	@tools/install-action $(BIN)/python $(PIP_INSTALL)
 	@touch $@
 
 $(VENV)/browser.stamp: | $(VENV)/venv.stamp

@@ -56,7 +56,13 @@ setup(
     ],
     python_requires=">=3.10",
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
-    package_data={"ab_sim": ["py.typed", "nodes/discovery.xml"], "ab_msgs_py": ["py.typed"]},
+    package_data={
+        "ab_sim": [
+            *("py.typed", "nodes/discovery.xml"),
+            *("c_code/template_files/*", "c_code/fmi_headers/*.h"),
+        ],
+        "ab_msgs_py": ["py.typed"],
+    },
     install_requires=[
         "llvmlite>=0.45",  # opaque pointers, and the pass manager that is left
         "matplotlib",
@@ -115,6 +121,7 @@ setup(
             "scipy-stubs; python_version >= '3.11'",
             "types-PyYAML",
             "xarray; python_version >= '3.11'",  # what sweeps become, where it is there
+            "xmlschema",  # says whether an FMU's descriptions fit the schemas of FMI
         ],
     },
     entry_points={"console_scripts": ["ab-sim = ab_sim.cli:main"]},

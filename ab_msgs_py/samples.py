@@ -206,6 +206,18 @@ class JointSample:
         )
 
 
+def spindle_of(message: Any) -> tuple[int, float, float] | None:
+    """Time [ns], angle [rad] and speed [rad/s] of the spindle, which is all that a board knows.
+
+    Out of a JointState; None if that is another machine's.
+    """
+    names = list(message.name)
+    if "spindle" not in names or not len(message.position) == len(message.velocity) == len(names):
+        return None
+    at = names.index("spindle")
+    return nanoseconds_of(message.header.stamp), message.position[at], message.velocity[at]
+
+
 @dataclass(frozen=True)
 class WhirlSample:
     """The deck's displacement at one instant, as ``whirl``."""

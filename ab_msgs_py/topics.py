@@ -124,6 +124,17 @@ IMU = declare(
         qos=_DEEP,
     )
 )
+PROBE = declare(
+    Topic(
+        "displacement",
+        "geometry_msgs/msg/PointStamped",
+        Conversion(WhirlSample.fields, WhirlSample.of),
+        "every sample of the scene's first proximity probe, along its axes",
+        "m",
+        rate="the probe's `sample_rate`",
+        qos=_DEEP,
+    )
+)
 MODEL = declare(
     Topic(
         "robot_description",
@@ -200,6 +211,11 @@ EVENTS = declare(
 def imu_of(sensor: str, first: bool) -> Topic:
     """On which a sensor's samples are: those beside the first in ``imu_NAME`` (REP-145)."""
     return IMU if first else IMU._replace(name=f"imu_{sensor}/data_raw")
+
+
+def probe_of(probe: str, first: bool) -> Topic:
+    """On which a probe's samples are: those beside the first in ``displacement_NAME``."""
+    return PROBE if first else PROBE._replace(name=f"displacement_{probe}")
 
 
 def block_bytes(block: Block) -> bytes:

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ab_sim import results
+    from ab_sim.api.c_code import write_c, write_fmu
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
     from ab_sim.api.derivatives import sensitivities
     from ab_sim.api.design import open_sweep, robust, sweep, tune
@@ -91,11 +92,14 @@ __all__ = [
     "stability_map",
     "sweep",
     "tune",
+    "write_c",
+    "write_fmu",
 ]
 
 # No name of it but `results` may be that of a module beside this one: importing that module would
 # put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
 _MODULES = {
+    "api.c_code": ("write_c", "write_fmu"),
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
     "api.derivatives": ("sensitivities",),
     "api.design": ("open_sweep", "robust", "sweep", "tune"),

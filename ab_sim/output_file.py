@@ -17,6 +17,7 @@ CSV = (".csv",)
 PNG = (".png",)
 PAGE = (".html",)
 SCENE = (".yaml", ".yml")
+FMU = (".fmu",)
 BAG_FILE = (".mcap", ".db3", ".bag")
 
 

@@ -24,7 +24,7 @@ PAGES = [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - set(DOCS.glob("_b
 NAMES = [str(page.relative_to(ROOT)) for page in PAGES]
 
 RUN = {
-    "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
+    "c", "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
     "scenes", "sensors", "state", "urdf",
 }  # fmt: skip
 """Commands of ab-sim that are run. Of the others, which take long, show something, or ask nodes,
@@ -137,6 +137,11 @@ def command(line: str) -> str:
         case ["ros2", "service", "call", service, kind]:
             node, name = service.strip("/").split("/")
             assert re.search(rf"^\| `~/{name}` \| {kind} \| {node} \|", topics(), re.MULTILINE)
+        case ["ros2", "action", "send_goal", "--feedback", "/profile_controller/run", kind, goal]:
+            asked = (ROOT / f"{kind}.action").read_text(encoding="utf-8").partition("\n---\n")[0]
+            assert all(
+                re.search(rf"^string\S* {field}$", asked, re.M) for field in yaml.safe_load(goal)
+            )
         case _:
             raise AssertionError("nothing that this test knows")
     return ""

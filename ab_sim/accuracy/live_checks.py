@@ -279,5 +279,5 @@ def half_step(drive: Drive) -> Scene:
         solver["parameters"] = {**parameters, "tolerance": max(sharper, allowed.lowest)}
     # Unchecked: half a step need not be whole nanoseconds, which only stamps need.
     return drive.scene.model_copy(
-        update={"sensors": {}, "solver": drive.scene.solver.model_copy(update=solver)}
+        update={"sensors": {}, "probes": {}, "solver": drive.scene.solver.model_copy(update=solver)}
     )

@@ -19,8 +19,8 @@ def resolve_accuracy(
     """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
 
     That is measured on the scene's own run, from its start over its profile and duration, which
-    may take minutes; the commands that a live drive may get instead are not known, and segments of
-    the profile that end on a condition last as long as they may.
+    may take minutes; the commands that a live drive may get instead are not known, and nothing of
+    the profile is decided while it runs: see ``Scene.planned``.
 
     Args:
         scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
@@ -38,10 +38,7 @@ def resolve_accuracy(
 
 
 def _timed_run(scene: Scene, steps: int, every: int) -> Timed:
-    asked = scene.profile
-    if asked is not None and asked.kind == "segments":
-        scene = scene.model_copy(update={"profile": asked.lasting})
-    drive = Drive(scene)
+    drive = Drive(scene.planned)
     begin = time.thread_time()
     taken = drive.advance(steps, every)
     seconds = time.thread_time() - begin

@@ -37,7 +37,10 @@ def without_period(scene: Scene) -> Scene:
 
 
 def without_balls(scene: Scene) -> Scene:
-    """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains."""
+    """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains.
+
+    Of an adaptive start-up, which would wait in vain for balls to move, the plain one is left.
+    """
     what = "without balls"
     changes = {
         "name": f"{scene.name}, {what}",
@@ -49,7 +52,7 @@ def without_balls(scene: Scene) -> Scene:
     }
     if scene.rotor.total_mass is not None:
         changes["rotor.total_mass"] = None
-    return changed_scene(scene, changes, what)
+    return changed_scene(scene.planned, changes, what)
 
 
 def _beside(

@@ -13,6 +13,8 @@ FASTEST = 1e5
 
 def last_speed(scene: Scene) -> float:
     """At which a scene's profile ends [rad/s]; of one without, its start's."""
+    if scene.profile is not None and scene.profile.kind == "adaptive":
+        return scene.profile.target_speed
     profile = SpeedSchedule.of_scene(scene)
     return float(profile.speed(profile.end))
 

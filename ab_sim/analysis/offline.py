@@ -7,15 +7,17 @@ from typing import TYPE_CHECKING, Any
 
 import ab_sim
 from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
+from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.merits import LAST, Merits, merits_of
 from ab_sim.drive import Drive
+from ab_sim.drive.adaptive import AdaptiveRun
+from ab_sim.drive.leader import Decided
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Columns, Presented, drawn, ends, number
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,6 +48,10 @@ class OfflineRun(Presented):
     """What it is judged by."""
     work_precision: WorkPrecision | None
     """How the solver was found, if an accuracy was asked for."""
+    decisions: tuple[Decided, ...] = ()
+    """Of a profile that decides while it runs, in their order."""
+    adaptive: AdaptiveOutcome | None = None
+    """What the controller of an adaptive start-up believed; None of another profile."""
 
     def plot(self, comparison: Comparison | None = None) -> "Figure":
         """Draw speed, whirl, driving force and ball angles over time.
@@ -86,9 +92,12 @@ class OfflineRun(Presented):
             **self.merits.report(self.scene.rotor.eccentricity),
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
+            "decisions": [{"t": decided.time, "text": decided.text} for decided in self.decisions],
+            "adaptive": None if self.adaptive is None else self.adaptive.report(),
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
             "sensors": {name: sensor.model_dump() for name, sensor in self.scene.sensors.items()},
+            "probes": {name: probe.model_dump() for name, probe in self.scene.probes.items()},
             "stepper": self.stepper,
             "step": self.scene.solver.step,
             "accuracy": None if self.work_precision is None else self.work_precision.report(),
@@ -123,7 +132,6 @@ def run_scene(
     for time in times:
         if not (math.isfinite(time) and time >= 0):
             raise InputError(f"times: {time} s: must be a finite number, at least 0")
-    SpeedSchedule.of_scene(scene)  # refuses what it cannot know before minutes of measuring
     end = max([scene.duration, *times])
     scene, work_precision = resolve_accuracy(scene, tell=tell)
     drive = Drive(scene)
@@ -149,7 +157,7 @@ def run_scene(
             samples[time] = drive.observe_at(max(time, drive.time))
         if progress is not None and len(newest):
             progress(drive, newest)
-    whole = Trajectory.join(taken)
+    whole, leader = Trajectory.join(taken), drive.leader
     return OfflineRun(
         drive.scene,
         whole,
@@ -160,6 +168,8 @@ def run_scene(
         drive.steps_with_unresolved_events,
         merits_of(whole, drive.scene),
         work_precision,
+        () if leader is None else tuple(leader.decisions),
+        AdaptiveOutcome.of(leader) if isinstance(leader, AdaptiveRun) else None,
     )
 
 

@@ -42,7 +42,9 @@ def simulate(
     -------
     OfflineRun
         ``trajectory`` with every step, the start included; ``samples``, one Observation for each of
-        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling.
+        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling;
+        ``decisions`` of a profile that decides while it runs; ``adaptive``: what the controller of
+        an adaptive start-up believed.
 
     Raises
     ------
@@ -213,6 +215,8 @@ def resolve_accuracy(
 def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None:
     """Record a finished run into a Rerun file: ``ab-sim run --rrd``.
 
+    What a profile decided while it ran is in it as events.
+
     Parameters
     ----------
     run : OfflineRun
@@ -246,6 +250,9 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
         raise InputError(f"every = {every}: must be at least 1")
     found = None if run.work_precision is None else run.work_precision.report()
     with Recording(path, description=describe(run.scene, found), every=every) as recording:
+        for decided in run.decisions:  # as a recorder writes what a profile controller says
+            recording.state("profile", decided.time, decided.text.partition(":")[0])
+            recording.event(decided.time, f"profile: {decided.text}", "INFO", "profile")
         samples = run.trajectory.samples
         for first in range(0, len(samples), ROWS):
             recording.block(run.trajectory.channels, samples[first : first + ROWS])

@@ -86,7 +86,7 @@ def judged_parts(
     for members in grouped(list(prepared.values())).values():
         runs = np.array([numbers[i] for i in members])
         group = [prepared[run] for run in runs.tolist()]
-        if group[0].fits_lane and not group[0].scene.sensors:
+        if group[0].fits_lane and not group[0].scene.pickups:
             yield from _in_lanes(_PreparedGroup(group), np.arange(len(group)), runs, keys)
         else:
             yield from _one_by_one(group, runs, keys)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_buffer import SampleBuffer
+from ab_sim.drive.leaders import is_led
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -63,23 +64,26 @@ class PreparedRun:
         self.system = system_of(self.scene)
         choice = choose_stepper(self.scene, self.system)
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        scheduled_segments = SpeedSchedule.of_scene(self.scene).segments
+        self._led = is_led(self.scene)
+        schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
+        scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
         self.step_plan_key = StepPlanKey(
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
-        smooth = not has_events(self.system.effects)
-        self.fits_lane = self.stepper.takes_lanes and smooth
-        self.takes_collocation_steps = self.stepper.collocation_steps and smooth
+        # Where the profile decides while it runs, each drive is commanded for itself.
+        alike = not self._led and not has_events(self.system.effects)
+        self.fits_lane = self.stepper.takes_lanes and alike
+        self.takes_collocation_steps = self.stepper.collocation_steps and alike
 
     @property
     def group_key(self) -> Any:
         """Runs with equal keys run on the same machine code, in one group."""
-        names = tuple(self.scene.effects), tuple(self.scene.sensors)
+        names = tuple(self.scene.effects), tuple(self.scene.pickups)
         constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
-        return names, constants, self.scene.balls.count, solver, self.steps
+        return names, constants, self.scene.balls.count, solver, self.steps, self._led
 
     @property
     def channels(self) -> tuple[str, ...]:
@@ -102,7 +106,7 @@ class PreparedRun:
 
     def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:
         """Every ``stride``-th sample. Sensors are computed from all samples, before thinning."""
-        if not self.scene.sensors:
+        if not self.scene.pickups:
             return Trajectory(self.channels, samples).thinned(stride)
         return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
 
@@ -131,4 +135,4 @@ def sample_buffer_for(members: Sequence[PreparedRun], every: int) -> SampleBuffe
 
 def kernel_stride(scene: Scene, every: int) -> int:
     """Stride of the samples that the kernel writes; with sensors 1: filters need every step."""
-    return 1 if scene.sensors else every
+    return 1 if scene.pickups else every

@@ -238,7 +238,7 @@ def _can_vary(base: PreparedRun) -> bool:
     # A curve's steps depend on the cycle, and what readings depend on is not looked at here.
     ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)
     named = scene.solver.stepper != AUTO
-    return base.fits_lane and ramps and not scene.sensors and (named or base.stepper.name == USUAL)
+    return base.fits_lane and ramps and not scene.pickups and (named or base.stepper.name == USUAL)
 
 
 def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:

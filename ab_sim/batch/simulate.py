@@ -153,7 +153,7 @@ def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
         )
     kept = at_work = 0
     for scene in scenes:
-        width, steps = 14 + 2 * (scene.balls.count + len(scene.sensors)), steps_of(scene)
+        width, steps = 14 + 2 * (scene.balls.count + len(scene.pickups)), steps_of(scene)
         kept += steps // every * width if keep else 0
         most = steps // kernel_stride(scene, every) * width * LANES + 3 * steps
         at_work = max(at_work, most)

@@ -190,6 +190,37 @@ def urdf(scene: SceneArgument, change: SetOption = None) -> None:
 
 
 @app.command()
+def c(
+    scene: SceneArgument,
+    change: SetOption = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FOLDER", help="Write source, header, CMakeLists.txt, README there."),
+    ] = None,
+    fmu: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="Write it as an FMU (FMI 3.0, co-simulation): .fmu."),
+    ] = None,
+) -> None:
+    """Write a scene's drive as self-contained C99, or as an FMU, for tests without Python or ROS.
+
+    The equations of its kind of scene, steps of a fixed length, live commands, its speed profile,
+    its accelerometers (without noise). The same bits as `ab-sim run` with any C99 compiler that has
+    IEEE doubles and does not fuse what is not said to be (-ffp-contract=off): a check that comes
+    along tries it. Only smooth scenes: effects with events (friction, contact, a motor) are
+    refused, and so is a stepper that is no explicit method. docs/howto/c.md
+
+    With `cc` on PATH the FMU has a binary for this machine; else its sources only.
+    """
+    from ab_sim.scene_files import find_scene
+
+    find_scene(scene)  # refuses what is not there before what takes long to import
+    from ab_sim.cli.c import c_command
+
+    c_command(scene, change or [], out, fmu).run()
+
+
+@app.command()
 def cost(
     scene: SceneArgument,
     change: SetOption = None,

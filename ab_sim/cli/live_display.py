@@ -17,6 +17,8 @@ Show = Callable[[LiveRun], None]
 def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Show]:
     """A bar with the state of the drive, or one line a second where there is no terminal.
 
+    Beside it, what the profile controller does, and why.
+
     Args:
         console: where.
         scene: what is run.
@@ -31,10 +33,18 @@ def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Sh
         told = ["balls", *balls, *more, "deg"] if balls else []
         return " ".join([f"{live.speed:6.1f} rad/s  ", f"{whirl}  ", *told])
 
+    said = [0]
+
+    def tell(live: LiveRun) -> None:
+        for at, status in live.statuses[said[0] :]:
+            console.print(f"{at:5.1f} s   {status}", soft_wrap=True)
+        said[0] = len(live.statuses)
+
     if not console.is_terminal:
         printed = [-1]
 
         def show_line(live: LiveRun) -> None:
+            tell(live)
             if int(live.elapsed) > printed[0]:
                 printed[0] = int(live.elapsed)
                 done = min(live.elapsed, duration)
@@ -51,6 +61,7 @@ def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Sh
         task = bar.add_task("", total=duration, state="")
 
         def show(live: LiveRun) -> None:
+            tell(live)
             bar.update(task, completed=min(live.elapsed, duration), state=state(live))
 
         yield show

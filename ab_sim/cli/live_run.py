@@ -63,6 +63,8 @@ class LiveRun:
         self._nodes: dict[str, Mapping[str, str]] = {}
         if scene.profile is not None:
             controller = {"profile": source, "use_sim_time": "true", **what}
+            if scene.profile.kind == "adaptive":
+                controller["command_rate"] = repr(1.0 / scene.profile.command_period)
             self._nodes[CONTROLLER] = controller
         self._nodes["drive_sim"] = {"scene": source, "start_paused": "true", **what}
         if recorder is not None:
@@ -76,6 +78,8 @@ class LiveRun:
         self._wall = [0.0, 0.0]
         self.time = self.speed = self.whirl = 0.0
         self.ball_angles: tuple[float, ...] = ()
+        self.statuses: list[tuple[float, str]] = []
+        """What the profile controller has said, and when [s]."""
 
     def __enter__(self) -> "LiveRun":
         try:
@@ -139,8 +143,8 @@ class LiveRun:
         """Start the profile, if there is one, and let the drive run."""
         if CONTROLLER in self._nodes:
             self._ask(self._start_profile, trigger_request())
+        self._began, self._heard = self.time, time.monotonic()
         self._ask(self._pause_drive, switch_request(False))
-        self._began = self.time
         self._heard = time.monotonic()
 
     def spin(self, seconds: float) -> None:
@@ -208,6 +212,7 @@ class LiveRun:
         self._executor.add_node(self._node)
         topics.JOINT_STATES.subscription(self._node, self._hear_joints)
         topics.WHIRL.subscription(self._node, self._hear_whirl)
+        topics.PROFILE_STATUS.subscription(self._node, self._hear_status)
         topics.DIAGNOSTICS.subscription(self._node, self._hear_health)
         self._start_profile: Client[Any, Any] = self._node.create_client(
             Trigger, "profile_controller/start"
@@ -227,6 +232,10 @@ class LiveRun:
     def _hear_whirl(self, message: Any) -> None:
         x, y, _ = topics.WHIRL.sample(message).place
         self.whirl = math.hypot(x, y)
+
+    def _hear_status(self, message: Any) -> None:
+        if self._began is not None:
+            self.statuses.append((self.elapsed, topics.PROFILE_STATUS.sample(message)))
 
     def _hear_health(self, message: Any) -> None:
         for health in topics.DIAGNOSTICS.sample(message):

@@ -1,5 +1,6 @@
 """`ab-sim run`."""
 
+import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -7,6 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from ab_sim.analysis import OfflineRun, compare, run_scene
+from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
@@ -49,10 +51,12 @@ def run_command(
         report = {**result.report(), **beside}
 
         def draw(file: Path) -> None:
-            from ab_sim.figures.run import run_figure
+            from ab_sim.figures.run import DOTS, drawn_run
+            from ab_sim.figures.saved import save
 
-            period = result.variable_speed_period
-            run_figure(result.trajectory, result.scene, file, comparison, period)
+            period, led = result.variable_speed_period, result.adaptive
+            path = result.trajectory
+            save(drawn_run(path, result.scene, comparison, period, adaptive=led), file, DOTS)
 
         def write() -> None:
             if rrd is not None:
@@ -103,7 +107,28 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
         crowded = result.steps_with_unresolved_events
         lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
         table.add_row("events", f"{result.events} located{lost}")
+    for decided in result.decisions:
+        table.add_row(f"at {decided.time:.3f} s", decided.text)
+    if result.adaptive is not None:
+        table.add_row("believed at the end", _believed(result))
     table.add_row("effects", ", ".join(report["effects"]) or "none")
-    if report["sensors"]:
-        table.add_row("sensors", ", ".join(report["sensors"]))
+    for section in ("sensors", "probes"):
+        if report[section]:
+            table.add_row(section, ", ".join(report[section]))
     return table
+
+
+def _believed(result: OfflineRun) -> str:
+    """What the controller of an adaptive start-up believed, and what is true."""
+    assert result.adaptive is not None
+    belief, scene = result.adaptive.belief, result.scene
+    length, symbol = scene.whirl_unit
+    if math.isnan(belief.critical_speed):
+        return "nothing of the drive"
+    critical = f"{belief.critical_speed:.4g} +- {belief.critical_speed_deviation:.2g} rad/s"
+    if scene.critical_speed is not None:
+        critical += f" (true: {scene.critical_speed:.4g})"
+    left = f"{abs(belief.net_unbalance) / length:.3g}"
+    left += f" +- {belief.net_unbalance_deviation / length:.2g} {symbol}"
+    true = net_unbalance(result.trajectory.last(1), scene)[0] / length
+    return f"critical speed {critical}, net unbalance {left} (true: {true:.3g})"

@@ -17,6 +17,7 @@ from ab_sim.equations.planar import Planar
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene
+from ab_sim.scene.probes import ProximityProbe
 from ab_sim.scene.registry import effect_parameters
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
@@ -38,9 +39,9 @@ def print_effects(only: str | None = None) -> None:
 
 
 def print_sensors() -> None:
-    """The accelerometer, which all sensors are: meaning, equation, source and parameters."""
-    parameters = Accelerometer.model_json_schema()["properties"]
-    console.print(_described("accelerometer", Accelerometer, parameters))
+    """Accelerometer and proximity probe: meaning, equation, source and parameters."""
+    for name, kind in (("accelerometer", Accelerometer), ("proximity probe", ProximityProbe)):
+        console.print(_described(name, kind, kind.model_json_schema()["properties"]))
 
 
 def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]) -> Table:
@@ -104,6 +105,9 @@ def _profile(scene: Scene) -> str:
     profile, first = scene.profile, scene.start.speed
     if profile is None:
         return "none"
+    if profile.kind == "adaptive":
+        period = f"a command every {profile.command_period:g} s"
+        return f"adaptive, told of {profile.sensor}, {period}"
     if profile.kind != "start_up" or profile.variable_speed_period is None:
         return profile.kind
     if profile.period_begins(first) is None:
@@ -176,9 +180,10 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
 
 
 def _sensors(scene: Scene) -> Iterator[tuple[str, str]]:
-    for name, sensor in scene.sensors.items():
+    for name, sensor in scene.pickups.items():
         steps = steps_per_sample(sensor.sample_rate, scene.solver.step)
         every = "every step" if steps == 1 else f"every {steps} steps"
         rates = f"{sensor.sample_rate:g} samples/s, one {every}; low-pass {sensor.bandwidth:g} Hz"
         aliases = sensor.aliasing(scene.solver.step)
-        yield f"sensor {name}", f"{rates}; {aliases}" if aliases else rates
+        what = "probe" if name in scene.probes else "sensor"
+        yield f"{what} {name}", f"{rates}; {aliases}" if aliases else rates

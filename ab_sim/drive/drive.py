@@ -7,6 +7,7 @@ import numpy as np
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
+from ab_sim.drive.leaders import is_led, leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.step_plan import StepPlan
@@ -15,7 +16,7 @@ from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_of
 from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS, has_friction, has_motor
+from ab_sim.dynamics.system import TURNS, has_motor
 from ab_sim.errors import CommandError, SceneError, exact
 from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.vector_field import VectorField
@@ -94,14 +95,13 @@ class Drive:
         self.step = scene.solver.step
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
-        self._has_friction = bool(has_friction(self.system.effects))
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
+        self._led = not commanded and is_led(scene)
+        held = commanded or self._led
         self._first_profile = (
-            SpeedSchedule.constant(scene.start.speed, scene.start.angle)
-            if commanded
-            else SpeedSchedule.of_scene(scene)
+            SpeedSchedule.at_start(scene) if held else SpeedSchedule.of_scene(scene)
         )
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
@@ -147,10 +147,13 @@ class Drive:
         self._take(self._step_plan, 0, self._room_for(0))
         self._start_energy = self._stored_energy(self._state, 0.0)
         self._reader.reset()
+        self._obey(self._advance(0))
 
     def _to_start(self) -> None:
         self.steps = 0
         self._profile, self._step_plan = self._first_profile, self._first_step_plan
+        self.leader = leader_of(self.scene, self.faults) if self._led else None
+        """What commands it, if its profile decides while it runs; None once a command has."""
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
         self._state[:] = start_state(self.scene, self.system)
@@ -180,8 +183,11 @@ class Drive:
             was not made ``commanded``, so much faster than its profile that the step is too long
             for it; nothing has changed.
         """
+        self._approach(speed, self.servo.max_acceleration if acceleration is None else acceleration)
+        self.leader = None
+
+    def _approach(self, speed: float, slope: float) -> None:
         self._check_stable(self.servo.check(speed))
-        slope = self.servo.max_acceleration if acceleration is None else acceleration
         if (speed, slope) == (self._command, self._acceleration):
             return
         now = self.time
@@ -236,11 +242,20 @@ class Drive:
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
-        samples = self._room_for(steps)
-        if steps:
-            self._take(self._step_plan, steps, samples)
-            self.steps += steps
-        return self._reader.trajectory(samples)
+        samples, first, end = self._room_for(steps), self.steps, self.steps + steps
+        while self.steps < end:
+            until = end if self.leader is None else min(self.leader.next(self.steps), end)
+            part = samples[self.steps - first : until - first]
+            self._take(self._step_plan, len(part), part)
+            self.steps = until
+            self._obey(self._reader.trajectory(part))
+        return Trajectory(self.channels, samples)
+
+    def _obey(self, newest: Trajectory) -> None:
+        """Follow what leads it, if its profile decides, which hears of the newest steps."""
+        speed = None if self.leader is None else self.leader.command(newest, self.steps)
+        if speed is not None and self.servo.accepts(speed):  # as a live drive does
+            self._approach(speed, self.servo.max_acceleration)
 
     def present(self) -> Trajectory:
         """The present as a trajectory of one sample."""
@@ -250,7 +265,7 @@ class Drive:
 
     def observe(self) -> Observation:
         """The drive now."""
-        return self._reader.observation(self.present(), self.time, self._stuck())
+        return self._reader.observation(self.present(), self.time, self._discrete_state)
 
     def observe_at(self, time: float) -> Observation:
         """The drive at a time within the next step, which is not taken by this.
@@ -270,20 +285,15 @@ class Drive:
                 f"time = {time} s: must lie within the next step, "
                 f"{self.time} to {self.time + self.step} s"
             )
-        work = self._work
-        changed = self._state, self._discrete_state, work.counts, work.memory, work.smooth
-        kept = [array.copy() for array in changed]
-        try:
+        with self._steps.left_unchanged():
             if time - self.time > same_instant(time, self.step):
                 part = StepPlan(parts(self.profile, self._grid(), self.steps, time))
                 self._take(part, 1, self._room_for(1))
             there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
             self._take(StepPlan([there]), 0, sample)
-            return self._reader.observation(self._reader.present(sample), time, self._stuck())
-        finally:
-            for array, values in zip(changed, kept, strict=True):
-                array[:] = values
+            present = self._reader.present(sample)
+            return self._reader.observation(present, time, self._discrete_state)
 
     def energy(self) -> EnergyBalance:
         """The energy balance since the start.
@@ -318,6 +328,7 @@ class Drive:
             self._command,
             self._acceleration,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
+            None if self.leader is None else self.leader.state,
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -329,6 +340,7 @@ class Drive:
             It does not fit; nothing has changed.
         """
         self.check(snapshot)
+        self.leader = restored_leader(self.scene, self.faults, snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
@@ -385,13 +397,3 @@ class Drive:
             float(scheduled.start_angle + scheduled.segment.angle(local)),
             float(scheduled.segment.speed(local)),
         )
-
-    def _stuck(self) -> np.ndarray:
-        """Whether friction holds a ball on the race, shape (balls,)."""
-        discrete_state = self._discrete_state[: self.scene.balls.count]
-        stuck: np.ndarray = (
-            (discrete_state[:, DIRECTION] == 0)
-            & (discrete_state[:, LOADED] == 1)
-            & self._has_friction
-        )
-        return stuck

@@ -1,7 +1,7 @@
 """What a drive shows of itself at one instant, and what is kept to return to it."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -94,6 +94,8 @@ class Snapshot(NamedTuple):
     acceleration: float
     """rad/s^2, with which it is approached."""
     pickups: dict[str, PickupState]
+    leader: Any = None
+    """State of what commands it, JSON-able, if its profile decides while it runs; else None."""
 
     def check_like(self, other: "Snapshot") -> None:
         """Refuse what is not of a drive with the same scene as another one's.

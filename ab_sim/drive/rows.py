@@ -9,7 +9,8 @@ from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import MASS, System, has_motor
+from ab_sim.dynamics.system import DIRECTION, LOADED, MASS, System, has_friction, has_motor
+from ab_sim.equations.orientation import turn_of
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import Pickup
 from ab_sim.stepping.fixed_step import DECK, STEP
@@ -18,7 +19,7 @@ from ab_sim.stepping.fixed_step import DECK, STEP
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
     """Names of a scene's channels."""
     kind, balls = type(system.deck_model), scene.balls.count
-    sensors = [f"{name}_{axis + 1}" for name in scene.sensors for axis in range(kind.AXES)]
+    sensors = [f"{name}_{axis + 1}" for name in scene.pickups for axis in range(kind.AXES)]
     return channels_for(kind.CHANNELS, balls, has_motor(system.effects), sensors)
 
 
@@ -38,7 +39,7 @@ class RowReader:
         self._deck_model, self._layout = system.deck_model, layout_of(system)
         self._motor, self._ways = bool(has_motor(system.effects)), type(system.deck_model).AXES
         self.pickups = {
-            name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.sensors.items()
+            name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.pickups.items()
         }
         self.channels = channels_of(scene, system)
         self._own = slice(DECK, DECK + len(type(system.deck_model).CHANNELS))
@@ -76,13 +77,15 @@ class RowReader:
             sample[:, at] = pickup.reading
         return Trajectory(self.channels, sample)
 
-    def observation(self, present: Trajectory, time: float, stuck: np.ndarray) -> Observation:
+    def observation(
+        self, present: Trajectory, time: float, discrete_state: np.ndarray
+    ) -> Observation:
         """One sample with what follows from it.
 
         Args:
             present: as ``present`` gives it.
             time: s.
-            stuck: whether friction holds a ball on the race, shape (balls,).
+            discrete_state: then.
         """
         row = present.samples[0]
         psi, omega, command = (float(x) for x in row[2:5])
@@ -106,11 +109,17 @@ class RowReader:
             angular_acceleration=present.angular_acceleration[0],
             theta=theta.copy(),
             theta_rate=rate.copy(),
-            stuck=stuck,
+            stuck=self._stuck(discrete_state[: present.balls]),
             driving_force=self._driven.forces(present)[0],
             motor_torque=float(present["motor_torque"][0]) if self._motor else math.nan,
             readings={name: pickup.reading for name, pickup in self.pickups.items()},
         )
+
+    def _stuck(self, discrete_state: np.ndarray) -> np.ndarray:
+        """Whether friction holds a ball on the race, shape (balls,)."""
+        held = (discrete_state[:, DIRECTION] == 0) & (discrete_state[:, LOADED] == 1)
+        stuck: np.ndarray = held & bool(has_friction(self._system.effects))
+        return stuck
 
     def _readings(self) -> list[slice]:
         """Columns of each sensor's readings."""
@@ -118,7 +127,21 @@ class RowReader:
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
     def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
-        """Specific force where a sensor is, on the deck's axes [m/s^2], shape (samples, ways)."""
-        point = np.array(self._scene.sensors[name].position)
-        force: np.ndarray = self._deck_model.specific_force(self._system.effects, shown, point)
-        return force
+        """What a sensor senses, shape (samples, ways).
+
+        That is specific force on the deck's axes [m/s^2], or a probe's displacement [m].
+        """
+        point, effects = self._scene.pickups[name].position, self._system.effects
+        if name in self._scene.probes:
+            return self._displaced(shown, np.array(point))
+        return np.stack(self._deck_model.specific_force(effects, shown.T, point), axis=1)
+
+    def _displaced(self, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+        """How far a point of the deck has moved, on inertial axes [m], shape (samples, ways)."""
+        names = type(self._deck_model).CHANNELS
+        moved: np.ndarray = shown[:, [names.index(axis) for axis in "xyz"[: self._ways]]]
+        if "qw" in names:
+            q = shown[:, [names.index(f"q{part}") for part in "wxyz"]]
+            turn = np.array(turn_of(list(q.T))).reshape(3, 3, -1)
+            moved = moved + np.einsum("ijs,j->si", turn, point) - point
+        return moved

@@ -1,6 +1,5 @@
 """A snapshot of a drive in a file, for another process to go on from, to the bit."""
 
-import functools
 import hashlib
 import json
 import math
@@ -10,20 +9,18 @@ from typing import Any
 
 import numpy as np
 
-import ab_sim
 from ab_sim.drive.observation import Snapshot
+from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
 from ab_sim.errors import InputError
-from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
 from ab_sim.quoting import short, shortened
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import PickupState
-from ab_sim.sources import NotOfSources, sources
 from ab_sim.spindle import ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.speed_laws import RaisedCosine, Ramp
 
 FORMAT, VERSION = "ab_sim snapshot", 1
-MOST_BYTES = 1 << 24
-"""Of a file; hours of commands take some MB."""
+DRIVE = "ab_sim.drive.drive"
+"""The module that goes on from one."""
 MOST_TIME = 2.0**31
 """s; a message's stamp cannot say more."""
 SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
@@ -44,22 +41,16 @@ def write_snapshot(
     Raises:
         InputError: the file cannot be written.
     """
-    check_ending(path, REPORT, "snapshot")
-    check_writable(path, "snapshot")
     run = json.dumps({"drive": _as_values(snapshot), "beside": dict(beside)})
     content = {
         "format": FORMAT,
         "version": VERSION,
-        "ab_sim": ab_sim.__version__,
-        "kernel": _kernel(*modules),
+        **origin(DRIVE, *modules),
         "scene": scene.as_mapping(),
         "digest": _digest(run),
         "run": run,
     }
-    try:
-        write_whole(path, json.dumps(content, indent=1).encode())
-    except OSError as error:
-        raise InputError(f"snapshot {path}: cannot be written: {error.strerror}") from error
+    write_content(path, content)
 
 
 def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, dict[str, Any]]:
@@ -73,31 +64,13 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
     Raises:
         InputError: there is none, it is damaged, or it is of another scene or another ab_sim.
     """
-    try:
-        with path.open("rb") as file:
-            text = file.read(MOST_BYTES + 1)
-        if len(text) > MOST_BYTES:
-            raise InputError(f"snapshot {path}: is none: it has more than {MOST_BYTES} bytes")
-        content = json.loads(text)
-    except OSError as error:
-        raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
-    except (ValueError, RecursionError) as error:
-        raise InputError(f"snapshot {path}: is damaged, or none: {error}") from error
-    if not isinstance(content, dict) or content.get("format") != FORMAT:
-        raise InputError(f"snapshot {path}: is a JSON file, but no snapshot of ab_sim")
-    version, *of = (content.get(key) for key in ("version", "ab_sim", "kernel"))
-    if version != VERSION:
+    content = read_content(path, FORMAT, "no snapshot of ab_sim")
+    if (version := content.get("version")) != VERSION:
         raise InputError(
             f"snapshot {path}: is of version {short(version)}, and this ab_sim reads version "
             f"{VERSION}; save it again"
         )
-    if of != [ab_sim.__version__, _kernel(*modules)]:
-        program, kernel = (shortened(str(each)) for each in of)
-        raise InputError(
-            f"snapshot {path}: is of ab_sim {program} with kernel {kernel}, and this is "
-            f"{ab_sim.__version__} with {_kernel(*modules)}: it would not go on to the same bits; "
-            "save it again"
-        )
+    check_origin(path, content, DRIVE, *modules)
     if different := _different(content.get("scene"), json.loads(json.dumps(scene.as_mapping()))):
         names = shortened(", ".join(different))
         raise InputError(
@@ -123,17 +96,6 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
 
 def _digest(run: str) -> str:
     return hashlib.sha256(run.encode()).hexdigest()
-
-
-@functools.cache
-def _kernel(*modules: str) -> str:
-    """A few digits that say of which sources a drive is made, and what is beside it."""
-    try:
-        made_of = sources(["ab_sim.drive.drive", *modules])
-    except NotOfSources as error:
-        raise InputError(f"snapshot: {error}; start this process again") from error
-    digests = "".join(source.digest for source in made_of.values())
-    return hashlib.sha256(digests.encode()).hexdigest()[:16]
 
 
 def _different(one: Any, other: Any, name: str = "") -> list[str]:
@@ -166,6 +128,7 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
             name: [[[z.real, z.imag] for z in mode.tolist()], force.tolist(), reading.tolist()]
             for name, (mode, force, reading) in snapshot.pickups.items()
         },
+        "leader": snapshot.leader,
     }
 
 
@@ -208,4 +171,5 @@ def _from_values(kept: dict[str, Any]) -> Snapshot:
             )
             for name, (mode, force, reading) in kept["pickups"].items()
         },
+        leader=kept["leader"],
     )

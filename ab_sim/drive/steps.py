@@ -1,6 +1,7 @@
 """Steps of a system: its machine code and arrays, made for a stepper."""
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,18 @@ class Steps:
         if own is not None and not own.take(system):
             self._by_collocation = ByCollocation(system, weights)
             self._made.clear()
+
+    @contextlib.contextmanager
+    def left_unchanged(self) -> Iterator[None]:
+        """Whatever steps are taken within, all is afterwards as it was."""
+        work = self.work
+        changed = self.state, self.discrete_state, work.counts, work.memory, work.smooth
+        kept = [array.copy() for array in changed]
+        try:
+            yield
+        finally:
+            for array, values in zip(changed, kept, strict=True):
+                array[:] = values
 
     def _memory(self, states: int) -> tuple[int, int]:
         """Shape of what the stepper carries from step to step."""

@@ -16,14 +16,13 @@ the deck's own states:
         what its suspension dissipates: for the energy balance
     jump(self, state, jumps)
         what jumps of velocity, in the order of x, add to its states
+    specific_force(self, effects, channels, point)
+        specific force at a point of the deck, on its axes, one number for each of these
 
 and for numbers:
 
     place(self, states, psi)
         where the deck is along its axes, from its own states, one line for each
-    specific_force(self, effects, shown, point)
-        specific force at a point of the deck on its axes, from its channels, one line for each
-        sample
     at_rest(self, states)
         its channels if it stood still in such states, one line
     scale(self, length, speed)

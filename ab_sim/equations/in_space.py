@@ -38,7 +38,7 @@ from ab_sim.equations.arrowhead import Arrow
 from ab_sim.equations.deck_model import deck_model
 from ab_sim.equations.motion import SpindleMotion
 from ab_sim.equations.mounts import mount_energy, mount_forces, mount_loss
-from ab_sim.equations.orientation import half_product, to_ground, turn_of
+from ab_sim.equations.orientation import cross, half_product, to_deck, to_ground, turn_of
 from ab_sim.equations.race import BallConstants, OnRace, drag_force, on_race, relative_load
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 from ab_sim.tracing.functions import sqrt
@@ -167,15 +167,14 @@ class InSpace(NamedTuple):
         """Of C on the ground's axes [m], shape (samples, 3)."""
         return states[:, :3]
 
-    def specific_force(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """Specific force at a point of the deck on its axes [m/s^2], shape (samples, 3)."""
-        _, _, acceleration, quaternion, rates, change = np.split(shown, [3, 6, 9, 13, 16], axis=1)
-        turn = np.array(turn_of(list(quaternion.T))).reshape(3, 3, -1)
-        force = np.einsum("jis,sj->si", turn, acceleration - np.array(self.gravity))
-        own: np.ndarray = (
-            force + np.cross(change, point) + np.cross(rates, np.cross(rates, point[None, :]))
-        )
-        return own
+    def specific_force(self, effects: Any, channels: State, point: Sequence[float]) -> list[Number]:
+        """Specific force at a point of the deck, on its axes [m/s^2]."""
+        # No matrix product: how those round depends on the processor.
+        fall = [a - g for a, g in zip(channels[6:9], self.gravity, strict=True)]
+        rates, change = channels[13:16], channels[16:19]
+        force = to_deck(turn_of(channels[9:13]), fall[0], fall[1], fall[2])
+        tangential, inwards = cross(change, point), cross(rates, cross(rates, point))
+        return [f + t + i for f, t, i in zip(force, tangential, inwards, strict=True)]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
         """Where it is and as it is turned."""

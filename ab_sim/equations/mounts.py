@@ -11,6 +11,7 @@ PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
 """First numbers of a mount: where it is on deck axes [m]; stiffness [N/m] and damping [N s/m] along
 its three axes; these axes on the ground's, one after the other."""
 MOUNT_WIDTH = 18
+MOUNT_UNITS = ("m",) * 3 + ("N/m",) * 3 + ("N s/m",) * 3 + ("1",) * 9
 
 
 def at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> tuple[Any, Any]:

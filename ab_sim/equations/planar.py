@@ -125,11 +125,12 @@ class Planar(NamedTuple):
         c, s, (u1, u2) = np.cos(psi), np.sin(psi), states.T[:2]
         return np.stack([c * u1 - s * u2, s * u1 + c * u2], axis=1)
 
-    def specific_force(self, effects: Any, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def specific_force(
+        self, effects: Any, channels: Sequence[Number], point: Sequence[float]
+    ) -> list[Number]:
         """Specific force on fixed axes [m/s^2]: the same all over a deck that never turns."""
         gravity = over_effects(effects, "gravity", (0.0, 0.0))
-        own: np.ndarray = shown[:, 4:] - np.array(gravity)
-        return own
+        return [channels[4] - gravity[0], channels[5] - gravity[1]]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
         """At a spindle angle of 0."""

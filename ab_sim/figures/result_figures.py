@@ -44,8 +44,9 @@ def trajectory(found: Trajectory) -> ResultFigure:
 def run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
     """A run, beside those that it is compared with."""
     beside = Comparison(None, None) if comparison is None else comparison
-    period = found.variable_speed_period
-    return with_plain_texts(drawn_run(found.trajectory, found.scene, beside, period))
+    period, adaptive = found.variable_speed_period, found.adaptive
+    drawn = drawn_run(found.trajectory, found.scene, beside, period, adaptive=adaptive)
+    return with_plain_texts(drawn)
 
 
 def batch(found: Batch) -> ResultFigure:

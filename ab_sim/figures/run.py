@@ -6,12 +6,14 @@ from pathlib import Path
 import numpy as np
 from matplotlib.axes import Axes
 
+from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.equations.effects.motor import Motor
+from ab_sim.figures.adaptive import draw_unbalance, mark_states
 from ab_sim.figures.balls import ball_styles, draw_balls
 from ab_sim.figures.curves import draw_curve, say_conventions
 from ab_sim.figures.labels import Label, label_at_right
@@ -20,7 +22,14 @@ from ab_sim.scene.model import Scene
 
 RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
 TILT = {"alpha, about x": RUN, "beta, about y": "tab:blue", "gamma, about the shaft": "0.55"}
-KINDS = {"start_up": "Start-up", "speed_change": "Speed change", "segments": "Run"}
+KINDS = {
+    "start_up": "Start-up",
+    "speed_change": "Speed change",
+    "segments": "Run",
+    "adaptive": "Adaptive start-up",
+}
+DOTS = 120
+"""Of a picture, per inch."""
 LEAST = 1e-4
 """Whirl smaller than this share of its peak is not drawn, nor is what is so small beside it."""
 
@@ -47,7 +56,7 @@ def run_figure(
         period_start: when the variable-speed period starts [s], if there is one.
         title: default: the profile's kind and the scene's name.
     """
-    save(drawn_run(trajectory, scene, comparison, period_start, title), path, 120)
+    save(drawn_run(trajectory, scene, comparison, period_start, title), path, DOTS)
 
 
 def drawn_run(
@@ -56,12 +65,19 @@ def drawn_run(
     comparison: Comparison,
     period_start: float | None = None,
     title: str | None = None,
+    adaptive: AdaptiveOutcome | None = None,
 ) -> ResultFigure:
-    """What ``run_figure`` writes, not written yet; arguments as there."""
+    """What ``run_figure`` writes, not written yet; arguments as there.
+
+    Args:
+        adaptive: what the controller of an adaptive start-up did: it is marked when it dwelt, and
+            the net unbalance that it believed in is drawn beside the true one.
+    """
     merits = merits_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
     motor, balls = scene.effects.get("motor"), trajectory.balls
     heights = {"speed": 0.5, "whirl": 1.2}
+    heights |= {} if adaptive is None else {"unbalance": 0.7}
     heights |= {"height": 0.5} if _rises(trajectory, scene) else {}
     heights |= {"tilt": 0.7} if trajectory.tilts else {}
     heights |= {} if motor is None else {"torque": 0.6}
@@ -79,6 +95,9 @@ def drawn_run(
     panels[0].set_title(_summary(merits, scene, comparison), fontsize=9)
     _draw_speed(at["speed"], trajectory, scene, comparison)
     _draw_whirl(at["whirl"], trajectory, scene, merits, comparison)
+    if adaptive is not None:
+        draw_unbalance(at["unbalance"], trajectory, scene, adaptive)
+        mark_states(panels, adaptive)
     if "height" in at:
         _draw_height(at["height"], trajectory)
     if "tilt" in at:

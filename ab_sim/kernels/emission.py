@@ -55,11 +55,12 @@ class Emission:
         """Of the constants, with what follows from them."""
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
-            self._derived.append(x)
+            self.derived.append(x)
             self.size += n if x.each else 1
 
     @cached_property
-    def _derived(self) -> list[Expression]:
+    def derived(self) -> list[Expression]:
+        """What follows from the constants, in the order in which it lies behind them."""
         return []
 
     def motor(self, evaluated: Evaluated) -> list[Expression]:
@@ -86,7 +87,7 @@ class Emission:
         """``prepare(c)``: what follows from the constants."""
         into = Function("prepare", [CONSTANTS], Shape(self.model.count, lanes))
         body = Body(into, self.places)
-        for x in self._derived:
+        for x in self.derived:
             body.store(x, self.known[x.number])
         return into
 

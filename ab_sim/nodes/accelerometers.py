@@ -1,4 +1,4 @@
-"""What a drive's accelerometers read, every sample of it, as an IMU's driver would publish it."""
+"""What a drive's accelerometers and probes read, every sample of it, as their drivers would."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from rclpy.node import Node
 from rclpy.publisher import Publisher
 
-from ab_msgs_py import ImuSample, Topic, topics
+from ab_msgs_py import ImuSample, Topic, WhirlSample, topics
 from ab_msgs_py.imu import FORCE
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import frame_of
@@ -43,7 +43,7 @@ class _Stream(NamedTuple):
 
 
 class Accelerometers:
-    """Publishes every sample of a scene's accelerometers; without any, nothing.
+    """Publishes every sample of a scene's accelerometers and probes; without any, nothing.
 
     Args:
         node: it publishes as; its namespace is part of the frames' names.
@@ -57,22 +57,30 @@ class Accelerometers:
     def begin(self, scene: Scene) -> None:
         """What is sampled from now on; says which sensors alias."""
         step, axes = scene.solver.step, 2 if scene.deck is None else 3
-        self._streams = []
+        namespace, nothing = self._node.get_namespace(), (0.0, 0.0, 0.0)
+        prefilled: dict[str, tuple[Topic, Prefilled]] = {}
         for number, (name, sensor) in enumerate(scene.sensors.items()):
-            frame = frame_of(self._node.get_namespace(), name)
             topic = topics.imu_of(name, first=number == 0)
-            sample = ImuSample(0, (0.0, 0.0, 0.0), noise_variance(sensor, step), frame)
-            self._streams.append(
-                _Stream(
-                    self._publisher(topic),
-                    Prefilled(topic.message(sample), FORCE),
-                    name,
-                    axes,
-                    steps_per_sample(sensor.sample_rate, step),
-                    round(step * 1e9),
-                )
+            variance = noise_variance(sensor, step)
+            sample = ImuSample(0, nothing, variance, frame_of(namespace, name))
+            prefilled[name] = topic, Prefilled(topic.message(sample), FORCE)
+        for number, name in enumerate(scene.probes):
+            topic = topics.probe_of(name, first=number == 0)
+            place = WhirlSample(0, nothing, frame_of(namespace, name))
+            prefilled[name] = topic, Prefilled(topic.message(place))
+        self._streams = [
+            _Stream(
+                self._publisher(topic),
+                message,
+                name,
+                axes,
+                steps_per_sample(scene.pickups[name].sample_rate, step),
+                round(step * 1e9),
             )
-            if aliases := sensor.aliasing(step):
+            for name, (topic, message) in prefilled.items()
+        ]
+        for name, pickup in scene.pickups.items():
+            if aliases := pickup.aliasing(step):
                 self._node.get_logger().warning(f"sensor {name} {aliases}")
 
     def publish(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:

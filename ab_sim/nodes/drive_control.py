@@ -82,7 +82,7 @@ class DriveControl:
         node, values = self._node, self._node.settings.values
         if refusal := self._wait_for(values["await_commands"]):
             return False, refusal
-        wakes = 0
+        wakes = commands = stepped_for = 0
         while wakes < values["steps"] and not node.stopping.is_set():
             with node.active() as session:
                 if not session.standing:
@@ -90,13 +90,15 @@ class DriveControl:
                 if session.trouble:
                     return False, f"{session.trouble}; reset first"
                 session.take_commands()
+                commands, stepped_for = session.new_commands, session.path.received
                 session.advance(session.now.per_wake)
                 if session.trouble:
                     return False, session.trouble
             wakes += 1
         with node.active() as session:
             session.flush()
-            commands, session.stepped_for = session.new_commands, session.path.received
+            # A command that answers the last wake-up is one for the next request, however fast.
+            session.stepped_for = stepped_for
             return True, Stepped(session.now.time_ns, wakes, commands).text
 
     def reset(self) -> Answer:

@@ -3,38 +3,35 @@
 import math
 import threading
 import time
+from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
-from rclpy.subscription import Subscription
 
-from ab_msgs_py import ENDED, Health, Level, Qos, Task, topics
-from ab_msgs_py.services import ABORT, START, Answer, serve_trigger
-from ab_sim.errors import InputError
+from ab_msgs_py import ENDED, Health, Task, services, topics
+from ab_msgs_py.actions import Asked, Outcome
+from ab_msgs_py.services import Answer, serve_trigger
+from ab_sim.errors import AbSimError, InputError
+from ab_sim.nodes import profile_words
+from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.log import PlainLog
-from ab_sim.nodes.parameters import ParameterSpec, close_parameters, declare
+from ab_sim.nodes.parameters import ParameterSpec, close_parameters, declare, path_of
 from ab_sim.nodes.process import run_node
-from ab_sim.nodes.profile_run import ProfileRun, ProfileState
+from ab_sim.nodes.profile_action import ProfileAction
+from ab_sim.nodes.profile_ears import ProfileEars
+from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from ab_sim.nodes.settings import Settings, Values
-from ab_sim.scene.profile_file import AskedProfile, load_profile
-from ab_sim.spindle import SpeedSchedule
+from ab_sim.nodes.timed_run import TimedRun
+from ab_sim.scene.profile_file import load_profile
+from ab_sim.spindle.profile_run import ProfileState
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
-LEAP = 2_000_000_000
-"""ns; a clock that goes on by more than this between two commands has leapt."""
-FASTEST = 200.0
-"""Times real time; faster than a simulator is asked to go, and what its clock does is a leap."""
 RECORDER = "recorder"
 """Name of the node that hears commands, and obeys none."""
-HEALTH = {
-    ProfileState.IDLE: "waiting for ~/start",
-    ProfileState.DONE: "profile done, holding its final speed",
-    ProfileState.ABORTED: "aborted, commanding standstill",
-}
-"""What the status itself does not say well enough."""
-# A board's sensor is often best effort, and one that is reliable is heard as well.
-_VIBRATION = topics.VIBRATION._replace(qos=Qos(100, reliable=False))
+NOT_SIMULATED = (
+    "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
+)
 
 
 class ProfileController(PlainLog):
@@ -52,6 +49,8 @@ class ProfileController(PlainLog):
              ParameterSpec("profile", "thesis-hold")),
             ("changes to the scene, each key=value; the next ~/start takes them",
              ParameterSpec("changes", [""])),
+            ("file, ends in .json, that ~/save_snapshot writes and ~/restore_snapshot reads",
+             ParameterSpec("snapshot", "profile.json")),
         ):  # fmt: skip
             self._settings.declare(meaning, wanted)
         rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
@@ -64,7 +63,7 @@ class ProfileController(PlainLog):
             "rad/s^2",
             (0.0, 1e9),
         )
-        silence = declare(
+        self._silence = declare(
             self,
             "vibration_timeout",
             1.0,
@@ -73,12 +72,13 @@ class ProfileController(PlainLog):
             (0.001, 1e4),
         )
         close_parameters(self)
-        self._judged: tuple[AskedProfile, float]
-        self._judge(self._settings.values)
         self._period = 1.0 / rate
-        self._lock = threading.Lock()
+        self._judged: PlannedCourse
+        self._judge(self._settings.values)
+        self._next = self._judged
+        self._lock = threading.RLock()
         self._simulated = bool(self.get_parameter("use_sim_time").value)
-        self._began = self._now = 0
+        self._heard = 0
         self._ticked = time.monotonic()
         self._published = 0
         self._ended = False
@@ -86,47 +86,94 @@ class ProfileController(PlainLog):
         self._command = topics.COMMAND.publisher(self)
         self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
-        serve_trigger(self, START, self.start)
-        serve_trigger(self, ABORT, self.abort)
-        clock = self.get_clock() if self._simulated else Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(self._period, self._tick, clock=clock)
+        for name, act in (
+            (services.START, self.start),
+            (services.ABORT, self.abort),
+            (services.SAVE_SNAPSHOT, self.save_snapshot),
+            (services.RESTORE_SNAPSHOT, self.restore_snapshot),
+        ):
+            serve_trigger(self, name, _answered(act))
+        self._action = ProfileAction(self, self._start_goal, self._cancel_goal)
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        if self._simulated:
+            # Each message: a timer of ROS keeps a phase of its own, so that the same run would have
+            # its commands at other times.
+            topics.CLOCK.subscription(self, self._hear_clock)
+        else:
+            self.create_timer(self._period, self._tick, clock=steady)
         if auto_start:
-            steady = Clock(clock_type=ClockType.STEADY_TIME)
             self._waiting = self.create_timer(0.05, self._start_when_heard, clock=steady)
         # Last: it says that it waits, and who has read that may end the node in order.
-        asked, slope = self._judged
-        self.run = ProfileRun(asked, slope, self._period, silence, self._say)
-        self._vibration: Subscription[Any] | None = None
-        self._listen()
+        self._timed = TimedRun(self._period, self._simulated, self._say, self._warn)
+        self._ears = ProfileEars(self, lambda: self._timed.course, lambda: self._now * 1e-9)
+        self._ears.listen(self._next.hears)
         self._settings.accept_changes(self._judge, self._apply)
 
     def start(self) -> Answer:
-        """Run the profile from its beginning, now."""
+        """Run the profile of the parameters from its beginning, now."""
         with self._lock:
-            if refusal := self._missing():
+            if refusal := self._begin(self._next):
                 return False, refusal
-            began = self._time()
-            if refusal := self.run.start(began * 1e-9):
-                return False, refusal
-            self._began = self._now = began
-            self._send(self.run.command)
-            return True, f"started at t = {began / 1e9:g} s" if self._simulated else "started"
+            began = self._timed.run.began
+            return True, f"started at t = {began:g} s" if self._simulated else "started"
 
     def abort(self) -> Answer:
         """Stop the profile: ramp down to standstill."""
         with self._lock:
-            before = self.run.state
-            if refusal := self.run.abort(self._time() * 1e-9, "by ~/abort"):
+            run = self._timed.run
+            before = run.state
+            if refusal := run.abort(self._now * 1e-9, "by ~/abort"):
                 return False, refusal
             if before is ProfileState.WAITING:
                 self._waiting.cancel()
                 return True, "waiting no more"
             return True, "ramping down to standstill"
 
+    def save_snapshot(self) -> Answer:
+        """The present, to a file."""
+        path = path_of(self._settings.values["snapshot"])
+        if not self._simulated:
+            return False, NOT_SIMULATED
+        with self._lock:
+            snapshot, status = self._timed.snapshot(), self._timed.run.status
+        write_profile_snapshot(path, snapshot)
+        return True, f"{path}: t = {snapshot.time * 1e-9:.9g} s, {status}"
+
+    def restore_snapshot(self) -> Answer:
+        """Go on from what a file holds, as soon as the drive's time is there."""
+        path = path_of(self._settings.values["snapshot"])
+        if not self._simulated:
+            return False, NOT_SIMULATED
+        snapshot = read_profile_snapshot(path)
+        named = snapshot.made_of is not None
+        plan = self._plan(snapshot.source, snapshot.changes) if named else None
+        with self._lock:
+            self._finish(False)
+            try:
+                self._timed.restore(self._now, snapshot, plan, self._silence)
+            except InputError as error:
+                raise InputError(f"snapshot {path}: {error}") from error
+            if plan is not None:
+                self._ears.listen(plan.hears)
+            self._tick()
+            there = f"t = {snapshot.time * 1e-9:.9g} s"
+            waits = f"; waits for the drive to be put back to {there}" if self._timed.waits else ""
+            return True, f"{there}, {self._timed.run.status}{waits}"
+
     @property
     def listeners(self) -> int:
         """How many nodes listen to the commands: the drive, and perhaps a recorder."""
         return self._command.get_subscription_count()
+
+    @property
+    def status(self) -> str:
+        """What the profile does."""
+        return self._timed.run.status
+
+    @property
+    def _now(self) -> int:
+        """Time [ns]; simulated time is 0 before it was heard."""
+        return self._heard if self._simulated else time.monotonic_ns()
 
     @property
     def _obeyed(self) -> bool:
@@ -136,24 +183,16 @@ class ProfileController(PlainLog):
 
     def report(self, ended: bool = False) -> None:
         """Publish this node's health."""
-        run = self.run
-        message = HEALTH.get(run.state, run.status)
-        if run.why and run.why not in message:
-            message += f"; {run.why}"
-        values = {
-            "state": run.state.value,
-            "status": run.status,
-            "speed commanded [rad/s]": f"{run.command:.9g}",
+        level, message, values = profile_words.health(self._timed.run)
+        values |= {
             "command rate [1/s]": f"{1 / self._period:g}",
             "commands published": str(self._published),
             "listeners": str(self.listeners),
         }
-        if run.vibration is not None:
-            values["vibration, rms [m/s^2]"] = f"{run.vibration:.6g}"
         health = Health(
             self.get_fully_qualified_name(),
             Task.PROFILE,
-            Level.WARN if run.why else Level.OK,
+            level,
             ENDED if ended else message,
             values,
             time=self.get_clock().now().nanoseconds,
@@ -165,6 +204,7 @@ class ProfileController(PlainLog):
         with self._lock:
             self._ended = True
             self.report(ended=True)
+        self._action.end(lambda: self._outcome("the profile controller has ended; "))
 
     def _judge(self, values: Values) -> None:
         """Read the profile of these; kept, for its file may be another one in a moment.
@@ -172,40 +212,76 @@ class ProfileController(PlainLog):
         Raises:
             SceneError, InputError: there is none, or it cannot be run.
         """
-        asked = load_profile(values["profile"], filter(None, values["changes"]))
-        self._judged = asked, self._slope or _steepest(asked)
+        self._judged = self._plan(values["profile"], values["changes"])
+
+    def _plan(self, source: str, changes: Iterable[str]) -> PlannedCourse:
+        """A profile to be run.
+
+        Raises:
+            SceneError, InputError: as ``_judge``.
+        """
+        wanted = [*filter(None, changes)]
+        plan = PlannedCourse(load_profile(source, wanted), source, wanted, self._period)
+        if not (self._slope or plan.steepest) > 0.0:
+            raise InputError(
+                "parameter abort_deceleration = 0: the profile only holds its speed and has no "
+                "steepest of its own; give a deceleration [rad/s^2]"
+            )
+        return plan
 
     def _apply(self, before: Values, values: Values) -> None:
+        if all(before[name] == values[name] for name in ("profile", "changes")):
+            return
         with self._lock:
-            self.run.take(*self._judged)
-        self._listen()
+            self._next = self._judged
+            self._ears.listen(self._next.hears)
         self.get_logger().info(f"the next ~/start takes {values['profile']}")
 
-    def _listen(self) -> None:
-        """To the vibration, if what is run next needs it."""
-        if self._vibration is None and self.run.needs_vibration:
-            self._vibration = _VIBRATION.subscription(self, self._hear)
+    def _begin(self, plan: PlannedCourse) -> str:
+        """Run a profile from its beginning; why not, if it cannot."""
+        if refusal := self._missing(plan):
+            return refusal
+        slope = self._slope or plan.steepest
+        refusal = self._timed.start(self._now, plan, self._silence, slope)
+        if not refusal:
+            self._send(self._timed.run.commanded)
+        return refusal
 
-    def _missing(self) -> str:
+    def _start_goal(self, asked: Asked) -> str:
+        with self._lock:
+            try:
+                if asked.changes and not asked.profile:
+                    raise InputError("changes are for a profile, and the goal names none")
+                plan = self._plan(*asked) if asked.profile else self._next
+            except AbSimError as error:
+                return str(error)
+            self._ears.listen(plan.hears)
+            return self._begin(plan)
+
+    def _cancel_goal(self) -> bool:
+        with self._lock:
+            run = self._timed.run
+            run.abort(self._now * 1e-9, "canceled by who asked for it on ~/run")
+            return run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
+
+    def _missing(self, plan: PlannedCourse) -> str:
         """What a start still lacks; nothing, if it lacks nothing."""
         if self._simulated and topics.CLOCK.publishers(self) == 0:
             clock = self.resolve_topic_name(topics.CLOCK.name)
             return f"use_sim_time is set, but nobody publishes {clock}"
         if not self._obeyed:
             return f"nobody listens on {self._command.topic_name}: start the drive first"
-        if self.run.needs_vibration and topics.VIBRATION.publishers(self) == 0:
-            name = self.resolve_topic_name(topics.VIBRATION.name)
-            return f"nobody publishes {name}, and a segment of the profile waits for the vibration"
-        return ""
+        return self._ears.missing(plan.hears)
 
     def _start_when_heard(self) -> None:
-        if self.run.state in (ProfileState.IDLE, ProfileState.WAITING):
+        run = self._timed.run
+        if run.state in (ProfileState.IDLE, ProfileState.WAITING):
             with self._lock:
-                missing = self._missing()
-                if not missing and self._simulated and self._time() == 0:
+                missing = self._missing(self._next)
+                if not missing and self._simulated and self._now == 0:
                     missing = "time stands at 0"  # or was not heard yet, and began long ago
                 if missing:
-                    self.run.wait(missing)
+                    run.wait(missing)
                     return
             if not self.start()[0]:
                 return
@@ -213,49 +289,39 @@ class ProfileController(PlainLog):
 
     def _say(self, status: str, well: bool) -> None:
         self._status.publish(topics.PROFILE_STATUS.message(status))
-        word, _, more = status.partition(": ")
-        words = HEALTH.get(ProfileState(word), status)
-        if more and more not in words:
-            words += f"; {more}"
+        words = profile_words.logged(status)
         if well:
             self.get_logger().info(words)
         else:
-            self.get_logger().warning(words)
+            self._warn(words)
 
-    def _time(self) -> int:
-        return self.get_clock().now().nanoseconds if self._simulated else time.monotonic_ns()
+    def _warn(self, words: str) -> None:
+        self.get_logger().warning(words)
 
-    def _hear(self, message: Any) -> None:
-        sample = _VIBRATION.sample(message)
-        with self._lock:
-            self.run.receive(self._time() * 1e-9, sample.frame, sample.time, sample.linear)
+    def _hear_clock(self, message: Any) -> None:
+        self._heard = topics.CLOCK.sample(message)
+        self._tick()
 
     def _tick(self) -> None:
         with self._lock:
             if self._ended:
                 return
-            before, self._now = self._now, self._time()
-            # At a hundred times real time a moment's delay is seconds, and no leap.
             since, self._ticked = time.monotonic() - self._ticked, time.monotonic()
-            far = max(LEAP, round(1e9 * FASTEST * since))
-            if before == self._began == 0 and self._now >= LEAP:
-                # Started before the first message on /clock was heard: the profile begins now.
-                before = self._began = self._now
-                self.run.shift(self._now * 1e-9)
-            leapt = f"time leapt from {before / 1e9:g} to {self._now / 1e9:g} s"
-            if self.run.state not in (
-                ProfileState.IDLE,
-                ProfileState.WAITING,
-                ProfileState.ABORTED,
-            ):
-                if self._now < before:
-                    # The drive was reset or restarted, and stands where it stood at first.
-                    self.get_logger().warning(leapt)
-                    self.run.drop(leapt)
-                elif self._now - before >= far:
-                    self.get_logger().warning(leapt)
-                    self.run.abort(self._now * 1e-9, leapt)
-            self._send(self.run.tick(self._now * 1e-9))
+            before, run = self.status, self._timed.run
+            self._send(self._timed.tick(self._now, since))
+            if run.state.under_way:
+                self._action.tell(
+                    lambda: profile_words.progress(run, self._timed.elapsed), before != run.status
+                )
+            else:
+                self._finish(run.course is not None and run.course.reached)
+
+    def _finish(self, well: bool) -> None:
+        """Tell who has asked for the run that it is over; nobody, if nobody has."""
+        self._action.finish(well and self._timed.run.state is ProfileState.DONE, self._outcome)
+
+    def _outcome(self, first: str = "") -> Outcome:
+        return profile_words.outcome(self._timed.run, self._timed.elapsed, first)
 
     def _send(self, speed: float | None) -> None:
         if speed is not None:
@@ -263,21 +329,23 @@ class ProfileController(PlainLog):
             self._command.publish(topics.COMMAND.message(speed))
 
 
-def _steepest(asked: AskedProfile) -> float:
-    steepest = SpeedSchedule.asked(*asked).steepest
-    if not steepest > 0.0:
-        raise InputError(
-            "parameter abort_deceleration = 0: the profile only holds its speed and has no "
-            "steepest of its own; give a deceleration [rad/s^2]"
-        )
-    return steepest
+def _answered(act: Callable[[], Answer]) -> Callable[[], Answer]:
+    """Convert an AbSimError to a refusing answer, so that it does not end the node."""
+
+    def answer() -> Answer:
+        try:
+            return act()
+        except AbSimError as error:
+            return False, str(error)
+
+    return answer
 
 
 def report_until_stopped(node: ProfileController, stopping: threading.Event) -> None:
     """Once a second of the steady clock, and as soon as somebody else listens or it goes on."""
     reported, seen = -math.inf, (-1, "")
     while not stopping.wait(0.05):
-        now, present = time.monotonic(), (node.listeners, node.run.status)
+        now, present = time.monotonic(), (node.listeners, node.status)
         if now - reported >= REPORT_PERIOD or present != seen:
             reported, seen = now, present
             node.report()

@@ -7,6 +7,7 @@ import numpy as np
 from pydantic import Field
 
 from ab_sim.errors import exact
+from ab_sim.scene.probes import Probes
 from ab_sim.scene.quantities import Inertia, Length, Number, PerBall, Vector, quantity
 from ab_sim.scene.section import Section
 from ab_sim.scene.sections import Balls, Race, Rotor
@@ -79,6 +80,10 @@ class WithDeck(Protocol):
         """By name."""
 
     @property
+    def probes(self) -> Probes:
+        """By name."""
+
+    @property
     def total_mass(self) -> float:
         """kg."""
 
@@ -135,6 +140,7 @@ def _check_plane(scene: WithDeck) -> None:
         "race.height": scene.race.height != 0.0,
         "balls.race": any(scene.balls.races),
         **{f"sensors.{name}.position": any(s.position) for name, s in scene.sensors.items()},
+        **{f"probes.{name}.position": any(p.position) for name, p in scene.probes.items()},
     }
     for key, given in needless.items():
         if given:

@@ -155,8 +155,8 @@ def _known_keys(loc: list[str]) -> list[str]:
 
 def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
     """The classes that a section at this key may have."""
-    if len(loc) > 1 and loc[0] == "sensors":
-        loc = ["sensors", *loc[2:]]  # the name between is free
+    if len(loc) > 1 and loc[0] in ("sensors", "probes"):
+        loc = [loc[0], *loc[2:]]  # the name between is free
     sections: list[type[BaseModel]] = [Scene]
     for part in (part for part in loc if not part.isdecimal()):  # entries of a list are alike
         annotations = [s.model_fields[part].annotation for s in sections if part in s.model_fields]

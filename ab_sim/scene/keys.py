@@ -120,18 +120,20 @@ def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
 
 
 def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[SceneKey]:
-    """Rows of a section that is one of several, told apart by ``kind``, which comes once."""
-    rows = [row for kind in kinds for row in _below(key, kind, sections)]
-    own = f"{key}.kind"
-    first = next(row for row in rows if row.key == own)
-    names = [kind["properties"]["kind"]["const"] for kind in kinds]
-    yield first._replace(range=_either(names))
-    for kind, name in zip(kinds, names, strict=True):
+    """Rows of a section that is one of several, told apart by ``kind``; each key comes once."""
+    rows: dict[str, SceneKey] = {}
+    of: dict[str, list[str]] = {}
+    for kind in kinds:
+        name = kind["properties"]["kind"]["const"]
         for row in _below(key, kind, sections):
-            if row.key.count(".") == own.count(".") and row.key != own:
-                row = row._replace(meaning=f"{row.meaning}; of kind {name}")
-            if row.key != own:
-                yield row
+            of.setdefault(row.key, []).append(name)
+            rows.setdefault(row.key, row)
+    own = f"{key}.kind"
+    yield rows.pop(own)._replace(range=_either(of[own]))
+    for row in rows.values():
+        if row.key.count(".") == own.count("."):
+            row = row._replace(meaning=f"{row.meaning}; of kind {_either(of[row.key])}")
+        yield row
 
 
 def _section_row(key: str, schema: Schema, needed: bool) -> SceneKey:

@@ -7,9 +7,11 @@ from typing import Any
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
+from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
 from ab_sim.scene.deck_models import check_deck_model
-from ab_sim.scene.profiles import Profile, beyond, check_profile
+from ab_sim.scene.probes import Probes
+from ab_sim.scene.profiles import Profile, beyond, check_profile, planned
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
@@ -25,7 +27,7 @@ from ab_sim.scene.sections import (
     Start,
     Words,
 )
-from ab_sim.scene.sensors import Sensors
+from ab_sim.scene.sensors import Sampled, Sensors
 
 
 class Scene(Section):
@@ -74,6 +76,11 @@ class Scene(Section):
         description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
         "sensors` prints them), e.g. {accelerometer: {bandwidth: 200}}",
     )
+    probes: Probes = Field(
+        default={},
+        description="proximity probes, which read the deck's displacement, each by a name of its "
+        "own, with its parameters (`ab-sim sensors` prints them), e.g. {probe: {bandwidth: 200}}",
+    )
     start: Start = Start()
     spindle: Spindle
     profile: Profile | None = Field(
@@ -85,6 +92,11 @@ class Scene(Section):
     balanced: Balanced | None = None
     """Criterion of the merit of that name; without, its default."""
     duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
+
+    @property
+    def pickups(self) -> dict[str, Sampled]:
+        """Everything that reads, in the order of its channels: accelerometers, then probes."""
+        return {**self.sensors, **self.probes}
 
     @property
     def total_mass(self) -> float:
@@ -127,6 +139,11 @@ class Scene(Section):
         """
         e = self.rotor.eccentricity
         return (e, "e") if e > 0 else (self.race.radius, "R")
+
+    @property
+    def planned(self) -> "Scene":
+        """The scene without what is decided while it runs: see ``profiles.planned``."""
+        return self.model_copy(update={"profile": planned(self.profile)})
 
     def __repr__(self) -> str:
         effects = " ".join(self.effects) or "none"
@@ -292,5 +309,12 @@ def _check_accuracy(scene: Scene) -> None:
 
 def _check_sensors(scene: Scene) -> None:
     step = None if scene.accuracy is not None else scene.solver.step
-    for name, sensor in scene.sensors.items():
-        sensor.check(f"sensors.{name}", step)
+    if both := scene.sensors.keys() & scene.probes.keys():
+        raise ValueError(
+            f"probes.{min(both)}: there is a sensor of that name, too; give each its own"
+        )
+    for section, pickups in (("sensors", scene.sensors), ("probes", scene.probes)):
+        for name, pickup in pickups.items():
+            pickup.check(f"{section}.{name}", step)
+    if isinstance(scene.profile, AdaptiveProfile):
+        scene.profile.check_sensors(scene.pickups, step)

@@ -10,6 +10,7 @@ from ab_sim.limited_yaml import read_yaml
 from ab_sim.scene.changes import apply, parsed
 from ab_sim.scene.explain import explain
 from ab_sim.scene.load import load_scene, read_mapping
+from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import AnyProfile, Profile, check_profile
 from ab_sim.scene.unit_texts import without_units
 from ab_sim.scene_files import find_scene
@@ -24,6 +25,8 @@ class AskedProfile(NamedTuple):
     profile: AnyProfile
     first: float
     """The speed at which it begins [rad/s]."""
+    scene: Scene | None = None
+    """Whose profile it is."""
 
 
 def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
@@ -48,7 +51,7 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
     scene = load_scene(source, changes)
     if scene.profile is None:
         raise SceneError(f"{path}: that scene has no profile to run; add one, or take another")
-    return AskedProfile(scene.profile, scene.start.speed)
+    return AskedProfile(scene.profile, scene.start.speed, scene)
 
 
 def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedProfile:

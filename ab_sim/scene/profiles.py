@@ -5,6 +5,7 @@ from typing import Annotated, Literal, get_args
 from pydantic import Field, model_validator
 
 from ab_sim.errors import exact
+from ab_sim.scene.adaptive import AdaptiveProfile, RunUp
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 from ab_sim.scene.segments import KIND, SegmentsProfile
@@ -31,7 +32,7 @@ class VariableSpeedPeriod(Section):
         return self
 
 
-class StartUpProfile(Section):
+class StartUpProfile(RunUp):
     """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
     It goes on from any speed: at the target it holds, above it slows down as fast, and a period
@@ -39,8 +40,6 @@ class StartUpProfile(Section):
     """
 
     kind: Literal["start_up"] = KIND
-    acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
-    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
     variable_speed_period: VariableSpeedPeriod | None = None
 
     def period_begins(self, first: float) -> float | None:
@@ -67,11 +66,26 @@ class SpeedChangeProfile(Section):
     to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
 
 
-AnyProfile = StartUpProfile | SpeedChangeProfile | SegmentsProfile
+AnyProfile = StartUpProfile | SpeedChangeProfile | SegmentsProfile | AdaptiveProfile
 Profile = Annotated[AnyProfile, Field(discriminator="kind")]
 KINDS: tuple[str, ...] = tuple(
     get_args(kind.model_fields["kind"].annotation)[0] for kind in get_args(AnyProfile)
 )
+
+
+def planned(profile: AnyProfile | None) -> AnyProfile | None:
+    """The profile without what is decided while it runs, from what is measured.
+
+    Segments that end on a condition last as long as they may, and an adaptive start-up accelerates
+    through.
+    """
+    if isinstance(profile, SegmentsProfile):
+        return profile.lasting
+    if isinstance(profile, AdaptiveProfile):
+        return StartUpProfile(
+            kind="start_up", acceleration=profile.acceleration, target_speed=profile.target_speed
+        )
+    return profile
 
 
 def beyond(key: str, speed: float, limit: float) -> str:
@@ -101,18 +115,24 @@ def check_profile(
             raise ValueError(beyond("profile.to_speed", profile.to_speed, max_speed))
     elif isinstance(profile, StartUpProfile):
         _check_start_up(profile, first, max_speed, max_acceleration)
+    elif isinstance(profile, AdaptiveProfile):
+        _check_target(profile, max_speed, max_acceleration)
+        profile.check_start(first)
     else:
         _check_segments(profile, first, max_speed, max_acceleration)
+
+
+def _check_target(profile: RunUp, max_speed: float, max_acceleration: float) -> None:
+    if profile.target_speed > max_speed:
+        raise ValueError(beyond("profile.target_speed", profile.target_speed, max_speed))
+    _check_acceleration("profile", profile.acceleration, max_acceleration)
 
 
 def _check_start_up(
     profile: StartUpProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
-    target = profile.target_speed
-    if target > max_speed:
-        raise ValueError(beyond("profile.target_speed", target, max_speed))
-    _check_acceleration("profile", profile.acceleration, max_acceleration)
-    period = profile.variable_speed_period
+    _check_target(profile, max_speed, max_acceleration)
+    target, period = profile.target_speed, profile.variable_speed_period
     if period is None:
         return
     if (begins := period.start_speed) is not None:

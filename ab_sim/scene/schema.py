@@ -47,8 +47,9 @@ def bare_schema() -> Schema:
         "anyOf": [{"$ref": "#/$defs/Effects"}, {"type": "array", "items": _entry(sections)}],
     }
     # A sensor's name alone is one with all defaults.
-    sensor = keys["sensors"]["additionalProperties"]
-    keys["sensors"]["additionalProperties"] = {"anyOf": [sensor, {"type": "null"}]}
+    for section in ("sensors", "probes"):
+        sensor = keys[section]["additionalProperties"]
+        keys[section]["additionalProperties"] = {"anyOf": [sensor, {"type": "null"}]}
     _add_steppers(sections["Solver"])
     (named, _) = keys["deck_model"]["anyOf"]
     named["enum"] = list(deck_model_ways())

@@ -18,32 +18,11 @@ ALIASING = 0.1
 are left for what lies above, and the low-pass takes 12 dB more with each octave."""
 
 
-class Accelerometer(Section):
-    """Accelerometer on the deck; it reads, and does not act on the dynamics.
+class Sampled(Section):
+    """What sensors have in common, whatever they read: axes, low-pass, samples, noise, digits."""
 
-    It has two axes across the shaft, and on a deck in space a third along it; all turn with the
-    deck.
-
-    It senses specific force f, acceleration minus gravity. In physical order: f is turned into
-    the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
-    come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
-
-    A deck in the plane does not turn, so that every point of it reads the same; of one in space the
-    position counts.
-
-    Between integration steps the low-pass sees the force as straight lines. That takes
-    (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is
-    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and nothing is left with 1/2.
-    """
-
-    equation: ClassVar[str] = (
-        "s = q round(clip(B(A(phi) f + n), -s_max, s_max) / q) at t = k / F_s; "
-        "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2"
-    )
-    source: ClassVar[str] = (
-        "parameters as in IEEE Std 2700 and MEMS data sheets; the standard sampled-data chain; "
-        "defaults of range, noise and resolution: TDK DS-000347 (ICM-42688-P, 16 g, 16 bits)"
-    )
+    unit: ClassVar[str]
+    """Of a reading."""
 
     position: tuple[Length, Length, Length] = quantity(
         "where it sits on the deck, from C on deck axes; only with a deck in space",
@@ -57,29 +36,15 @@ class Accelerometer(Section):
         le=1e3,
         default=0.0,
     )
-    range: Number = quantity(
-        "s_max, readings are clipped at +- this", "m/s^2", gt=0, le=1e9, default=156.9064
-    )
-    noise_density: Number = quantity(
-        "N, root of the noise's one-sided spectrum",
-        "(m/s^2)/sqrt(Hz)",
-        ge=0,
-        le=1e6,
-        default=6.864655e-4,
-    )
+    range: Number
+    noise_density: Number
     bandwidth: Number = quantity(
         "F_c, where the low-pass is 3 dB down", "Hz", ge=1e-3, le=1e9, default=100.0
     )
     sample_rate: Number = quantity(
         "F_s; a whole number of steps per sample", "Hz", ge=1e-3, le=1e9, default=1000.0
     )
-    resolution: Number = quantity(
-        "q, difference of neighbouring readings; 0: none",
-        "m/s^2",
-        ge=0,
-        le=1e9,
-        default=4.788403e-3,
-    )
+    resolution: Number
     seed: Count = quantity(
         "picks the noise; the same seed, the same noise", "1", ge=0, le=10**9, default=0
     )
@@ -117,8 +82,8 @@ class Accelerometer(Section):
         """
         if self.resolution > self.range:
             raise ValueError(
-                f"{key}.resolution = {exact(self.resolution)} m/s^2: must be at "
-                f"most the range, {exact(self.range)} m/s^2; or 0 for none"
+                f"{key}.resolution = {exact(self.resolution)} {self.unit}: must be at "
+                f"most the range, {exact(self.range)} {self.unit}; or 0 for none"
             )
         if step is None:
             return
@@ -133,6 +98,53 @@ class Accelerometer(Section):
                 f"half the integration rate, {highest:.10g} Hz at solver.step = {step:g} s; "
                 "lower it, or the step"
             )
+
+
+class Accelerometer(Sampled):
+    """Accelerometer on the deck; it reads, and does not act on the dynamics.
+
+    It has two axes across the shaft, and on a deck in space a third along it; all turn with the
+    deck.
+
+    It senses specific force f, acceleration minus gravity. In physical order: f is turned into
+    the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
+    come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
+
+    A deck in the plane does not turn, so that every point of it reads the same; of one in space the
+    position counts.
+
+    Between integration steps the low-pass sees the force as straight lines. That takes
+    (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is
+    -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and nothing is left with 1/2.
+    """
+
+    unit: ClassVar[str] = "m/s^2"
+    equation: ClassVar[str] = (
+        "s = q round(clip(B(A(phi) f + n), -s_max, s_max) / q) at t = k / F_s; "
+        "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2"
+    )
+    source: ClassVar[str] = (
+        "parameters as in IEEE Std 2700 and MEMS data sheets; the standard sampled-data chain; "
+        "defaults of range, noise and resolution: TDK DS-000347 (ICM-42688-P, 16 g, 16 bits)"
+    )
+
+    range: Number = quantity(
+        "s_max, readings are clipped at +- this", "m/s^2", gt=0, le=1e9, default=156.9064
+    )
+    noise_density: Number = quantity(
+        "N, root of the noise's one-sided spectrum",
+        "(m/s^2)/sqrt(Hz)",
+        ge=0,
+        le=1e6,
+        default=6.864655e-4,
+    )
+    resolution: Number = quantity(
+        "q, difference of neighbouring readings; 0: none",
+        "m/s^2",
+        ge=0,
+        le=1e9,
+        default=4.788403e-3,
+    )
 
 
 def steps_per_sample(sample_rate: float, step: float) -> int:
@@ -174,12 +186,13 @@ def _name(value: Any) -> Any:
     return value
 
 
+SensorName = Annotated[
+    str,
+    BeforeValidator(_name),
+    InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
+]
 Sensors = dict[
-    Annotated[
-        str,
-        BeforeValidator(_name),
-        InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
-    ],
+    SensorName,
     Annotated[Accelerometer, BeforeValidator(lambda value: {} if value is None else value)],
 ]
 """By names of the scene's own; all are accelerometers."""

@@ -56,6 +56,7 @@ KINDS = {
     "m/s": Kind("a speed", "10 mm/s"),
     "m/s^2": Kind("an acceleration", "16 g_0"),
     "(m/s^2)/sqrt(Hz)": Kind("a noise density", "70 ug_0/sqrt(Hz)"),
+    "m/sqrt(Hz)": Kind("a noise density", "10 nm/sqrt(Hz)"),
     "kg m": Kind("an unbalance", "0.3 g cm"),
     "kg m^2": Kind("a moment of inertia", "25 g cm^2"),
     "N": Kind("a force", "1 N"),

@@ -1,4 +1,7 @@
-"""The accelerometer's signal chain, from specific force at every integration step to readings.
+"""A sensor's signal chain, from what it senses at every integration step to readings.
+
+An accelerometer senses specific force [m/s^2], and a proximity probe displacement [m]: what is said
+of forces here holds of that, in its unit.
 
 The low-pass is H(s) = w^2 / (s^2 + sqrt(2) w s + w^2), w = 2 pi F_c, with the poles p and p*,
 p = w (-1 + i) / sqrt(2). Of its input g, what it has not followed yet is
@@ -21,7 +24,7 @@ import numpy as np
 
 from ab_sim.compiling import compiled
 from ab_sim.compiling.kinds import Floats, Table
-from ab_sim.scene.sensors import Accelerometer, steps_per_sample
+from ab_sim.scene.sensors import Sampled, steps_per_sample
 
 NOISE_BLOCK = 1024
 """Steps whose noise is drawn together; a part of what a seed means."""
@@ -70,38 +73,45 @@ def low_pass(own: LowPass, force: Table, mode: Table, last: Floats, passed: Tabl
             passed[k, i] = last[i] - (mode[i, 0] + mode[i, 1])
 
 
-def noise_variance(accelerometer: Accelerometer, step: float) -> float:
+def noise_variance(sensor: Sampled, step: float) -> float:
     """Of a reading, per axis [(m/s^2)^2]: white noise through the low-pass, and quantisation.
 
     The low-pass answers an impulse with 1 - (Re + Im) D, and n steps later with the negative
     (Re + Im) of c d^(n-1), d = exp(p h), D = (d - 1) / (p h), c = (d - 1) D; the squares of these
     add up to the noise's part that passes. Rounding to q adds q^2/12, as of a uniform error.
     """
-    turn, drive, size = _chain(accelerometer, step)
+    turn, drive, size = _chain(sensor, step)
     fell = complex(np.expm1(turn)) * drive
     later = abs(fell) ** 2 / -math.expm1(2.0 * turn.real)
     later += (-1j * fell**2 / -complex(np.expm1(2.0 * turn))).real
     passed = (1.0 - drive.real - drive.imag) ** 2 + later
-    return size**2 * passed + accelerometer.resolution**2 / 12.0
+    return size**2 * passed + sensor.resolution**2 / 12.0
 
 
-def _chain(accelerometer: Accelerometer, step: float) -> tuple[complex, complex, float]:
+def _chain(sensor: Sampled, step: float) -> tuple[complex, complex, float]:
     """p h, (exp(p h) - 1) / (p h), and the size of the noise at a step [m/s^2]."""
-    turn = 2.0 * math.pi * accelerometer.bandwidth * step * complex(-1.0, 1.0) / math.sqrt(2.0)
+    turn = 2.0 * math.pi * sensor.bandwidth * step * complex(-1.0, 1.0) / math.sqrt(2.0)
     # White up to half the integration rate, with the one-sided spectrum noise_density^2.
-    size = accelerometer.noise_density * math.sqrt(0.5 / step)
+    size = sensor.noise_density * math.sqrt(0.5 / step)
     return turn, complex(np.expm1(turn) / turn), size
 
 
+def low_pass_of(sensor: Sampled, step: float) -> LowPass:
+    """A sensor's low-pass over an integration step [s]."""
+    turn, drive, _ = _chain(sensor, step)
+    decay = complex(np.exp(turn))
+    return LowPass(decay.real, decay.imag, drive.real, drive.imag)
+
+
 class Pickup:
-    """Turns specific force into an accelerometer's readings.
+    """Turns specific force into an accelerometer's readings, or displacement into a probe's.
 
     Steps are counted as in ``Trajectory``: the state at t = 0 is step 0. Readings are
     bit-identical however the steps are grouped into calls, and after going back to a ``state``.
     The noise of a step depends on the seed and the step's number only.
 
     Args:
-        accelerometer: its parameters.
+        sensor: its parameters.
         step: integration step [s].
         axes: how many it has: 2, or 3 on a deck that moves in space, the third along the shaft.
 
@@ -109,14 +119,13 @@ class Pickup:
         ValueError: there is no whole number of steps between samples.
     """
 
-    def __init__(self, accelerometer: Accelerometer, step: float, axes: int = 2) -> None:
-        self.accelerometer = accelerometer
+    def __init__(self, sensor: Sampled, step: float, axes: int = 2) -> None:
+        self.sensor = sensor
         self.axes = axes
         self.step = step
-        self.steps_per_sample = steps_per_sample(accelerometer.sample_rate, step)
-        turn, drive, self._noise_size = _chain(accelerometer, step)
-        decay = complex(np.exp(turn))
-        self._filter = LowPass(decay.real, decay.imag, drive.real, drive.imag)
+        self.steps_per_sample = steps_per_sample(sensor.sample_rate, step)
+        self._noise_size = _chain(sensor, step)[2]
+        self._filter = low_pass_of(sensor, step)
         self._block = -1
         self._block_noise = np.empty((0, self.axes))
         self.reset(np.zeros(self.axes))
@@ -184,8 +193,8 @@ class Pickup:
     def _on_axes(self, force: np.ndarray) -> np.ndarray:
         # No matrix product: how those round depends on the number of rows.
         x, y = force[:, 0], force[:, 1]
-        cosine = math.cos(self.accelerometer.axis_angle)
-        sine = math.sin(self.accelerometer.axis_angle)
+        cosine = math.cos(self.sensor.axis_angle)
+        sine = math.sin(self.sensor.axis_angle)
         turned = cosine * x + sine * y, cosine * y - sine * x
         return np.column_stack((*turned, *force.T[2:]))
 
@@ -199,19 +208,17 @@ class Pickup:
     def _noise_of_block(self, block: int) -> np.ndarray:
         if block != self._block:
             # 2^64 numbers lie between neighbouring blocks.
-            bits = np.random.Philox(
-                key=(_STREAM << 64) | self.accelerometer.seed, counter=block << 64
-            )
+            bits = np.random.Philox(key=(_STREAM << 64) | self.sensor.seed, counter=block << 64)
             normal = np.random.Generator(bits).standard_normal((NOISE_BLOCK, self.axes))
             self._block, self._block_noise = block, self._noise_size * normal
         return self._block_noise
 
     def _digits(self, force: np.ndarray) -> np.ndarray:
-        return digits(self.accelerometer, force)
+        return digits(self.sensor, force)
 
 
-def digits(accelerometer: Accelerometer, force: np.ndarray) -> np.ndarray:
-    """What an accelerometer's converter makes of a force on its axes [m/s^2]."""
-    limit, resolution = accelerometer.range, accelerometer.resolution
+def digits(sensor: Sampled, force: np.ndarray) -> np.ndarray:
+    """What a sensor's converter makes of a force on its axes [m/s^2]."""
+    limit, resolution = sensor.range, sensor.resolution
     clipped = np.clip(force, -limit, limit)
     return resolution * np.rint(clipped / resolution) if resolution else clipped

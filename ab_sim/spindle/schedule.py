@@ -228,21 +228,26 @@ class SpeedSchedule:
         return cls(ramps, speed, start, start_angle)
 
     @classmethod
+    def at_start(cls, scene: "Scene") -> "SpeedSchedule":
+        """The start speed of a scene, held."""
+        return cls.constant(scene.start.speed, scene.start.angle)
+
+    @classmethod
     def of_scene(cls, scene: "Scene") -> "SpeedSchedule":
         """The profile that a scene asks for; its start speed, held, if it asks for none.
 
         Raises:
-            SceneError: a segment ends on a condition on the measured vibration: there is no speed
-                over time before the run.
+            SceneError: what is measured while it runs decides, in an adaptive start-up or where a
+                segment ends on a condition: there is no speed over time before the run.
         """
         asked = scene.profile
         if asked is None:
-            return cls.constant(scene.start.speed, scene.start.angle)
+            return cls.at_start(scene)
         if asked.kind == "segments" and (key := asked.condition) is not None:
             raise SceneError(
                 f"{scene.name}: {key}: what is measured while it runs decides when this segment "
-                "ends, and only profile_controller measures; run it by `ab-sim live`, or say how "
-                "long it lasts (hold or duration instead of until)"
+                "ends, and there is no speed over time before; say how long it lasts (hold or "
+                "duration instead of until)"
             )
         return cls.asked(asked, scene.start.speed, scene.start.angle)
 
@@ -254,7 +259,16 @@ class SpeedSchedule:
             asked: of a scene, or by itself.
             first: speed [rad/s] and
             angle: psi [rad] at t = 0.
+
+        Raises:
+            SceneError: it is an adaptive start-up.
         """
+        if asked.kind == "adaptive":
+            raise SceneError(
+                "profile.kind = adaptive: a controller decides the speed while it runs, and there "
+                "is no speed over time before; use another kind, e.g. start_up with its "
+                "acceleration and target_speed, or leave it out (--set profile=)"
+            )
         if asked.kind == "segments":
             return cls.of_segments(asked.segments, first, start_angle=angle)
         if asked.kind == "speed_change":
@@ -269,8 +283,10 @@ class SpeedSchedule:
 def top_speed_of(scene: "Scene") -> float:
     """The largest magnitude that the speed may have along a scene's profile [rad/s].
 
-    Of segments that end on a condition, too.
+    Of segments that end on a condition, and of an adaptive start-up, too.
     """
     if scene.profile is not None and scene.profile.kind == "segments":
         return scene.profile.top_speed(scene.start.speed)
+    if scene.profile is not None and scene.profile.kind == "adaptive":
+        return scene.profile.target_speed
     return SpeedSchedule.of_scene(scene).top_speed

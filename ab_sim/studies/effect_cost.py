@@ -262,7 +262,8 @@ def measure(
 ) -> EffectCost:
     """Time the scene's run from its start, at most ``MOST_STEPS``, in every variant.
 
-    Where a ball starts at 0 all balls start ``OFF_AXIS`` further.
+    What is decided while a run goes on is left out (``Scene.planned``). Where a ball starts at 0
+    all balls start ``OFF_AXIS`` further.
 
     After one run to warm up, all variants take turns, ``repeats`` times, each round beginning
     with another one. Time is the CPU time of the thread in ``Drive.advance``.
@@ -280,7 +281,7 @@ def measure(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
-    scene, _ = resolve_accuracy(scene, tell=progress)
+    scene = resolve_accuracy(scene, tell=progress)[0].planned
     steps = min(MOST_STEPS, max(1, math.ceil(scene.duration / scene.solver.step - 1e-9)))
     scene, turned = off_axis(scene)
     wanted = variants(scene, leave_one_out)

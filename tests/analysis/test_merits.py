@@ -129,7 +129,7 @@ def test_every_scene_can_do_without_its_balls(name: str) -> None:
     assert alone.eccentric_mass == scene.eccentric_mass
     assert alone.total_mass == pytest.approx(scene.total_mass - scene.balls.total_mass)
     assert len(system_of(alone).balls) == 0
-    assert alone.effects == scene.effects and alone.profile == scene.profile
+    assert alone.effects == scene.effects and alone.profile == scene.planned.profile
 
 
 def test_a_run_beside_others() -> None:

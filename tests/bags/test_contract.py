@@ -40,6 +40,7 @@ SAMPLES: dict[Topic, Any] = {
     topics.TF: [("deck", PoseSample(TIME, PLACE, TURN))],
     topics.TF_STATIC: [],
     topics.IMU: ImuSample(TIME, PLACE, 0.25, "pickup"),
+    topics.PROBE: WhirlSample(TIME, PLACE, "probe"),
     topics.MODEL: "<robot/>",
     topics.DESCRIPTION: {"a": "ß"},
     topics.FAULTS: ["ball_0 sticks"],

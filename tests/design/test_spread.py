@@ -44,6 +44,7 @@ def spread(scene: str, question: SpreadQuestion, *changes: str, over: Sequence[s
         ("on-edge", "name=gravity"),
         ("everything", "effects.motor="),
         ("feeding-deck", "name=space"),
+        ("adaptive-start-up", "name=adaptive"),
     ],
 )
 def test_its_runs_are_single_runs_to_the_bit(scene: str, change: str) -> None:

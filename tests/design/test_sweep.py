@@ -29,8 +29,9 @@ OVER = {
     "balanced-start-up": ("balls.mass=0.5 g..3 g", "profile.acceleration=10..45"),
     "feeding-deck": ("balls.mass=10 mg..200 mg", "start.speed=0..300"),
     "packed-balls": ("rotor.eccentricity=1e-5..1e-3", "race.radius=10 mm..12 mm"),
+    "adaptive-start-up": ("rotor.eccentricity=1e-5..1e-3", "profile.target_speed=20..300"),
 }
-"""One with friction, one with contact, one in space."""
+"""One with friction, one with contact, one in space, one that a controller leads."""
 
 
 def swept(

@@ -117,6 +117,20 @@ def test_what_goes_on_goes_on(scene: Any) -> None:
     assert now.theta_rate[0] == 0.0
 
 
+@pytest.mark.parametrize("name", ["pickup", "vibration"])
+def test_a_sensor_sits_turned_as_one_with_another_axis_angle(scene: Any, name: str) -> None:
+    fine = {"pickup": {"resolution": 0.0, "axis_angle": 0.2}} if name == "pickup" else {}
+    heard = spun(scene(sensors=fine)), spun(scene(sensors=fine))
+    heard[1].inject(f"{name} turned 0.5")
+    axes = ("pickup_1", "pickup_2") if name == "pickup" else ("ax", "ay")
+    true, said = ([session.heard()[axis][0] for axis in axes] for session in heard)
+    assert complex(*said) == pytest.approx(complex(*true) * np.exp(-0.5j))
+    turned = {"pickup": {**fine.get("pickup", {}), "axis_angle": 0.7}}
+    if name == "pickup":
+        mounted = spun(scene(sensors=turned)).heard()
+        assert said == pytest.approx([mounted[axis][0] for axis in axes], abs=1e-2)
+
+
 @pytest.mark.parametrize(
     ("texts", "said"),
     [
@@ -135,6 +149,8 @@ def test_what_goes_on_goes_on(scene: Any) -> None:
         (["suspension softens x"], "x: must be between 0 and 1"),
         (["spindle saturates -1"], "must be from 0 to 1e9"),
         (["spindle drifts inf"], "inf: must be"),
+        (["spindle turned 1"], "'turned' goes with vibration in this scene"),
+        (["vibration turned 4"], "4: must be not 0, from -pi to pi"),
         (["ball_0 sticks", "ball_0 lost"], "'ball_0 sticks' and 'ball_0 lost' exclude each other"),
         (["disc slips 1", "disc slips 2"], "exclude each other"),
     ],
@@ -168,7 +184,8 @@ def test_texts_say_what_they_mean() -> None:
 FAULTS = (
     "ball_0 sticks", "ball_0 lost", "ball_1 sticks", "ball_1 lost", "suspension softens 0.3",
     "disc slips 9", "disc slips -2", "vibration drops 0.5", "vibration drifts 1e3",
-    "vibration saturates 1", "spindle drifts -5", "spindle saturates 30", "ball_7 sticks", "junk",
+    "vibration saturates 1", "vibration turned 2", "spindle drifts -5", "spindle saturates 30",
+    "ball_7 sticks", "junk",
 )  # fmt: skip
 
 

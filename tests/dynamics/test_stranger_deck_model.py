@@ -39,6 +39,8 @@ from ab_sim.scene import Scene, check_scene, find_scene
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.schema import scene_schema
 from ab_sim.scene_files import read_scene_file
+from ab_sim.stepping.fixed_step import ANGLE
+from tests.c_code.compiled import InC, needs_compiler
 
 NAME, SCENE = "on_fixed_axes", "five-balls-8000-rpm"
 
@@ -173,6 +175,14 @@ def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
         ab_sim.modes(scene)
     with pytest.raises(SceneError, match="collocation.*OnFixedAxes says nothing of it"):
         ab_sim.Drive(ab_sim.load_scene(SCENE, [f"deck_model={NAME}", "solver.stepper=collocation"]))
+
+
+@needs_compiler
+def test_it_is_written_as_c(tmp_path: Path) -> None:
+    smooth = ["effects.rolling_friction=", f"deck_model={NAME}"]
+    scene = ab_sim.load_scene(SCENE, smooth)
+    in_c, drive = InC(scene, tmp_path), ab_sim.Drive(scene)
+    assert np.array_equal(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])
 
 
 def refused_for(asked: str) -> str:

@@ -1,6 +1,7 @@
 """The firmware prototypes as processes on a real drive: Python over ROS, and C without any ROS."""
 
 import math
+import re
 import shutil
 import signal
 import subprocess
@@ -99,8 +100,23 @@ def test_ctrl_c_without_a_drive(fleet: Fleet, language: str, binary: Path) -> No
 def test_bad_options_get_one_line(fleet: Fleet, binary: Path) -> None:
     for command, words in (
         ([sys.executable, FOLDER / "firmware.py", "--ramp", "nan"], "nan: must be a finite number"),
-        ([binary, "--help"], "usage: firmware [NAMESPACE]"),
+        ([binary, "--help"], "usage: firmware [--adaptive] [NAMESPACE]"),
     ):
         fleet.start_process("firmware", *command)
         assert fleet.ended("firmware") == 2
         assert words in fleet.log("firmware")
+
+
+def test_the_adaptive_start_up_in_c_finds_its_own_way(fleet: Fleet, binary: Path) -> None:
+    """Told nothing but the final speed, over what the drive publishes."""
+    whirl = fleet.listen(topics.WHIRL)
+    fleet.start_process("firmware", binary, "--adaptive")
+    fleet.start("drive_sim", scene="balanced-start-up")
+    fleet.until(lambda: "done: critical speed" in fleet.log("firmware"), "it is through")
+    assert re.search(r"dwell: critical speed (9[5-9]|10[0-4])\.", fleet.log("firmware"))
+    heard = len(whirl)
+    fleet.until(lambda: len(whirl) > heard + 250, "a second of whirl")
+    # Without the hold 0.8 e are left; a free whirl dies away meanwhile.
+    assert whirl_over_eccentricity(whirl[-50:]) < 0.7
+    assert fleet.stop("firmware", signal.SIGINT) == 0
+    assert "aborted: " in fleet.log("firmware")

@@ -102,7 +102,7 @@ def test_whom_one_asks(session: Fleet, asked: Asked) -> None:
     said = asked("pause", "--namespace", "left", "--wait", "5", code=2)
     assert "nobody offers /left/drive_sim/pause (waited 5 s); /drive_sim would" in said
     said = asked("pause", "--node", "profile_controller", "--wait", "5", code=2)
-    assert "/profile_controller is there, and offers abort, start" in said
+    assert "/profile_controller is there, and offers abort, restore_snapshot" in said
 
 
 def test_a_profile_until_the_drive_shakes(session: Fleet, asked: Asked) -> None:

@@ -48,6 +48,21 @@ def test_package_xml_is_what_rep_149_asks_for() -> None:
     assert package.get_build_type() == "ament_python"
 
 
+def test_the_action_has_a_package_of_the_same_version() -> None:
+    """Which colcon builds by CMake, and `make action` by its setup.py."""
+    warnings: list[str] = []
+    folder = ROOT / "ab_interfaces"
+    package = parse_package(str(folder / "package.xml"), warnings=warnings)
+    assert warnings == []
+    assert (package.name, package.version) == ("ab_interfaces", ab_sim.__version__)
+    assert package.get_build_type() == "ament_cmake"
+    assert [group.name for group in package.member_of_groups] == ["rosidl_interface_packages"]
+    (action,) = folder.rglob("*.action")
+    listed = (folder / "resource/rosidl_interfaces/ab_interfaces").read_text()
+    assert listed.split() == [str(action.relative_to(folder))]
+    assert f'"{listed.strip()}"' in (folder / "CMakeLists.txt").read_text()
+
+
 def test_what_package_xml_depends_on_has_a_rosdep_key() -> None:
     depends = {tag.text for tag in PACKAGE if tag.tag.endswith("depend")}
     assert depends - ROSDEP - ROS == set()

@@ -21,6 +21,7 @@ LEAVES = [row for row in KEYS if row.range != "-" and not row.range.startswith("
 CHOICES = [row for row in LEAVES if re.fullmatch(r"[^:;]* or [^:;]*", row.range)]
 NUMBERS = [row for row in LEAVES if row.unit != "-" and row not in CHOICES]
 UNTIL = {"vibration_rms_below": 1.0, "over": 0.1, "at_most": 1.0}
+ADAPTIVE = {"kind": "adaptive", "acceleration": 40.0, "target_speed": 400.0, "sensor": "other"}
 IN_SPACE: dict[str, Any] = {
     "rotor": {"eccentric_mass": 0.01, "inertia": [1e-5, 1e-5, 1e-5]},
     "deck": {"inertia": [1e-4, 1e-4, 1e-4]},
@@ -73,12 +74,15 @@ def surroundings(key: str) -> dict[str, Any]:
         return {"effects": {**others, inner[0]: inside(effect.key)}}
     if top in ("deck", "mounts") or key in ("rotor.height", "rotor.inertia", "race.height"):
         return merge(IN_SPACE, {"effects": {"suspension": None}})
-    if key == "balls.race" or "tilt" in key or key == "sensors.NAME.position":
-        return merge(IN_SPACE, {"effects": {"suspension": None}, "sensors": {"other": {}}})
+    if key == "balls.race" or "tilt" in key or key.endswith(".NAME.position"):
+        section = "probes" if key.startswith("probes") else "sensors"
+        return merge(IN_SPACE, {"effects": {"suspension": None}, section: {"other": {}}})
     if key.startswith("profile.segments.N.until."):
         return {"profile": {"kind": "segments", "segments": [{"until": UNTIL}]}}
     if key.startswith("profile.segments."):
         return {"profile": {"kind": "segments", "segments": [{"acceleration": 1.0}]}}
+    if key in ("profile.sensor", "profile.command_period"):
+        return {"profile": ADAPTIVE, "sensors": {"other": {}}}
     if key in ("profile.start_time", "profile.duration", "profile.to_speed"):
         change = {"start_time": 0.0, "duration": 1.0, "to_speed": 1.0}
         return {"profile": {"kind": "speed_change", **change}}
@@ -209,8 +213,8 @@ def test_defaults_are_what_a_scene_without_the_key_gets() -> None:
         if row.key.startswith("solver.parameters."):
             continue
         raw = merge(THESIS, {"solver": None, **surroundings(row.key)})
-        if row.key.startswith("sensors."):
-            raw["sensors"] = {"other": {}}
+        if row.key.startswith(("sensors.", "probes.")):
+            raw[row.key.partition(".")[0]] = {"other": {}}
         value: Any = check_scene(raw, "test")
         for part in row.key.split("."):
             value = _part(value, part)

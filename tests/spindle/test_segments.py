@@ -155,11 +155,10 @@ def test_a_drive_follows_segments_exactly(scene: Any) -> None:
     assert path["speed"][-1] == -20.0
 
 
-def test_without_measurements_conditions_are_refused_by_name(scene: Any) -> None:
+def test_conditions_have_no_speed_over_time_beforehand(scene: Any) -> None:
     made = scene_with(scene, {"to": 100.0, "acceleration": 50.0}, {"until": QUIET})
-    with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .*`ab-sim live`.*hold"):
-        Drive(made)
-    Drive(made, commanded=True)
+    with pytest.raises(SceneError, match=r"profile\.segments\.1\.until: .* before; .*hold"):
+        SpeedSchedule.of_scene(made)
     assert top_speed_of(made) == explain(made)["top_speed"] == 100.0
     lasting = SpeedSchedule.asked(made.profile.lasting, 0.0)
     assert lasting.segments == SpeedSchedule.asked(made.profile, 0.0).segments

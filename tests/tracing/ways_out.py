@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ab_sim.tracing.c_text import c_function
+from ab_sim.tracing.c_text import BALLS, REPEATED, SUMS, Store, c_statements
 from ab_sim.tracing.expression import Expression
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 from ab_sim.tracing.machine_code import MachineCode
@@ -30,21 +30,25 @@ def by_plain(roots: Sequence[Expression], balls: int, inputs: Inputs) -> np.ndar
 
 def by_c(roots: Sequence[Expression], balls: int, inputs: Inputs, folder: Path) -> np.ndarray:
     """The same by a C compiler."""
-    flat = [one for root in unrolled(roots, balls) for one in root]
-    where = {name: f"x[{k}]" for k, name in enumerate(_arguments(balls))}
-    outputs = [(root, f"out[{k}]") for k, root in enumerate(flat)]
-    text = c_function("evaluate", ["const double *x", "double *out"], outputs, where)
+    where = {name: f"{name}[0]" for name in NAMES} | {name: f"{name}[i]" for name in EACH}
+    stores, at = [], 0
+    for root in roots:
+        stores.append(Store(root, f"out[{at} + i]" if root.each else f"out[{at}]"))
+        at += balls if root.each else 1
+    pointers = ", ".join(f"const double *{name}" for name in (*NAMES, *EACH))
+    body = "\n".join(c_statements(stores, where))
+    text = f"#include <math.h>\nenum {{ {BALLS} = {balls} }};\n{SUMS}{REPEATED}"
+    text += f"void evaluate({pointers}, double *out)\n{{\n{body}\n}}\n"
     source, library = folder / "roots.c", folder / "roots.so"
-    source.write_text("#include <math.h>\n" + text)
+    source.write_text(text)
     options = ["-O2", "-march=native", "-ffp-contract=off", "-shared", "-fPIC", "-lm"]
     subprocess.run(["cc", str(source), "-o", str(library), *options], check=True)
     function = ctypes.CDLL(str(library)).evaluate
     found = []
     for run in range(len(inputs["a"])):
-        values = _values(inputs, run, balls)
-        given = np.array([values[name] for name in _arguments(balls).values()])
-        out = np.empty(len(flat))
-        function(*map(_pointer, (given, out)))
+        given = [np.atleast_1d(inputs[name][run]) for name in (*NAMES, *EACH)]
+        out = np.empty(at)
+        function(*map(_pointer, (*given, out)))
         found.append(out)
     return np.array(found)
 

@@ -18,7 +18,7 @@ COUNT = 200
 MOST = 2000
 
 
-IDLE = ("accuracy", "duration", "profile", "sensors", "solver", "start")
+IDLE = ("accuracy", "duration", "probes", "profile", "sensors", "solver", "start")
 """Sections of a scene that decide nothing about where balls rest."""
 
 

@@ -1,7 +1,6 @@
 """Faults in force while a drive runs: what goes on of them, and what its sensors say meanwhile."""
 
 import math
-import random
 from collections.abc import Set
 from typing import NamedTuple
 
@@ -9,13 +8,12 @@ import numpy as np
 
 from ab_sim.drive.disc import on_other_axes
 from ab_sim.drive.drive import Drive
-from ab_sim.drive.faults.fault import SENSED, SPINDLE, VIBRATION, Fault, of_the_plant
+from ab_sim.drive.faults.fault import SPINDLE, VIBRATION, of_the_plant
 from ab_sim.drive.faults.plant import held_balls, jam
+from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.system import has_motor
-from ab_sim.scene.sensors import steps_per_sample
-from ab_sim.sensing import digits
 
 JERK = 0.01
 """s between two jerks of a disc that slips; whole steps, at least one."""
@@ -43,21 +41,20 @@ class ActiveFaults:
 
     def __init__(self, drive: Drive, before: "ActiveFaults | None" = None) -> None:
         self.faults, self._scene, self._step = drive.faults, drive.scene, drive.step
-        sensed = [fault for fault in self.faults if fault.ails in SENSED]
-        self._sensed = sorted(sensed, key=lambda fault: SENSED.index(fault.ails))
+        self._sensed = SensedFaults(self.faults, drive.scene)
         self._rate = next((f.size or 0.0 for f in self.faults if f.ails == "slips"), 0.0)
         self._channels = {SPINDLE: ("speed",), VIBRATION: ("ax", "ay", "az")}
         if self._scene.sensors:
             del self._channels[VIBRATION]
-            self._channels |= {n: (f"{n}_1", f"{n}_2", f"{n}_3") for n in self._scene.sensors}
+        own = self._scene.pickups
+        self._channels |= {name: (f"{name}_1", f"{name}_2", f"{name}_3") for name in own}
         self._every = max(1, round(JERK / self._step))
         self.slipped = 0.0
         """By what the disc has fallen behind the hub [rad]."""
         self._jerked = 0
-        self._since: dict[Fault, int] = {}
         self.begin_anew(drive.steps)
         if before is not None:
-            self._since |= {f: at for f, at in before._since.items() if f in self._since}
+            self._sensed.go_on(before._sensed)
             if self._rate and before._rate:
                 self.slipped, self._jerked = before.slipped, before._jerked
 
@@ -69,12 +66,12 @@ class ActiveFaults:
     def begin_anew(self, now: int) -> None:
         """As if they had all come at this step; the disc sits where it should."""
         self.slipped, self._jerked = 0.0, now
-        self._since = {fault: now for fault in self._sensed}
+        self._sensed.begin_anew(now)
 
     def count_from(self, now: int, then: int) -> None:
         """What was step ``now`` is step ``then``."""
         self._jerked += then - now
-        self._since = {fault: at + then - now for fault, at in self._since.items()}
+        self._sensed.count_from(now, then)
 
     def next(self, now: int) -> float:
         """The first step after ``now`` at which the disc slips; infinite where it does not."""
@@ -100,49 +97,14 @@ class ActiveFaults:
             samples[:, at[f"ball_{ball}_angle"]] -= self.slipped
         for name, own in self._channels.items():
             columns = [at[channel] for channel in own if channel in at]
-            samples[:, columns] = self._said(name, samples[:, columns].T, step).T
-        silent = {fault.thing for fault in self._sensed if _drops(fault, int(step[0]))}
-        return SensorReadings(Trajectory(channels, samples), silent)
+            samples[:, columns] = self._sensed.said(name, samples[:, columns].T, step).T
+        return SensorReadings(Trajectory(channels, samples), self._sensed.silent(int(step[0])))
 
     def sampled(
         self, name: str, steps: np.ndarray, readings: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What one sensor says of several steps, and at which of them it says anything.
-
-        Args:
-            name: the sensor's.
-            steps: shape (samples,).
-            readings: what it would say, shape (samples, axes).
-        """
-        if not self.faults:
-            return steps, readings
-        own = [fault for fault in self._sensed if fault.thing == name]
-        kept = np.array([not any(_drops(f, at) for f in own) for at in steps.tolist()], bool)
-        steps, readings = steps[kept], readings[kept]
-        return steps, self._said(name, readings.T, steps).T
-
-    def _said(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """Of readings of shape (axes,) or (axes, samples)."""
-        said, sensor = true, self._scene.sensors.get(name)
-        for fault in self._sensed:
-            if fault.thing != name or fault.size is None:
-                continue
-            if fault.ails == "drifts":
-                every = 1 if sensor is None else steps_per_sample(sensor.sample_rate, self._step)
-                age = np.maximum(steps - steps % every - self._since[fault], 0)
-                said = said + fault.size * self._step * age
-                if sensor is not None:
-                    said = digits(sensor, said)
-            elif fault.ails == "saturates":
-                said = np.clip(said, -fault.size, fault.size)
-        return said
-
-
-def _drops(fault: Fault, step: int) -> bool:
-    """Whether a sensor's message of a step is lost: by chance, but the same however often asked."""
-    if fault.ails != "drops" or fault.size is None:
-        return False
-    return random.Random(f"{fault.text} {int(step)}").random() < fault.size
+        """What one sensor says of several steps: see ``SensedFaults.sampled``."""
+        return self._sensed.sampled(name, steps, readings)
 
 
 def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveFaults:

@@ -63,8 +63,12 @@ def _mounts_of(scene: Scene) -> list[str]:
 
 
 def sensors_of(scene: Scene) -> list[str]:
-    """What a firmware hears: the readings of accelerometers and of the spindle's speed."""
-    return [*(scene.sensors or [VIBRATION]), SPINDLE]
+    """What a firmware hears: accelerometers, probes, and the spindle's speed."""
+    return [*(scene.sensors or [VIBRATION]), *scene.probes, SPINDLE]
+
+
+def _on_axes(scene: Scene) -> list[str]:
+    return [name for name in sensors_of(scene) if name != SPINDLE]
 
 
 def _disc(_: Scene) -> list[str]:
@@ -110,12 +114,19 @@ KINDS = {
         lambda rate: 0.0 < abs(rate) <= 1e9,
         "not 0, from -1e9 to 1e9",
     ),
+    "turned": FaultKind(
+        "sits turned about the shaft, so that its axes are not where they are said to be",
+        _on_axes,
+        "rad",
+        lambda angle: 0.0 < abs(angle) <= math.pi,
+        "not 0, from -pi to pi",
+    ),
 }
 """By what is said of the thing."""
 OF_BALLS = ("sticks", "lost")
 OF_THE_PLANT = (*OF_BALLS, "softens")
 """What changes constants of the equations of motion."""
-SENSED = ("drifts", "saturates", "drops")
+SENSED = ("turned", "drifts", "saturates", "drops")
 """What ails sensors, in the order in which it acts on a reading."""
 
 

@@ -62,7 +62,7 @@ def measure(
     Each setting is run once, untimed, for its errors, from coarse to fine; a method's finer
     settings are left out once it is as good as the reference can tell, or takes too long. Then
     all settings take turns, each round beginning with another one. Time is the CPU time of the
-    thread, without compiling.
+    thread, without compiling. What is decided while a run goes on is left out (``Scene.planned``).
 
     Args:
         scene: what to simulate.
@@ -79,7 +79,8 @@ def measure(
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
     # What it asks for is one of the settings.
-    scene, _ = resolve_accuracy(scene, tell=progress)
+    resolved, _ = resolve_accuracy(scene, tell=progress)
+    scene = resolved.planned
     choice = choose_stepper(scene, system_of(scene))
     sampling = sampling_of(scene)
     tell("reference", 0, 1)
@@ -95,6 +96,8 @@ def measure(
         study.family(name, settings)
     rows = study.timed(tell)
     notes = [f"no energy balance: {no_energy_balance}"] if no_energy_balance else []
+    if scene.profile != resolved.profile:
+        notes.append("what the profile decides while it runs is left out: it runs as planned")
     if nanoseconds(sampling.end) != nanoseconds(scene.duration):
         notes.append(
             f"compared up to {sampling.end:g} s of {scene.duration:g} s: the last whole multiple "

@@ -1,5 +1,8 @@
 /* A start-up firmware without ROS: the same as ../firmware.py, against Eclipse Cyclone DDS alone.
 
+   firmware [--adaptive] [NAMESPACE]: with --adaptive the start-up of adaptive.h leads, which is
+   told nothing of the drive but its final speed.
+
    What a DDS client must know of ROS is all here: "rt/" before a topic's name, the types of
    messages.idl, and the quality of service. docs/topics.md says the rest. */
 #define _POSIX_C_SOURCE 200809L
@@ -12,12 +15,15 @@
 #include <string.h>
 #include <time.h>
 
+#include "adaptive.h"
 #include "messages.h"
 #include "start_up.h"
 
 #define PERIOD_NS 5000000 /* between two commands */
 #define DEPTH 10
 #define AT_ONCE 32 /* samples taken from a reader at a tick */
+#define FINAL_SPEED 200.0
+#define RAMP 200.0 /* of the adaptive start-up: rad/s, rad/s^2; less than the drive's limits */
 
 /* As ROS 2 with ROS_AUTOMATIC_DISCOVERY_RANGE=LOCALHOST, which sends no multicast: ask the ports
    of this machine's participants, one after the other. CYCLONEDDS_URI, if set, goes first. */
@@ -55,6 +61,90 @@ static void say(const char *line)
     fflush(stdout);
 }
 
+/* What leads: one of the two. */
+struct firmware {
+    struct start_up start_up;
+    struct adaptive adaptive;
+    bool is_adaptive;
+    int said;
+    double now;                     /* s since it was started */
+    double time, angle, speed;      /* of the spindle's last sample; time NaN: none yet */
+};
+
+static void spindle(struct firmware *f, double time, double angle, double speed)
+{
+    f->time = time;
+    f->angle = angle;
+    f->speed = speed;
+    if (!f->is_adaptive)
+        start_up_spindle(&f->start_up, time, angle, speed);
+}
+
+static void vibrates(struct firmware *f, double time, double x, double y)
+{
+    if (!f->is_adaptive)
+        start_up_vibration(&f->start_up, time, x, y);
+    else if (!isnan(f->time)) /* the samples need not come in pairs: the spindle goes on */
+        adaptive_sample(&f->adaptive, time, f->angle + f->speed * (time - f->time), f->speed, x, y);
+}
+
+static bool over(const struct firmware *f)
+{
+    return f->is_adaptive ? f->adaptive.state == ADAPTIVE_ABORTED : f->start_up.state == OFF;
+}
+
+static bool waits(const struct firmware *f)
+{
+    return f->is_adaptive ? f->adaptive.state == ADAPTIVE_WAITING : f->start_up.state == WAITING;
+}
+
+static void stop(struct firmware *f)
+{
+    if (!f->is_adaptive)
+        start_up_stop(&f->start_up);
+    else if (waits(f))
+        f->adaptive.state = ADAPTIVE_ABORTED; /* never started */
+    else
+        adaptive_abort(&f->adaptive, f->now);
+}
+
+/* Once a period: the speed to command. */
+static double tick(struct firmware *f, double passed)
+{
+    const struct adaptive *a = &f->adaptive;
+    char line[240];
+    double speed;
+    if (!f->is_adaptive)
+        return start_up_tick(&f->start_up, passed);
+    f->now += passed;
+    speed = adaptive_command(&f->adaptive, f->now);
+    if (a->decisions != f->said) {
+        f->said = a->decisions;
+        snprintf(line, sizeof line,
+                 "%s: critical speed %.1f +- %.1f rad/s, net unbalance %.3g um, dwell %d%s%s",
+                 adaptive_state_text(a->state), a->critical, a->critical_deviation,
+                 1e6 * hypot(a->re, a->im), a->dwells, a->reason ? ", " : "",
+                 adaptive_reason_text(a->reason));
+        say(line);
+    }
+    return speed;
+}
+
+static void init(struct firmware *f, bool is_adaptive)
+{
+    struct adaptive_settings settings = adaptive_defaults();
+    memset(f, 0, sizeof *f);
+    f->is_adaptive = is_adaptive;
+    f->time = NAN;
+    settings.final_speed = FINAL_SPEED;
+    settings.acceleration = RAMP;
+    settings.period = 1e-9 * PERIOD_NS;
+    settings.quantity = ADAPTIVE_ACCELERATION;
+    settings.axes = 2;
+    adaptive_init(&f->adaptive, &settings);
+    start_up_init(&f->start_up, &default_settings, say);
+}
+
 static dds_entity_t checked(dds_entity_t entity, const char *what)
 {
     if (entity < 0) {
@@ -77,7 +167,7 @@ static double seconds(const builtin_interfaces_msg_dds__Time_ *stamp)
     return stamp->sec_ + 1e-9 * stamp->nanosec_;
 }
 
-static void hear_spindle(dds_entity_t reader, struct start_up *start_up)
+static void hear_spindle(dds_entity_t reader, struct firmware *firmware)
 {
     void *samples[AT_ONCE] = {NULL}; /* none of ours: the reader lends its own */
     dds_sample_info_t infos[AT_ONCE];
@@ -89,14 +179,14 @@ static void hear_spindle(dds_entity_t reader, struct start_up *start_up)
         for (uint32_t i = 0; i < joints->name_._length; i++)
             if (!strcmp(joints->name_._buffer[i], "spindle") && i < joints->position_._length &&
                 i < joints->velocity_._length)
-                start_up_spindle(start_up, seconds(&joints->header_.stamp_),
-                                 joints->position_._buffer[i], joints->velocity_._buffer[i]);
+                spindle(firmware, seconds(&joints->header_.stamp_), joints->position_._buffer[i],
+                        joints->velocity_._buffer[i]);
     }
     if (count > 0)
         dds_return_loan(reader, samples, count);
 }
 
-static void hear_vibration(dds_entity_t reader, struct start_up *start_up)
+static void hear_vibration(dds_entity_t reader, struct firmware *firmware)
 {
     /* Several accelerometers share the topic; this firmware listens to the first it hears. */
     static char sensor[100];
@@ -110,8 +200,8 @@ static void hear_vibration(dds_entity_t reader, struct start_up *start_up)
         if (!*sensor)
             snprintf(sensor, sizeof sensor, "%s", accel->header_.frame_id_);
         if (!strncmp(sensor, accel->header_.frame_id_, sizeof sensor - 1))
-            start_up_vibration(start_up, seconds(&accel->header_.stamp_),
-                               accel->accel_.linear_.x_, accel->accel_.linear_.y_);
+            vibrates(firmware, seconds(&accel->header_.stamp_), accel->accel_.linear_.x_,
+                     accel->accel_.linear_.y_);
     }
     if (count > 0)
         dds_return_loan(reader, samples, count);
@@ -156,14 +246,16 @@ static dds_domainid_t domain_of_ros(void)
 
 int main(int count, char **arguments)
 {
-    const char *prefix = count > 1 ? arguments[1] : "";
-    struct start_up start_up;
+    bool is_adaptive = count > 1 && !strcmp(arguments[1], "--adaptive");
+    const char *prefix = count > 1 + is_adaptive ? arguments[1 + is_adaptive] : "";
+    struct firmware firmware;
     struct timespec deadline;
     dds_entity_t participant, command, joints, vibration;
     dds_qos_t *qos;
 
-    if (count > 2 || *prefix == '-' || *prefix == '/') {
-        fprintf(stderr, "usage: firmware [NAMESPACE]    (of the drive's topics, as in: left)\n");
+    if (count > 2 + is_adaptive || *prefix == '-' || *prefix == '/') {
+        fprintf(stderr, "usage: firmware [--adaptive] [NAMESPACE]    (of the drive's topics, as in: "
+                        "left)\n");
         return 2;
     }
     setenv("CYCLONEDDS_URI", LOOPBACK, 0);
@@ -182,22 +274,22 @@ int main(int count, char **arguments)
     vibration = checked(dds_create_reader(participant, vibration_topic, qos, NULL), "reader");
     dds_delete_qos(qos);
 
-    start_up_init(&start_up, &default_settings, say);
+    init(&firmware, is_adaptive);
     signal(SIGINT, interrupt);
     signal(SIGTERM, interrupt);
     say("waiting: for a drive");
     clock_gettime(CLOCK_MONOTONIC, &deadline);
-    while (start_up.state != OFF) {
+    while (!over(&firmware)) {
         double passed = 1e-9 * PERIOD_NS * next_tick(&deadline);
         std_msgs_msg_dds__Float64_ message;
         if (interrupted)
-            start_up_stop(&start_up);
-        hear_spindle(joints, &start_up);
-        hear_vibration(vibration, &start_up);
-        message.data_ = start_up_tick(&start_up, passed);
-        if (start_up.state != WAITING)
+            stop(&firmware);
+        hear_spindle(joints, &firmware);
+        hear_vibration(vibration, &firmware);
+        message.data_ = tick(&firmware, passed);
+        if (!waits(&firmware))
             dds_write(command, &message);
     }
     dds_delete(participant);
-    return start_up.failed;
+    return is_adaptive ? firmware.adaptive.reason > ADAPTIVE_ASKED : firmware.start_up.failed;
 }

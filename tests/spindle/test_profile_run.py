@@ -7,26 +7,42 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ab_sim.nodes.profile_run import ProfileRun, ProfileState
+from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.scene.profile_file import load_profile
+from ab_sim.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.spindle.segments_course import SegmentsCourse
 
 AHEAD = 0.005
 QUIET = {"vibration_rms_below": 0.5, "over": 0.2, "at_most": 5.0}
 HELD = ({"to": 100, "acceleration": 100}, {"until": QUIET}, {"to": 200, "acceleration": 50})
 
 
+def planned(*segments: dict[str, Any]) -> PlannedCourse:
+    text = str({"kind": "segments", "segments": list(segments)})
+    return PlannedCourse(load_profile(text), text, [], AHEAD)
+
+
 class Bench:
     """A run, a clock, and a disc that shakes."""
 
     def __init__(self, *segments: dict[str, Any], deceleration: float = 100.0) -> None:
-        text = str({"kind": "segments", "segments": list(segments)})
+        self.plan = planned(*segments)
+        self.deceleration = deceleration
         self.said: list[str] = []
         self.well: list[bool] = []
-        self.run = ProfileRun(load_profile(text), deceleration, AHEAD, 1.0, self.say)
+        self.run = ProfileRun(AHEAD, self.say)
         self.now = 1000.0
         self.shaking: dict[str, float] = {"": 3.0}
         self.offset = 9.81
         self.commands: list[float] = []
+
+    def start(self) -> str:
+        return self.run.start(self.now, self.plan.course(1.0), self.deceleration)
+
+    @property
+    def course(self) -> SegmentsCourse:
+        assert isinstance(self.run.course, SegmentsCourse)
+        return self.run.course
 
     def say(self, status: str, well: bool) -> None:
         self.said.append(status)
@@ -40,7 +56,8 @@ class Bench:
             turn = 2 * math.pi * 30.0 * self.now
             for sensor, large in self.shaking.items():
                 vector = large * math.cos(turn), large * math.sin(turn), self.offset
-                self.run.receive(self.now, sensor, stamp, vector)
+                if self.run.course is not None:
+                    self.course.receive(self.now, sensor, stamp, vector)
             if (command := self.run.tick(self.now)) is not None:
                 self.commands.append(command)
 
@@ -51,7 +68,7 @@ class Bench:
 
 def started(*segments: dict[str, Any], **more: float) -> Bench:
     session = Bench(*segments, **more)
-    assert session.run.start(session.now) == ""
+    assert session.start() == ""
     return session
 
 
@@ -61,7 +78,7 @@ def test_the_condition_ends_the_segment() -> None:
     assert session.run.status == (
         "running: segment 2 of 3, hold 100 rad/s until vibration below 0.5 m/s^2, at most 5 s"
     )
-    assert session.run.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
+    assert session.course.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
     assert session.commands[-1] == 100.0
     session.shaking[""] = 0.4
     session.go(0.45)  # two windows at most
@@ -77,7 +94,7 @@ def test_the_loudest_sensor_counts_and_its_word_is_awaited() -> None:
     session = started(*HELD)
     session.shaking = {"near": 0.1, "far": 3.0}
     session.go(2.0)
-    assert "segment 2" in session.run.status and session.run.vibration == pytest.approx(
+    assert "segment 2" in session.run.status and session.course.vibration == pytest.approx(
         3.0, rel=0.02
     )
     session.shaking["far"] = 0.1
@@ -96,7 +113,7 @@ def test_more_than_a_limit() -> None:
     assert "segment 2 of 2, from 3" in session.run.status
     session.go(1.0)
     assert session.state == "done" and session.commands[-1] == 0.0
-    assert session.run.start(session.now) == "", "it is back where it begins"
+    assert session.start() == "", "it is back where it begins"
 
 
 def test_a_condition_that_is_not_met_in_time() -> None:
@@ -142,7 +159,7 @@ def test_vibration_that_does_not_come(bad: str) -> None:
         session.go(0.01)
         if bad == "stamp":
             for sensor in ("", "other"):
-                session.run.receive(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
+                session.course.receive(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
     assert session.state == "running", "not yet"
     if bad == "stamp":  # which once went back to that, and then stood still
         session.go(0.9)
@@ -156,7 +173,7 @@ def test_vibration_that_does_not_come(bad: str) -> None:
 def test_silence_does_not_matter_where_nothing_waits_for_it() -> None:
     session = started({"to": 100, "acceleration": 50}, {"hold": 3.0})
     session.shaking.clear()
-    assert not session.run.needs_vibration
+    assert not session.plan.hears.vibration
     session.go(5.1)
     assert session.state == "done"
 
@@ -167,13 +184,13 @@ def test_an_abort_ramps_down() -> None:
     assert session.run.abort(session.now, "by ~/abort") == ""
     assert session.run.status == "aborting: by ~/abort"
     assert session.run.abort(session.now, "again") == "" and session.run.why == "by ~/abort"
-    assert session.run.start(session.now) == "ramping down; wait for standstill"
+    assert session.start() == "ramping down; wait for standstill"
     session.go(2.5)
     assert session.commands[-1] == pytest.approx(50.0, abs=0.2)
     session.go(2.5)
     assert session.state == "aborted" and session.commands[-1] == 0.0
     assert session.run.abort(session.now, "") == "not running"
-    assert session.run.start(session.now) == "" and session.run.why == ""
+    assert session.start() == "" and session.run.why == ""
 
 
 def test_what_is_refused() -> None:
@@ -183,13 +200,11 @@ def test_what_is_refused() -> None:
     session.run.wait("for somebody")
     assert session.run.status == "waiting: for somebody"
     assert session.run.abort(session.now, "") == "" and session.state == "idle"
-    assert session.run.start(session.now) == ""
-    assert session.run.start(session.now) == "running already; abort first"
+    assert session.start() == ""
+    assert session.start() == "running already; abort first"
     session.go(9.0)
     assert session.state == "done"
-    assert session.run.start(session.now).startswith(
-        "200 rad/s is commanded, and the profile begins at"
-    )
+    assert session.start().startswith("200 rad/s is commanded, and the profile begins at")
     session.run.drop("the drive was reset")
     assert session.run.tick(session.now) == 0.0 and session.state == "aborted"
 
@@ -224,7 +239,7 @@ def test_whatever_happens_commands_flow(segments: list[Any], events: list[Any]) 
         elif event == "shake":
             session.shaking[""] = value
         elif event == "start":
-            session.run.start(session.now)
+            session.start()
         else:
             session.run.abort(session.now, "by hand")
         assert ProfileState(session.state) is session.run.state
@@ -238,13 +253,13 @@ def test_whatever_happens_commands_flow(segments: list[Any], events: list[Any]) 
 
 def test_another_profile_waits_for_the_next_start() -> None:
     session = started({"to": 100, "acceleration": 100}, deceleration=50.0)
-    session.run.take(load_profile("{kind: segments, segments: [{to: 8, acceleration: 80}]}"), 80.0)
+    session.plan, session.deceleration = planned({"to": 8, "acceleration": 80}), 80.0
     session.go(2.0)
     assert session.state == "done" and session.commands[-1] == 100.0
     session.run.abort(session.now, "by hand")
     session.go(1.0)
     assert session.commands[-1] == pytest.approx(50.0, abs=0.5), "as steeply as it was to be"
     session.go(2.0)
-    assert session.run.start(session.now) == ""
+    assert session.start() == ""
     session.go(1.0)
     assert session.state == "done" and session.commands[-1] == 8.0

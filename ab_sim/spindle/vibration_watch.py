@@ -1,7 +1,8 @@
 """How large the measured vibration is, window by window, whatever the drive's clock says."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 from ab_sim.scene.segments import Until
 
@@ -20,6 +21,12 @@ class _Sensor:
     def _begin(self, stamp: int) -> None:
         self._since, self._count, self._spread = stamp, 0, 0.0
         self._mean = [0.0, 0.0, 0.0]
+
+    def state(self) -> list[Any]:
+        return [self.rms, self.newest, self._since, self._count, self._spread, *self._mean]
+
+    def restore(self, state: Sequence[Any]) -> None:
+        self.rms, self.newest, self._since, self._count, self._spread, *self._mean = state
 
     def receive(self, stamp: int, vector: Sequence[float], over: float) -> None:
         if self.newest is None or stamp < self.newest:
@@ -87,3 +94,16 @@ class VibrationWatch:
         """For how long [s] a sensor has said nothing, the one that has for longest."""
         each = [self._heard.get(sensor, self._began) for sensor in self._sensors]
         return now - min(each, default=self._began)
+
+    def state(self) -> dict[str, Any]:
+        """All that it needs to go on, as JSON-able values."""
+        sensors = {name: sensor.state() for name, sensor in self._sensors.items()}
+        return {"sensors": sensors, "heard": self._heard, "began": self._began}
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from what ``state`` gave."""
+        self._began = float(state["began"])
+        self._heard = {str(name): float(heard) for name, heard in state["heard"].items()}
+        self._sensors = {str(name): _Sensor() for name in state["sensors"]}
+        for name, sensor in self._sensors.items():
+            sensor.restore(state["sensors"][name])

@@ -1,0 +1,66 @@
+"""What an adaptive start-up came to: what its controller believed, and what is true."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.control import Belief, State
+from ab_sim.drive.adaptive import AdaptiveRun, BeliefAt
+from ab_sim.drive.balance import resultant
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene.model import Scene
+
+
+class AdaptiveOutcome(NamedTuple):
+    """What a controller did during a run."""
+
+    state: State
+    """At the end."""
+    words: str
+    """For people: what it does at the end, and why."""
+    belief: Belief
+    """At the end."""
+    beliefs: tuple[BeliefAt, ...]
+    """One for each command period, the start included."""
+
+    @classmethod
+    def of(cls, start_up: AdaptiveRun) -> "AdaptiveOutcome":
+        """What one came to so far."""
+        controller = start_up.controller
+        return cls(
+            controller.state,
+            controller.words,
+            controller.belief,
+            tuple(start_up.beliefs),
+        )
+
+    def report(self) -> dict[str, object]:
+        """As JSON-able values, SI units; None for what it does not know."""
+        belief = self.belief
+        return {
+            "state": self.state.text,
+            "words": self.words,
+            "critical_speed": _known(belief.critical_speed),
+            "critical_speed_deviation": _known(belief.critical_speed_deviation),
+            "net_unbalance": _known(abs(belief.net_unbalance)),
+            "net_unbalance_deviation": _known(belief.net_unbalance_deviation),
+            "net_unbalance_before": _known(belief.without_balls),
+            "dwells": belief.dwells,
+            "retries": belief.retries,
+        }
+
+
+def net_unbalance(trajectory: Trajectory, scene: Scene) -> np.ndarray:
+    """How far the rotor's centre of mass, balls included, is off the shaft [m], shape (samples,).
+
+    It is abs(M0 e + sum m_i R exp(i theta_i)) / M, which an adaptive start-up estimates.
+    """
+    moments = np.array(scene.balls.masses) * scene.race.radius
+    own = scene.eccentric_mass * scene.rotor.eccentricity
+    left: np.ndarray = np.abs(own + resultant(moments, trajectory.ball_angles)) / scene.total_mass
+    return left
+
+
+def _known(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,75 @@
+"""Calls that write a drive as C, and as an FMU."""
+
+from pathlib import Path
+
+from ab_sim.api.common import SceneLike, as_scene
+from ab_sim.c_code import writing
+from ab_sim.c_code.sources import sources_of
+from ab_sim.output_file import FMU, check_ending, check_writable
+
+
+def write_c(scene: SceneLike, folder: Path | str) -> list[Path]:
+    """Write a scene's drive as self-contained C99: ``ab-sim c --out``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A smooth one, with an explicit stepper.
+    folder : Path or str
+        Made if need be. Files there that ``ab-sim c`` has made are replaced.
+
+    Returns
+    -------
+    list of Path
+        What was written: header, source, example, check, CMakeLists.txt, README.md.
+
+    Raises
+    ------
+    SceneError
+        The scene has effects with events (friction, contact, a motor), asks for an accuracy or
+        another kind of stepper, or has a step that is too long at ``spindle.max_speed``.
+    InputError
+        The folder cannot be written to, or has a file of such a name that is somebody else's.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["effects.rolling_friction="])
+    >>> [file.name for file in ab_sim.write_c(scene, "drive")]
+    ['drive.h', 'drive.c', 'main.c', 'drive_check.c', 'CMakeLists.txt', 'README.md']
+    """
+    return writing.write_sources(sources_of(as_scene(scene)), Path(folder), "folder")
+
+
+def write_fmu(scene: SceneLike, file: Path | str) -> str | None:
+    """Write a scene's drive as an FMU of FMI 3.0, for co-simulation: ``ab-sim c --fmu``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        A smooth one, with an explicit stepper.
+    file : Path or str
+        An .fmu file; one that is there is replaced. It names the FMU.
+
+    Returns
+    -------
+    str or None
+        The platform that it has a binary for, e.g. x86_64-linux; None where there is no C compiler
+        (``cc``): then it has its sources alone.
+
+    Raises
+    ------
+    SceneError
+        As of ``write_c``.
+    InputError
+        The file cannot be written, or the compiler fails.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> platform = ab_sim.write_fmu("no-ball", "drive.fmu")
+    """
+    path = Path(file)
+    check_ending(path, FMU, "file")
+    check_writable(path, "file")
+    return writing.write_fmu(sources_of(as_scene(scene)), path, "file").binary

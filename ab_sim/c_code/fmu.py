@@ -1,0 +1,160 @@
+"""A drive as an FMU of FMI 3.0, for co-simulation: sources, and a binary if there is a compiler."""
+
+import hashlib
+import io
+import platform
+import re
+import shutil
+import subprocess
+import tempfile
+import zipfile
+from collections.abc import Iterator
+from importlib.resources import files
+from pathlib import Path
+from typing import NamedTuple
+
+from ab_sim.c_code.model_description import (
+    Variable,
+    build_description,
+    model_description,
+    variables_of,
+)
+from ab_sim.c_code.sources import DriveSources
+from ab_sim.c_code.templates import filled
+from ab_sim.errors import InputError
+
+HEADERS = files("ab_sim.c_code") / "fmi_headers"
+"""The standard's own, 2-clause BSD."""
+HEADER_NAMES = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
+EXTRA = "extra/org.fmi-standard"
+"""Where they are in an FMU: not among its sources, as importers bring their own."""
+FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
+_FUNCTION = re.compile(r"typedef\s+fmi3Status\s+(fmi3\w+)TYPE\s*\(([^;]*)\);")
+_PRIVATE = re.compile(
+    r"\bdrive_(init|reset|follow_profile|command|command_ramp|step|update|time|whirl|tilt)\b"
+)
+"""Functions of drive.h."""
+
+
+class Fmu(NamedTuple):
+    """An FMU."""
+
+    content: bytes
+    """Of its file."""
+    binary: str | None
+    """Platform that it has a binary for."""
+    variables: tuple[Variable, ...]
+
+
+def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
+    """The FMU of a drive.
+
+    Args:
+        sources: the drive.
+        identifier: what it is called: a name in C.
+
+    Raises:
+        InputError: the C compiler fails.
+    """
+    variables, files_in = variables_of(sources), {}
+    drive = {name: sources.files[name] for name in ("drive.h", "drive.c")}
+    token = "{" + hashlib.sha256("".join(drive.values()).encode()).hexdigest()[:32] + "}"
+    values = {
+        "MADE_BY": sources.made_by,
+        "TITLE": sources.title,
+        "IDENTIFIER": identifier,
+        "TOKEN": token,
+        "VARIABLES": "".join(_rows(variables)),
+        "FOLLOW_PROFILE": str([each.name for each in variables].index("follow_profile")),
+    }
+    flags = {"quaternion": "qw" in sources.channels}
+    text = filled("fmu.c", {**values, "UNSUPPORTED": ""}, flags)
+    values["UNSUPPORTED"] = "\n".join(_unsupported(text))
+    own = drive | {"fmu.c": filled("fmu.c", values, flags)}
+    # Several FMUs may be linked into one program.
+    own = {name: _PRIVATE.sub(rf"{identifier}_drive_\1", text) for name, text in own.items()}
+    binary = _binary(own)
+    described = model_description(sources.scene, variables, identifier, token)
+    files_in["modelDescription.xml"] = described
+    files_in["sources/buildDescription.xml"] = build_description(identifier, ["drive.c", "fmu.c"])
+    files_in |= {f"sources/{name}": text.encode() for name, text in own.items()}
+    files_in |= {f"{EXTRA}/{name}": (HEADERS / name).read_bytes() for name in HEADER_NAMES}
+    values["PLATFORM"] = platform_tuple()
+    files_in["documentation/index.html"] = filled("fmu.html", values, flags).encode()
+    if binary is not None:
+        files_in[f"binaries/{platform_tuple()}/{identifier}.so"] = binary
+    return Fmu(
+        _zipped(files_in), platform_tuple() if binary is not None else None, tuple(variables)
+    )
+
+
+def identifier_of(name: str) -> str:
+    """A file's name as a name in C."""
+    plain = re.sub(r"\W", "_", name, flags=re.ASCII)
+    return plain if re.match("[A-Za-z]", plain) else f"drive_{plain}"
+
+
+def platform_tuple() -> str:
+    """This machine in FMI's words."""
+    machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
+        platform.machine().lower(), platform.machine().lower()
+    )
+    return f"{machine}-{platform.system().lower()}"
+
+
+def _rows(variables: list[Variable]) -> Iterator[str]:
+    for reference, each in enumerate(variables):
+        yield f"    {{{reference}, {each.settable}, AT({each.place})}}, /* {each.name} */\n"
+
+
+def _unsupported(text: str) -> Iterator[str]:
+    """A function for each that the standard declares and the text has not."""
+    for name, arguments in _FUNCTION.findall((HEADERS / HEADER_NAMES[1]).read_text()):
+        if f"\nfmi3Status {name}(" in text:
+            continue
+        each = [" ".join(one.split()) for one in arguments.split(",")]
+        unused = [re.sub(r"\[\]$", "", one).rpartition(" ")[2].lstrip("*") for one in each]
+        void = ", ".join(f"(void){word}" for word in unused if word != "instance")
+        yield (
+            f"fmi3Status {name}({', '.join(each)})\n{{\n"
+            + (f"    {void};\n" if void else "")
+            + f'    return unsupported(instance, "{name}");\n}}\n'
+        )
+
+
+def _binary(sources: dict[str, str]) -> bytes | None:
+    """The shared library; None without a C compiler.
+
+    Raises:
+        InputError: it fails.
+    """
+    compiler = shutil.which("cc")
+    if compiler is None:
+        return None
+    with tempfile.TemporaryDirectory(prefix="ab_sim-fmu-") as name:
+        folder = Path(name)
+        for file, text in sources.items():
+            (folder / file).write_text(text, encoding="utf-8")
+        for file in HEADER_NAMES:
+            (folder / file).write_bytes((HEADERS / file).read_bytes())
+        words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu.so", "-lm"]
+        made = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+        if made.returncode:
+            said = next((line for line in made.stderr.splitlines() if "error" in line), "")
+            raise InputError(
+                f"{compiler}: cannot build the FMU's binary: {said or made.stderr.strip()}; "
+                "mend the compiler, or hide it from PATH for an FMU of sources alone"
+            )
+        return (folder / "fmu.so").read_bytes()
+
+
+def _zipped(content: dict[str, bytes]) -> bytes:
+    """An archive that is the same for the same content."""
+    found = io.BytesIO()
+    with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as archive:
+        for name, data in content.items():
+            info = zipfile.ZipInfo(name)
+            info.compress_type = zipfile.ZIP_DEFLATED
+            info.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
+            archive.writestr(info, data)
+    return found.getvalue()

@@ -1,0 +1,188 @@
+"""What the XML files of an FMU say: its variables with units, and how its sources are built."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+from xml.etree import ElementTree as Xml
+
+import ab_sim
+from ab_sim.c_code.sources import DriveSources
+from ab_sim.drive.units import unit_of
+from ab_sim.scene.model import Scene
+
+NEVER, EARLY, ALWAYS = range(3)
+"""When a variable may be set: not at all, until it is initialized, at any time."""
+BASE_UNITS = {
+    "N": {"kg": 1, "m": 1, "s": -2},
+    **{name: {name: 1} for name in ("kg", "m", "s", "rad")},
+    "1": {},
+}
+"""In FMI's base units."""
+
+
+class Variable(NamedTuple):
+    """A variable of the FMU; its value reference is its place among all."""
+
+    name: str
+    place: str
+    """Member of ``struct fmu_state`` in C."""
+    settable: int
+    attributes: dict[str, str]
+    """Of its element in the model description."""
+    unit: str = ""
+    kind: str = "Float64"
+
+
+def variables_of(sources: DriveSources) -> list[Variable]:
+    """All of them."""
+    return [*_given(sources), *_seen(sources)]
+
+
+def _given(sources: DriveSources) -> Iterator[Variable]:
+    scene = sources.scene
+    top, steepest = scene.spindle.max_speed, scene.spindle.max_acceleration
+    independent = {"causality": "independent", "variability": "continuous"}
+    yield Variable("time", "time", NEVER, independent, "s")
+    yield Variable(
+        *("speed_command", "speed_command", ALWAYS),
+        {
+            "causality": "input",
+            "description": "speed that the spindle goes to, unless it follows its profile",
+            **{"min": repr(-top), "max": repr(top), "start": repr(scene.start.speed)},
+        },
+        "rad/s",
+    )
+    tunable = {"causality": "parameter", "variability": "tunable"}
+    yield Variable(
+        *("acceleration", "acceleration", ALWAYS),
+        {
+            **tunable,
+            "description": "at which a command is followed",
+            **{"min": "0.0", "max": repr(steepest), "start": repr(steepest)},
+        },
+        "rad/s^2",
+    )
+    yield Variable(
+        *("follow_profile", "follow_profile", EARLY),
+        {
+            **tunable,
+            "variability": "fixed",
+            "description": "follow the scene's own speed profile, and no speed_command",
+            "start": "false",
+        },
+        kind="Boolean",
+    )
+    for parameter in sources.parameters:
+        kind = {**tunable, "variability": "fixed"} if parameter.is_start else tunable
+        when = EARLY if parameter.is_start else ALWAYS
+        for place, value, unit in parameter.places:
+            about = {"description": parameter.meaning, "start": repr(value)}
+            yield Variable(place, f"drive.p.{place}", when, kind | about, unit)
+
+
+def _seen(sources: DriveSources) -> Iterator[Variable]:
+    scene, output = sources.scene, {"causality": "output"}
+
+    def variable(name: str, place: str, unit: str, about: str = "") -> Variable:
+        described = output | ({"description": about} if about else {})
+        return Variable(name, place, NEVER, described, unit)
+
+    yield variable("angle", "drive.out.angle", "rad", "of the spindle, unwrapped")
+    yield variable("speed", "drive.out.speed", "rad/s", "of the spindle")
+    yield variable("command", "drive.out.command", "rad/s", "speed that is asked for")
+    yield variable("whirl", "whirl", "m", "sqrt(x^2 + y^2)")
+    for name in sources.channels:
+        yield variable(name, f"drive.out.{name}", unit_of(name) or "1")
+    if "qw" in sources.channels:
+        for k, name in enumerate(("alpha", "beta", "gamma")):
+            yield variable(name, f"tilt[{k}]", "rad", "the deck's: Rz(gamma) Rx(alpha) Ry(beta)")
+    for i in range(scene.balls.count):
+        about = "from the unbalance, unwrapped"
+        yield variable(f"ball_{i}_angle", f"drive.out.ball_angle[{i}]", "rad", about)
+        yield variable(f"ball_{i}_rate", f"drive.out.ball_rate[{i}]", "rad/s")
+    for k, sensor in enumerate(scene.sensors):
+        for axis in range(3 if "z" in sources.channels else 2):
+            place = f"drive.out.readings[{k}][{axis}]"
+            yield variable(f"{sensor}_{axis + 1}", place, "m/s^2", "its reading, without noise")
+
+
+def model_description(
+    scene: Scene, variables: Sequence[Variable], identifier: str, token: str
+) -> bytes:
+    """``modelDescription.xml``."""
+    root = Xml.Element(
+        "fmiModelDescription",
+        fmiVersion="3.0",
+        modelName=scene.name,
+        instantiationToken=token,
+        description=" ".join(scene.description.split()) or "A drive with a ball balancer",
+        generationTool=f"ab_sim {ab_sim.__version__}",
+    )
+    Xml.SubElement(
+        root,
+        "CoSimulation",
+        modelIdentifier=identifier,
+        canGetAndSetFMUState="true",
+        canSerializeFMUState="true",
+        canHandleVariableCommunicationStepSize="true",
+        fixedInternalStepSize=repr(scene.solver.step),
+    )
+    _units(root, variables)
+    categories = Xml.SubElement(root, "LogCategories")
+    Xml.SubElement(categories, "Category", name="logStatusError", description="What went wrong")
+    Xml.SubElement(
+        root,
+        "DefaultExperiment",
+        startTime="0.0",
+        stopTime=repr(scene.duration),
+        stepSize=repr(scene.solver.step),
+    )
+    listed = Xml.SubElement(root, "ModelVariables")
+    structure = Xml.SubElement(root, "ModelStructure")
+    outputs = []
+    for reference, each in enumerate(variables):
+        first = {"name": each.name, "valueReference": str(reference)}
+        unit = {"unit": each.unit} if each.unit else {}
+        Xml.SubElement(listed, each.kind, first | each.attributes | unit)
+        if each.attributes["causality"] == "output":
+            outputs.append(str(reference))
+    for what in ("Output", "InitialUnknown"):
+        for each_output in outputs:
+            Xml.SubElement(structure, what, valueReference=each_output)
+    return _text(root)
+
+
+def build_description(identifier: str, files: Sequence[str]) -> bytes:
+    """``sources/buildDescription.xml``."""
+    root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
+    configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
+    built = Xml.SubElement(configuration, "SourceFileSet", language="C99")
+    for name in files:
+        Xml.SubElement(built, "SourceFile", name=name)
+    return _text(root)
+
+
+def _units(root: Xml.Element, variables: Sequence[Variable]) -> None:
+    defined = Xml.SubElement(root, "UnitDefinitions")
+    for unit in sorted({each.unit for each in variables if each.unit}):
+        own, exponents = Xml.SubElement(defined, "Unit", name=unit), base_units(unit)
+        if exponents is not None:
+            Xml.SubElement(own, "BaseUnit", {base: str(n) for base, n in exponents.items()})
+
+
+def base_units(unit: str) -> dict[str, int] | None:
+    """Exponents of FMI's base units in a unit such as ``N s/m^2``; None of one of other parts."""
+    found: Counter[str] = Counter()
+    for sign, part in zip((1, -1, 0), unit.split("/"), strict=False):
+        for word in part.split():
+            name, _, power = word.partition("^")
+            if name not in BASE_UNITS or sign == 0 or not (power or "1").isdigit():
+                return None
+            for base, exponent in BASE_UNITS[name].items():
+                found[base] += sign * exponent * int(power or 1)
+    return {name: power for name, power in found.items() if power}
+
+
+def _text(root: Xml.Element) -> bytes:
+    Xml.indent(root)
+    return bytes(Xml.tostring(root, encoding="UTF-8", xml_declaration=True)) + b"\n"

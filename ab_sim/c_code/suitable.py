@@ -1,0 +1,88 @@
+"""Which scenes C can be made of: smooth ones, with an explicit method's steps of a fixed length."""
+
+import math
+
+from ab_sim.dynamics.assemble import linear_rates, system_of
+from ab_sim.dynamics.system import System
+from ab_sim.errors import SceneError, exact
+from ab_sim.integrate.choose import Choice, choose_stepper, limiting, top_speed
+from ab_sim.integrate.explicit import Tableau
+from ab_sim.integrate.limits import largest_step
+from ab_sim.integrate.registry import stepper_named
+from ab_sim.scene.model import Scene
+
+EVENTFUL = {
+    "friction_coefficient": "balls stick and slip",
+    "restitution": "balls collide",
+    "rotor_moment": "a motor reaches its limit",
+}
+"""Methods of effects that have events, and what happens there."""
+
+
+def suitable(scene: Scene) -> tuple[System, Choice]:
+    """A scene's system and stepper, if C can be made of it.
+
+    Args:
+        scene: a checked scene.
+
+    Raises:
+        SceneError: it has effects with events, or probes; asks for an accuracy, or another method
+            than an explicit one; or has a step that is too long at ``spindle.max_speed``, up to
+            which commands are taken.
+    """
+    _check_smooth(scene)
+    if scene.probes:
+        raise SceneError(
+            f"probes: {', '.join(scene.probes)}: C has accelerometers only; leave them out (--set "
+            "probes=), its outputs have the displacement itself"
+        )
+    if scene.accuracy is not None:
+        raise SceneError(
+            "accuracy: C takes steps of a fixed length by an explicit method; name them instead: "
+            "--set accuracy= --set solver.stepper=rk8 --set solver.step=0.001"
+        )
+    system = system_of(scene)
+    choice = choose_stepper(scene, system, top_speed(scene))
+    _check_explicit(scene, system, choice)
+    try:
+        _check_explicit(scene, system, choose_stepper(scene, system, scene.spindle.max_speed))
+    except SceneError as error:
+        raise SceneError(
+            f"{error} (C takes commands up to spindle.max_speed = "
+            f"{exact(scene.spindle.max_speed)} rad/s; lower that, or the step)"
+        ) from None
+    return system, choice
+
+
+def _check_smooth(scene: Scene) -> None:
+    found = {
+        name: what
+        for name, effect in scene.effects.items()
+        for method, what in EVENTFUL.items()
+        if hasattr(effect, method)
+    }
+    if not found:
+        return
+    named = ", ".join(f"{name} ({what})" for name, what in found.items())
+    leave_out = " ".join(f"--set effects.{name}=" for name in found)
+    raise SceneError(
+        f"effects: {named}: C has no location of events, which these need; leave them out "
+        f"({leave_out}) if what you test does not depend on them, or run this scene by ab-sim "
+        "(ab-sim live, ab_sim.Drive)"
+    )
+
+
+def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
+    if isinstance(choice.stepper.weights, Tableau):
+        return
+    usual = stepper_named("rk8")
+    rates = limiting(usual, linear_rates(system, scene.spindle.max_speed))
+    longest, what = largest_step(usual, rates)
+    # One digit, downwards.
+    step = min(scene.solver.step, 10.0 ** math.floor(math.log10(min(longest, 1.0))))
+    step *= max(1.0, math.floor(min(longest, scene.solver.step) / step))
+    raise SceneError(
+        f"solver.stepper = {scene.solver.stepper!r}: is {choice.stepper.name} here "
+        f"({choice.reason}), and C takes steps of an explicit method; rk8 takes steps of at most "
+        f"{longest:.3g} s because of {what}: --set solver.stepper=rk8 --set solver.step={step:g}"
+    )

@@ -1,0 +1,450 @@
+/* @MADE_BY@
+ *
+ * @TITLE@ As a co-simulation FMU of FMI 3.0: what drive.h has, behind the standard's functions.
+ *
+ * Functions have their plain names, as a shared library needs them. To link several FMUs statically,
+ * define FMI3_FUNCTION_PREFIX as @IDENTIFIER@_ when this file is compiled.
+ */
+#include <math.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "drive.h"
+#include "fmi3Functions.h"
+
+#define TOKEN "@TOKEN@"
+
+enum mode { INSTANTIATED, INITIALIZATION, STEP, TERMINATED };
+
+/* All that fmi3GetFMUState keeps. */
+struct fmu_state {
+    enum mode mode;
+    struct drive drive;
+    int changed; /* parameters were set: outputs are to be computed anew */
+    double start_time; /* s */
+    double time; /* s */
+    double speed_command; /* rad/s */
+    double acceleration; /* rad/s^2, at which a command is followed */
+    double whirl; /* m */
+    double tilt[3]; /* rad; of a deck in space */
+    bool follow_profile;
+};
+
+struct fmu {
+    struct fmu_state state;
+    fmi3InstanceEnvironment environment;
+    fmi3LogMessageCallback log;
+};
+
+struct variable {
+    fmi3ValueReference reference;
+    int settable; /* 0: never, 1: until initialized, 2: always */
+    size_t place; /* in struct fmu_state */
+};
+
+#define AT(member) offsetof(struct fmu_state, member)
+
+/* In the order of their value references; all are Float64 but follow_profile. */
+static const struct variable variables[] = {
+@VARIABLES@};
+enum { VARIABLES = sizeof variables / sizeof variables[0], FOLLOW_PROFILE = @FOLLOW_PROFILE@ };
+
+static fmi3Status say(const struct fmu *own, fmi3Status status, const char *text)
+{
+    if (own->log)
+        own->log(own->environment, status, "logStatusError", text);
+    return status;
+}
+
+static fmi3Status unsupported(fmi3Instance instance, const char *name)
+{
+    char text[160];
+    if (!instance)
+        return fmi3Error;
+    snprintf(text, sizeof text, "%s: this FMU has none of what it is for", name);
+    return say(instance, fmi3Error, text);
+}
+
+/* Whether it is in one of two modes. */
+static int is_in(const struct fmu *own, enum mode one, enum mode other, const char *name)
+{
+    char text[160];
+    if (own->state.mode == one || own->state.mode == other)
+        return 1;
+    snprintf(text, sizeof text, "%s: must not be called in this state of the FMU", name);
+    say(own, fmi3Error, text);
+    return 0;
+}
+
+/* Outputs as they follow from what has been set. */
+static void refresh(struct fmu_state *state)
+{
+    struct drive *d = &state->drive;
+    if (state->changed) {
+        if (state->mode == INSTANTIATED || state->mode == INITIALIZATION)
+            drive_reset(d);
+        else
+            drive_update(d);
+        state->changed = 0;
+    }
+    state->time = state->start_time + drive_time(d);
+    state->whirl = drive_whirl(d);
+@if quaternion
+    drive_tilt(d, state->tilt);
+@end
+}
+
+static void to_start(struct fmu_state *state)
+{
+    memset(state, 0, sizeof *state);
+    drive_init(&state->drive);
+    state->speed_command = state->drive.out.speed;
+    state->acceleration = DRIVE_MAX_ACCELERATION;
+    refresh(state);
+}
+
+/* ---- Instances and their modes. */
+
+const char *fmi3GetVersion(void)
+{
+    return fmi3Version;
+}
+
+fmi3Status fmi3SetDebugLogging(fmi3Instance instance, fmi3Boolean on, size_t count,
+                               const fmi3String categories[])
+{
+    (void)on, (void)count, (void)categories; /* only errors are logged, and always */
+    return instance ? fmi3OK : fmi3Error;
+}
+
+fmi3Instance fmi3InstantiateCoSimulation(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3Boolean event_mode, fmi3Boolean early_return,
+    const fmi3ValueReference intermediate[], size_t intermediate_count,
+    fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3IntermediateUpdateCallback update)
+{
+    struct fmu at_hand = {.environment = environment, .log = log}, *own;
+    (void)name, (void)resources, (void)visible, (void)logging, (void)early_return;
+    (void)intermediate, (void)intermediate_count, (void)update;
+    if (!token || strcmp(token, TOKEN) != 0) {
+        say(&at_hand, fmi3Error, "the instantiationToken is not that of this FMU: " TOKEN);
+        return NULL;
+    }
+    if (event_mode) {
+        say(&at_hand, fmi3Error, "it has no event mode");
+        return NULL;
+    }
+    own = malloc(sizeof *own);
+    if (!own) {
+        say(&at_hand, fmi3Error, "out of memory");
+        return NULL;
+    }
+    *own = at_hand;
+    to_start(&own->state);
+    return own;
+}
+
+void fmi3FreeInstance(fmi3Instance instance)
+{
+    free(instance);
+}
+
+fmi3Status fmi3EnterInitializationMode(fmi3Instance instance, fmi3Boolean has_tolerance,
+                                       fmi3Float64 tolerance, fmi3Float64 start_time,
+                                       fmi3Boolean has_stop_time, fmi3Float64 stop_time)
+{
+    struct fmu *own = instance;
+    (void)has_tolerance, (void)tolerance, (void)has_stop_time, (void)stop_time;
+    if (!own || !is_in(own, INSTANTIATED, INSTANTIATED, "fmi3EnterInitializationMode"))
+        return fmi3Error;
+    if (!isfinite(start_time))
+        return say(own, fmi3Error, "startTime: must be a finite number [s]");
+    own->state.start_time = start_time;
+    own->state.mode = INITIALIZATION;
+    refresh(&own->state);
+    return fmi3OK;
+}
+
+static fmi3Status follow(struct fmu *own)
+{
+    struct fmu_state *state = &own->state;
+    char text[240];
+    if (state->follow_profile ||
+        drive_command_ramp(&state->drive, state->speed_command, state->acceleration) == DRIVE_OK)
+        return fmi3OK;
+    snprintf(text, sizeof text,
+             "speed_command = %.17g rad/s, acceleration = %.17g rad/s^2: must be within +-%g, and "
+             "above 0 and at most %g; the drive goes on as it was",
+             state->speed_command, state->acceleration, DRIVE_MAX_SPEED, DRIVE_MAX_ACCELERATION);
+    return say(own, fmi3Warning, text);
+}
+
+fmi3Status fmi3ExitInitializationMode(fmi3Instance instance)
+{
+    struct fmu *own = instance;
+    fmi3Status status;
+    if (!own || !is_in(own, INITIALIZATION, INITIALIZATION, "fmi3ExitInitializationMode"))
+        return fmi3Error;
+    refresh(&own->state);
+    own->state.mode = STEP;
+    if (own->state.follow_profile)
+        drive_follow_profile(&own->state.drive);
+    status = follow(own);
+    refresh(&own->state);
+    return status;
+}
+
+fmi3Status fmi3Terminate(fmi3Instance instance)
+{
+    struct fmu *own = instance;
+    if (!own || !is_in(own, STEP, STEP, "fmi3Terminate"))
+        return fmi3Error;
+    own->state.mode = TERMINATED;
+    return fmi3OK;
+}
+
+fmi3Status fmi3Reset(fmi3Instance instance)
+{
+    struct fmu *own = instance;
+    if (!own)
+        return fmi3Error;
+    to_start(&own->state);
+    return fmi3OK;
+}
+
+/* ---- Steps. */
+
+fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
+                      fmi3Boolean no_return, fmi3Boolean *event, fmi3Boolean *terminate,
+                      fmi3Boolean *early, fmi3Float64 *last)
+{
+    struct fmu *own = instance;
+    struct fmu_state *state;
+    fmi3Status status;
+    double steps;
+    char text[200];
+    (void)no_return;
+    if (!own || !is_in(own, STEP, STEP, "fmi3DoStep"))
+        return fmi3Error;
+    if (!event || !terminate || !early || !last)
+        return say(own, fmi3Error, "fmi3DoStep: a pointer for what it returns is NULL");
+    state = &own->state;
+    refresh(state);
+    *event = *terminate = *early = false;
+    *last = state->time;
+    /* Rounding of times grows with them. */
+    if (!(fabs(now - state->time) <= 1e-6 * DRIVE_STEP + 1e-12 * fabs(now))) {
+        snprintf(text, sizeof text, "currentCommunicationPoint = %.17g s: the FMU is at %.17g s",
+                 now, state->time);
+        return say(own, fmi3Error, text);
+    }
+    steps = round((now + size - state->time) / DRIVE_STEP);
+    if (!(size > 0.0 && steps >= 1.0 && steps < 1e9 &&
+          fabs(state->time + steps * DRIVE_STEP - (now + size)) <=
+              1e-6 * DRIVE_STEP + 1e-12 * fabs(now + size))) {
+        snprintf(text, sizeof text,
+                 "communicationStepSize = %.17g s: must be a multiple of the step, %g s", size,
+                 DRIVE_STEP);
+        return say(own, fmi3Error, text);
+    }
+    status = follow(own);
+    if (drive_step(&state->drive, (long)steps) == DRIVE_DIVERGED) {
+        refresh(state);
+        *last = state->time;
+        return say(own, fmi3Error, "the drive went beyond all bounds: a parameter is too large, or "
+                                   "too stiff for the step");
+    }
+    refresh(state);
+    *last = now + size;
+    return status;
+}
+
+/* ---- Variables. */
+
+static const struct variable *found(const struct fmu *own, fmi3ValueReference reference)
+{
+    char text[80];
+    if (reference < VARIABLES)
+        return &variables[reference]; /* they are numbered from 0 on */
+    snprintf(text, sizeof text, "valueReference %lu: there is none", (unsigned long)reference);
+    say(own, fmi3Error, text);
+    return NULL;
+}
+
+static fmi3Status check(const struct fmu *own, const void *references, size_t count,
+                        const void *values, size_t size)
+{
+    if (size != count || (count && (!references || !values)))
+        return say(own, fmi3Error, "nValues: must be nValueReferences, all variables are scalars");
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetFloat64(fmi3Instance instance, const fmi3ValueReference references[],
+                          size_t count, fmi3Float64 values[], size_t size)
+{
+    struct fmu *own = instance;
+    if (!own || check(own, references, count, values, size) != fmi3OK)
+        return fmi3Error;
+    refresh(&own->state);
+    for (size_t k = 0; k < count; k++) {
+        const struct variable *v = found(own, references[k]);
+        if (!v || v->reference == FOLLOW_PROFILE)
+            return fmi3Error;
+        memcpy(&values[k], (const char *)&own->state + v->place, sizeof values[k]);
+    }
+    return fmi3OK;
+}
+
+/* Whether a variable may be set now. */
+static int may_set(const struct fmu *own, const struct variable *v)
+{
+    const int early = own->state.mode == INSTANTIATED || own->state.mode == INITIALIZATION;
+    char text[120];
+    if (own->state.mode != TERMINATED && (v->settable == 2 || (v->settable == 1 && early)))
+        return 1;
+    snprintf(text, sizeof text, "valueReference %lu: cannot be set, or not any more",
+             (unsigned long)v->reference);
+    say(own, fmi3Error, text);
+    return 0;
+}
+
+fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference references[],
+                          size_t count, const fmi3Float64 values[], size_t size)
+{
+    struct fmu *own = instance;
+    if (!own || check(own, references, count, values, size) != fmi3OK)
+        return fmi3Error;
+    for (size_t k = 0; k < count; k++) { /* all or none */
+        const struct variable *v = found(own, references[k]);
+        if (!v || v->reference == FOLLOW_PROFILE || !may_set(own, v))
+            return fmi3Error;
+        if (!isfinite(values[k]))
+            return say(own, fmi3Error, "a value that is set must be a finite number");
+    }
+    for (size_t k = 0; k < count; k++) {
+        const struct variable *v = &variables[references[k]];
+        memcpy((char *)&own->state + v->place, &values[k], sizeof values[k]);
+        if (v->place < AT(drive) + sizeof own->state.drive)
+            own->state.changed = 1;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3GetBoolean(fmi3Instance instance, const fmi3ValueReference references[],
+                          size_t count, fmi3Boolean values[], size_t size)
+{
+    struct fmu *own = instance;
+    if (!own || check(own, references, count, values, size) != fmi3OK)
+        return fmi3Error;
+    for (size_t k = 0; k < count; k++) {
+        if (references[k] != FOLLOW_PROFILE)
+            return say(own, fmi3Error, "valueReference: only follow_profile is a Boolean");
+        values[k] = own->state.follow_profile;
+    }
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetBoolean(fmi3Instance instance, const fmi3ValueReference references[],
+                          size_t count, const fmi3Boolean values[], size_t size)
+{
+    struct fmu *own = instance;
+    if (!own || check(own, references, count, values, size) != fmi3OK)
+        return fmi3Error;
+    for (size_t k = 0; k < count; k++) {
+        if (references[k] != FOLLOW_PROFILE)
+            return say(own, fmi3Error, "valueReference: only follow_profile is a Boolean");
+        if (!may_set(own, &variables[FOLLOW_PROFILE]))
+            return fmi3Error;
+        own->state.follow_profile = values[k];
+    }
+    return fmi3OK;
+}
+
+/* ---- The FMU's state: a plain copy. */
+
+fmi3Status fmi3GetFMUState(fmi3Instance instance, fmi3FMUState *kept)
+{
+    struct fmu *own = instance;
+    if (!own || !kept)
+        return fmi3Error;
+    if (!*kept && !(*kept = malloc(sizeof own->state)))
+        return say(own, fmi3Error, "out of memory");
+    memcpy(*kept, &own->state, sizeof own->state);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SetFMUState(fmi3Instance instance, fmi3FMUState kept)
+{
+    struct fmu *own = instance;
+    if (!own || !kept)
+        return fmi3Error;
+    memcpy(&own->state, kept, sizeof own->state);
+    return fmi3OK;
+}
+
+fmi3Status fmi3FreeFMUState(fmi3Instance instance, fmi3FMUState *kept)
+{
+    if (!instance || !kept)
+        return fmi3Error;
+    free(*kept);
+    *kept = NULL;
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializedFMUStateSize(fmi3Instance instance, fmi3FMUState kept, size_t *size)
+{
+    if (!instance || !kept || !size)
+        return fmi3Error;
+    *size = sizeof(struct fmu_state);
+    return fmi3OK;
+}
+
+fmi3Status fmi3SerializeFMUState(fmi3Instance instance, fmi3FMUState kept, fmi3Byte bytes[],
+                                 size_t size)
+{
+    if (!instance || !kept || !bytes || size != sizeof(struct fmu_state))
+        return fmi3Error;
+    memcpy(bytes, kept, size);
+    return fmi3OK;
+}
+
+fmi3Status fmi3DeserializeFMUState(fmi3Instance instance, const fmi3Byte bytes[], size_t size,
+                                   fmi3FMUState *kept)
+{
+    struct fmu *own = instance;
+    if (!own || !bytes || !kept)
+        return fmi3Error;
+    if (size != sizeof(struct fmu_state))
+        return say(own, fmi3Error, "a serialized state is not of this FMU: its size differs");
+    if (!*kept && !(*kept = malloc(size)))
+        return say(own, fmi3Error, "out of memory");
+    memcpy(*kept, bytes, size);
+    return fmi3OK;
+}
+
+/* ---- What FMI has functions for, and this FMU none of. */
+
+fmi3Instance fmi3InstantiateModelExchange(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    (void)environment, (void)log;
+    return NULL;
+}
+
+fmi3Instance fmi3InstantiateScheduledExecution(
+    fmi3String name, fmi3String token, fmi3String resources, fmi3Boolean visible,
+    fmi3Boolean logging, fmi3InstanceEnvironment environment, fmi3LogMessageCallback log,
+    fmi3ClockUpdateCallback update, fmi3LockPreemptionCallback lock,
+    fmi3UnlockPreemptionCallback unlock)
+{
+    (void)name, (void)token, (void)resources, (void)visible, (void)logging;
+    (void)environment, (void)log, (void)update, (void)lock, (void)unlock;
+    return NULL;
+}
+
+@UNSUPPORTED@

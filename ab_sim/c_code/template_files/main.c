@@ -1,0 +1,33 @@
+/* @MADE_BY@
+ *
+ * An example: commands a speed, and prints a table of what the drive does, a line each 10 ms or so.
+ * Usage: example [SPEED in rad/s] [SECONDS]; without a speed it follows the scene's own profile.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+
+#include "drive.h"
+
+int main(int count, char **arguments)
+{
+    const double seconds = count > 2 ? atof(arguments[2]) : @SECONDS@;
+    const long every = @EVERY@;
+    struct drive d;
+    drive_init(&d);
+    if (count < 2)
+        drive_follow_profile(&d);
+    else if (drive_command(&d, atof(arguments[1])) != DRIVE_OK) {
+        fprintf(stderr, "%s rad/s: must be within +-%g rad/s\n", arguments[1], DRIVE_MAX_SPEED);
+        return 2;
+    }
+    printf("t [s],speed [rad/s],whirl [m],ax [m/s^2],ay [m/s^2]\n");
+    while (drive_time(&d) < seconds) {
+        if (drive_step(&d, every) != DRIVE_OK) {
+            fprintf(stderr, "the drive went beyond all bounds after %g s\n", drive_time(&d));
+            return 1;
+        }
+        printf("%.4f,%.4f,%.6g,%.6g,%.6g\n", drive_time(&d), d.out.speed, drive_whirl(&d),
+               d.out.ax, d.out.ay);
+    }
+    return 0;
+}

@@ -1,0 +1,232 @@
+"""Critical speed and net unbalance from one axis of vibration: an extended Kalman filter.
+
+Along one axis the deck moves as
+
+    x'' = -K x - D x' + Re[q (w^2 - i al) e^{i psi}]
+
+with K the square of the critical speed, D = damping / mass, q the offset of the mass centre of
+rotor and balls on axes that turn with the rotor, psi, w and al the spindle's angle, speed and
+acceleration, the angle counted from the axis. The state is x, x', Re q, Im q, K, D and the
+sensor's offset; q, K, D and the offset are random walks. A reading is x + offset, or x'' + offset.
+
+For an accelerometer the state holds X = K x and X' instead, for which the equation has the same
+form, with K q in place of q. A reading is then -X - (D/K) X' + Re[...] + offset: linear, but for
+what D/K adds. With x and K apart it would be a product of two unknowns, and the filter fell for
+wrong critical speeds. A low-pass of the sensor only turns q, which nobody minds.
+
+``axis`` in examples/firmware_prototype/c/adaptive.c is the same, operation by operation.
+"""
+
+import math
+
+from ab_sim.control import tuning
+
+SIZE = 7
+NUMBERS = SIZE + SIZE * SIZE + 10
+"""Of its state."""
+
+
+class AxisFilter:
+    """The filter of one axis.
+
+    Parameters
+    ----------
+    acceleration : bool
+        Whether readings are accelerations; else displacements.
+    final_speed : float
+        rad/s; the critical speed is taken to lie below.
+    noise : float
+        Standard deviation of a reading, or 0: not known.
+    """
+
+    __slots__ = (
+        "_acceleration", "_before", "_count", "_final", "_first", "_last", "_noise", "_rough",
+        "_squares", "_sum", "covariance", "known", "size", "state", "variance",
+    )  # fmt: skip
+
+    def __init__(self, acceleration: bool, final_speed: float, noise: float) -> None:
+        self._acceleration, self._final, self._noise = acceleration, final_speed, noise
+        stiffness = (tuning.FIRST_RATIO * final_speed) ** 2
+        damping = tuning.FIRST_DAMPING * math.sqrt(stiffness)
+        self.state = [0.0, 0.0, 0.0, 0.0, stiffness, damping, 0.0]
+        self.covariance = [[0.0] * SIZE for _ in range(SIZE)]
+        self.covariance[4][4] = (tuning.FIRST_STIFFNESS_DEVIATION * stiffness) ** 2
+        self.covariance[5][5] = damping * damping
+        self.known = 0.0
+        """1 once there is an estimate; else readings are collected, for their noise."""
+        self.variance = self.size = 0.0
+        """Of a reading, as the innovations say; mean square without the offset, forgetting."""
+        self._first = self._sum = self._squares = self._rough = self._last = self._before = 0.0
+        self._count = 0.0
+
+    def restart(self) -> None:
+        """Find the motion anew; what is known of the suspension stays."""
+        if self.known == 1.0:
+            self.known = self._count = 0.0
+
+    def collect(self, reading: float, speed: float) -> None:
+        """A reading before there is an estimate; the last one of them makes one."""
+        if self._count == 0.0 or self._count > 400.0:
+            self._first, self._sum, self._squares, self._rough = reading, 0.0, 0.0, 0.0
+            self._count = 0.0
+        change = reading - self._first
+        self._sum += change
+        self._squares += change * change
+        if self._count >= 2.0:
+            bend = reading - 2.0 * self._last + self._before
+            self._rough += bend * bend
+        self._before, self._last = self._last, reading
+        self._count += 1.0
+        if self._count >= 20.0 and speed >= 0.1 * self._final:
+            self._begin(speed)
+
+    def _begin(self, speed: float) -> None:
+        count, mean = self._count, self._sum / self._count
+        spread = math.sqrt(max(self._squares / count - mean * mean, 0.0))
+        # What is told may be too little; what is seen has spikes in it.
+        found = math.sqrt(self._rough / (6.0 * (count - 2.0)))
+        if self._noise > 0.0:
+            found = min(found, 10.0 * self._noise)
+        noise = max(max(self._noise, found), 1e-3 * spread)
+        if not noise > 0.0:
+            return
+        stiffness, damping = self.state[4], self.state[5]
+        old = self.covariance
+        motion, net, least = spread, spread * stiffness / (speed * speed), noise
+        if self._acceleration:
+            motion, net, least = net, net / (speed * speed), noise / stiffness
+        motion += noise
+        net = max(100.0 * least, 4.0 * net)
+        motion_rate = motion * (speed + 0.1 * self._final)
+        offset = 3.0 * noise + spread
+        deviations = (motion, motion_rate, net, net)
+        rows = [[0.0] * SIZE for _ in range(SIZE)]
+        for i, deviation in enumerate(deviations):
+            rows[i][i] = deviation * deviation
+        rows[4][4], rows[5][5], rows[6][6] = old[4][4], old[5][5], offset * offset
+        self.covariance = rows
+        self.state = [0.0, 0.0, 0.0, 0.0, stiffness, damping, self._first + mean]
+        self.variance, self.size, self.known = noise * noise, spread * spread, 1.0
+
+    def predict(self, h: float, p0: float, r0: float, p1: float, r1: float) -> None:
+        """Go on by ``h`` seconds.
+
+        Parameters
+        ----------
+        h : float
+            s.
+        p0, r0, p1, r1 : float
+            Force per mass of a net unbalance of 1 and of i, at the beginning and at the end.
+        """
+        x, v, a, b, K, D, offset = self.state
+        u0, u1 = a * p0 + b * r0, a * p1 + b * r1
+        k0 = k1 = 0.0
+        if self._acceleration:
+            k0, k1 = u0, u1
+            u0, u1, p0, r0, p1, r1 = u0 * K, u1 * K, p0 * K, r0 * K, p1 * K, r1 * K
+        half, square = 0.5 * h, 0.5 * h * h
+        start = u0 - K * x - D * v
+        x1, v1 = x + h * v + square * start, v + h * start
+        end = u1 - K * x1 - D * v1
+        # Derivatives of x and v at the end by the state before: f, g; of ``start``: the rest.
+        j4 = k0 - x
+        f0, f1, f2 = 1.0 - square * K, h - square * D, square * p0
+        f3, f4, f5 = square * r0, square * j4, -(square * v)
+        hd = h * D
+        g0 = half * (hd * K - K * f0 - K)
+        g1 = 1.0 + half * (hd * D - K * f1 - D - D)
+        g2 = half * (p0 + p1 - K * f2 - hd * p0)
+        g3 = half * (r0 + r1 - K * f3 - hd * r0)
+        g4 = half * (j4 + k1 - x1 - K * f4 - hd * j4)
+        g5 = half * (hd * v - v1 - K * f5 - v)
+        P = self.covariance
+        row0, row1, row2, row3, row4, row5, row6 = P
+        columns = tuple(zip(row0, row1, row2, row3, row4, row5, strict=True))
+        X = [
+            f0 * c0 + f1 * c1 + f2 * c2 + f3 * c3 + f4 * c4 + f5 * c5
+            for c0, c1, c2, c3, c4, c5 in columns
+        ]
+        V = [
+            g0 * c0 + g1 * c1 + g2 * c2 + g3 * c3 + g4 * c4 + g5 * c5
+            for c0, c1, c2, c3, c4, c5 in columns
+        ]
+        X0, X1, X2, X3, X4, X5, X6 = X
+        V0, V1, V2, V3, V4, V5, V6 = V
+        xx = f0 * X0 + f1 * X1 + f2 * X2 + f3 * X3 + f4 * X4 + f5 * X5
+        xv = g0 * X0 + g1 * X1 + g2 * X2 + g3 * X3 + g4 * X4 + g5 * X5
+        vv = g0 * V0 + g1 * V1 + g2 * V2 + g3 * V3 + g4 * V4 + g5 * V5
+        row0[:] = xx, xv, X2, X3, X4, X5, X6
+        row1[:] = xv, vv, V2, V3, V4, V5, V6
+        walk = tuning.NET_WALK * tuning.NET_WALK * h * (a * a + b * b)
+        walk_K, walk_D = tuning.STIFFNESS_WALK * K, tuning.DAMPING_WALK * D
+        row2[0], row2[1], row2[2] = X2, V2, row2[2] + walk
+        row3[0], row3[1], row3[3] = X3, V3, row3[3] + walk
+        row4[0], row4[1], row4[4] = X4, V4, row4[4] + walk_K * walk_K * h
+        row5[0], row5[1], row5[5] = X5, V5, row5[5] + walk_D * walk_D * h
+        drift = tuning.OFFSET_WALK * tuning.OFFSET_WALK * self.variance * h
+        row6[0], row6[1], row6[6] = X6, V6, row6[6] + drift
+        self.state = [x1, v + half * (start + end), a, b, K, D, offset]
+
+    def update(self, reading: float, p: float, r: float) -> None:
+        """Take a reading, with the force per mass of a net unbalance of 1 and of i."""
+        P, state = self.covariance, self.state
+        noise = self.variance + tuning.SCALE_ERROR * tuning.SCALE_ERROR * self.size
+        x, v, a, b, K, D, offset = state
+        if self._acceleration:
+            d = D / K
+            h4, h5 = d / K * v, -(v / K)
+            g = [
+                p * c2 + r * c3 + h4 * c4 + h5 * c5 + c6 - c0 - d * c1
+                for c0, c1, c2, c3, c4, c5, c6 in P
+            ]
+            g0, g1, g2, g3, g4, g5, g6 = g
+            S = p * g2 + r * g3 + h4 * g4 + h5 * g5 + g6 - g0 - d * g1 + noise
+            innovation = reading - (a * p + b * r + offset - x - d * v)
+        else:
+            g = [row[0] + row[6] for row in P]
+            S = g[0] + g[6] + noise
+            innovation = reading - (x + offset)
+        if not S > 0.0:
+            self.restart()
+            return
+        root = math.sqrt(S)
+        gain = [value / root for value in g]
+        surprise = innovation / root
+        square = surprise * surprise
+        if square > tuning.WILD:
+            surprise *= math.sqrt(tuning.WILD / square)
+            square = tuning.WILD
+        self.state = state = [s + k * surprise for s, k in zip(state, gain, strict=True)]
+        for i, row in enumerate(P):
+            k, before = gain[i], row[i]
+            row[:] = [c - k * other for c, other in zip(row, gain, strict=True)]
+            # Rounding must not make a variance negative.
+            row[i] = max(row[i], 1e-6 * before)
+        self.variance *= 1.0 + tuning.NOISE_GAIN * (square - 1.0)
+        change = reading - state[6]
+        self.size += 0.01 * (change * change - self.size)
+        final = self._final
+        state[4] = min(max(state[4], 0.01 * final * final), 0.9 * final * final)
+        state[5] = min(max(state[5], 0.002 * final), 0.3 * final)
+        total = state[0] + state[1] + state[2] + state[3] + state[6] + P[0][0] + P[1][1]
+        if not abs(total) < 1e30:
+            self._lose()
+
+    def _lose(self) -> None:
+        """Forget everything: numbers have gone beyond all bounds."""
+        fresh = AxisFilter(self._acceleration, self._final, self._noise)
+        self.restore(fresh.numbers())
+
+    def numbers(self) -> list[float]:
+        """Its state, for ``restore``."""
+        own = [self.known, self.variance, self.size, self._first, self._sum, self._squares]
+        own += [self._rough, self._last, self._before, self._count]
+        return [*self.state, *(value for row in self.covariance for value in row), *own]
+
+    def restore(self, numbers: list[float]) -> None:
+        """Go on from there."""
+        self.state = numbers[:SIZE]
+        for i in range(SIZE):
+            self.covariance[i] = numbers[SIZE * (i + 1) : SIZE * (i + 2)]
+        self.known, self.variance, self.size, self._first, self._sum, self._squares = numbers[56:62]
+        self._rough, self._last, self._before, self._count = numbers[62:]

@@ -1,0 +1,199 @@
+"""What the readings say of the drive: critical speed, damping, net unbalance and how it changes."""
+
+import math
+
+from ab_sim.control import tuning
+from ab_sim.control.axis_filter import NUMBERS, AxisFilter
+from ab_sim.control.settings import Settings
+from ab_sim.control.watch import Reason, Watch
+
+LARGEST = 1e9
+"""Numbers beyond this are none."""
+
+
+class Observer:
+    """From samples to beliefs; ``axes`` filters beside each other, whose results are averaged.
+
+    Axes need not be equally stiff, each has a critical speed of its own. The net unbalance is
+    common to them, and if they do not agree on it, one of them is wrong.
+
+    Parameters
+    ----------
+    settings : Settings
+        Checked.
+    """
+
+    __slots__ = (
+        "_angle", "_axes", "_first_axis", "_p", "_r", "_settings", "_slope", "_unit", "_watch",
+        "average_im", "average_re", "critical", "critical_deviation", "damping", "deviation",
+        "fast", "im", "known", "re", "samples", "scale", "slow", "speed", "time",
+    )  # fmt: skip
+
+    def __init__(self, settings: Settings) -> None:
+        sensing = settings.sensing
+        self._settings = settings
+        self._unit = tuning.UNIT / settings.final_speed
+        acceleration = sensing.quantity == "acceleration"
+        self._axes = [
+            AxisFilter(acceleration, settings.final_speed, sensing.noise)
+            for _ in range(sensing.axes)
+        ]
+        self._watch = Watch(sensing.axes, self._unit, settings.limit)
+        self.samples = 0.0
+        self.time = self._angle = self.speed = self._slope = 0.0
+        self._p, self._r = [0.0, 0.0], [0.0, 0.0]
+        self.re = self.im = self.deviation = 0.0
+        """Net unbalance and its standard deviation [m]."""
+        self.fast = self.slow = self.average_re = self.average_im = self.scale = 0.0
+        """Averages of its magnitude and of itself; the largest average magnitude so far [m]."""
+        self.critical = self.critical_deviation = self.damping = 0.0
+        """rad/s, rad/s, 1/s."""
+        self.known = 0.0
+
+    @property
+    def rate(self) -> float:
+        """Relative rate of change of the net unbalance's magnitude, per unit of time."""
+        return (self.fast - self.slow) / ((tuning.SLOW - tuning.FAST) * (self.slow + 1e-30))
+
+    @property
+    def circulating(self) -> bool:
+        """Whether the net unbalance turns against the rotor: balls that go round."""
+        square = self.average_re * self.average_re + self.average_im * self.average_im
+        certain = self.deviation < tuning.CERTAIN * self.slow
+        return certain and math.sqrt(square) < tuning.CIRCULATING * self.slow
+
+    def take(
+        self, time: float, angle: float, speed: float, first: float, second: float
+    ) -> tuple[bool, Reason]:
+        """A sample; whether it was good, and whether it shows that something is wrong."""
+        # NaN and infinity are not less.
+        if not abs(time) + abs(angle) + abs(speed) + abs(first) + abs(second) < LARGEST:
+            return False, Reason.NONE
+        settings = self._settings
+        axis_angle = angle - settings.sensing.axis_angle
+        c, s, square = math.cos(axis_angle), math.sin(axis_angle), speed * speed
+        dt = time - self.time
+        if self.samples == 0.0:
+            self._take_over(time, angle, speed, square * c, -(square * s))
+            return True, Reason.NONE
+        if dt <= 0.0:
+            back = Reason.TIME_BACK if dt < -tuning.BACK else Reason.NONE
+            if back:
+                self.speed = speed
+            return False, back
+        turning = speed >= 0.3 * settings.final_speed
+        wrong = self._watch.readings((first, second), dt, turning, self.samples == 1.0)
+        if not wrong:
+            expected = 0.5 * (speed + self.speed) * dt
+            wrong = self._watch.angle(angle - self._angle, expected)
+        if wrong:
+            return True, wrong
+        slope = (speed - self.speed) / dt
+        self._slope += (slope - self._slope) * (dt / (dt + 0.01 * self._unit))
+        slope = self._slope
+        p, r = square * c + slope * s, slope * c - square * s
+        if dt > tuning.LONGEST_GAP * self._unit:
+            for axis in self._axes:
+                axis.restart()
+        self._filter(dt, axis_angle, speed, p, r, first, second)
+        self._take_over(time, angle, speed, p, r)
+        return True, self._combine(dt)
+
+    def _take_over(self, time: float, angle: float, speed: float, p: float, r: float) -> None:
+        self.samples += 1.0
+        self.time, self._angle, self.speed = time, angle, speed
+        # The second axis is 90 degrees ahead: angles counted from it are that much smaller.
+        self._p[0], self._r[0], self._p[1], self._r[1] = p, r, -r, p
+
+    def _filter(
+        self, dt: float, angle: float, speed: float, p: float, r: float, first: float, second: float
+    ) -> None:
+        """Prediction over ``dt`` in steps that are short enough, and the readings."""
+        fastest = max(self._settings.final_speed, speed)
+        parts = 1 + int(dt * fastest / tuning.STEP_ANGLE)
+        h, slope = dt / parts, self._slope
+        p0, r0 = self._p[0], self._r[0]
+        axes = self._axes
+        for k in range(1, parts + 1):
+            p1, r1 = p, r
+            if k < parts:
+                rest = (parts - k) * h
+                w, then = speed - slope * rest, angle - rest * (speed - 0.5 * slope * rest)
+                c, s, square = math.cos(then), math.sin(then), w * w
+                p1, r1 = square * c + slope * s, slope * c - square * s
+            if axes[0].known == 1.0:
+                axes[0].predict(h, p0, r0, p1, r1)
+            if len(axes) == 2 and axes[1].known == 1.0:
+                axes[1].predict(h, -r0, p0, -r1, p1)
+            p0, r0 = p1, r1
+        if axes[0].known == 1.0:
+            axes[0].update(first, p, r)
+        else:
+            axes[0].collect(first, speed)
+        if len(axes) == 2:
+            if axes[1].known == 1.0:
+                axes[1].update(second, -r, p)
+            else:
+                axes[1].collect(second, speed)
+
+    def _combine(self, dt: float) -> Reason:
+        """What the axes say together, each with the weight that it deserves."""
+        weight = re = im = stiff_weight = stiffness = damping = count = 0.0
+        for axis in self._axes:
+            if axis.known == 1.0:
+                state, P = axis.state, axis.covariance
+                own = 1.0 / (P[2][2] + P[3][3] + 1e-30)
+                weight, re, im = weight + own, re + own * state[2], im + own * state[3]
+                own = 1.0 / (P[4][4] + 1e-20)
+                stiff_weight, stiffness = stiff_weight + own, stiffness + own * state[4]
+                damping, count = damping + state[5], count + 1.0
+        self.known = 1.0 if count == len(self._axes) else 0.0
+        if self.known == 0.0:
+            return Reason.NONE
+        self.re, self.im, self.deviation = re / weight, im / weight, math.sqrt(1.0 / weight)
+        self.critical, self.damping = math.sqrt(stiffness / stiff_weight), damping / count
+        self.critical_deviation = 0.5 * math.sqrt(1.0 / stiff_weight) / self.critical
+        size = math.sqrt(self.re * self.re + self.im * self.im)
+        slow = dt / (dt + tuning.SLOW * self._unit)
+        self.fast += (size - self.fast) * (dt / (dt + tuning.FAST * self._unit))
+        self.slow += (size - self.slow) * slow
+        self.average_re += (self.re - self.average_re) * slow
+        self.average_im += (self.im - self.average_im) * slow
+        certain = self.critical_deviation < tuning.KNOWN_CRITICAL * self.critical
+        if certain and self.deviation < tuning.CERTAIN * size and self.fast > self.scale:
+            self.scale = self.fast
+        return self._compare(dt)
+
+    def _compare(self, dt: float) -> Reason:
+        """Of two axes: whether they agree."""
+        if len(self._axes) == 1:
+            return Reason.NONE
+        (first, second) = self._axes
+        a, b, c, d = first.state[2], first.state[3], second.state[2], second.state[3]
+        one, other = a * a + b * b, c * c + d * d
+        P, Q = first.covariance, second.covariance
+        variance = P[2][2] + P[3][3] + Q[2][2] + Q[3][3]
+        if variance < tuning.CERTAIN * tuning.CERTAIN * (one + other):
+            return self._watch.axes(2.0 * (a * c + b * d) / (one + other), dt)
+        return Reason.NONE
+
+    def numbers(self) -> list[float]:
+        """Its state, for ``restore``."""
+        own = [self.samples, self.time, self._angle, self.speed, self._slope, *self._p, *self._r]
+        own += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
+        own += [self.average_im, self.scale, self.critical, self.critical_deviation]
+        own += [self.damping, self.known, *self._watch.numbers()]
+        for axis in self._axes:
+            own += axis.numbers()
+        return own
+
+    def restore(self, numbers: list[float]) -> None:
+        """Go on from there."""
+        self.samples, self.time, self._angle, self.speed, self._slope = numbers[:5]
+        self._p, self._r = numbers[5:7], numbers[7:9]
+        self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[9:15]
+        self.average_im, self.scale, self.critical, self.critical_deviation = numbers[15:19]
+        self.damping, self.known = numbers[19:21]
+        self._watch.restore(numbers[21:37])
+        for i, axis in enumerate(self._axes):
+            axis.restore(numbers[37 + i * NUMBERS : 37 + (i + 1) * NUMBERS])

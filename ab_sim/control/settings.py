@@ -1,0 +1,78 @@
+"""What the adaptive start-up is told: the drive's limits and its sensor."""
+
+import math
+from typing import Literal, NamedTuple
+
+from ab_sim.errors import InputError, exact
+
+Quantity = Literal["displacement", "acceleration"]
+QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
+
+
+class Sensing(NamedTuple):
+    """The vibration sensor on the deck."""
+
+    quantity: Quantity
+    """What a reading is: m, or m/s^2."""
+    axes: int
+    """Readings per sample: 1, or 2 on axes 90 degrees apart."""
+    axis_angle: float = 0.0
+    """rad, of the first axis from the deck's x axis, where angle 0 of the spindle points."""
+    noise: float = 0.0
+    """Standard deviation of a reading [m or m/s^2]; 0: not known, it is estimated."""
+
+
+class Settings(NamedTuple):
+    """The drive's limits, its sensor, and when to give up."""
+
+    final_speed: float
+    """rad/s, above the critical speed."""
+    acceleration: float
+    """rad/s^2: the largest rate of change of the commanded speed."""
+    sensing: Sensing
+    period: float
+    """s between two calls of ``StartUp.command``."""
+    most_retries: int = 8
+    """After the first passage of the critical speed; then it gives up, at the final speed."""
+    patience: float = 14.5
+    """s after the start, after which no further retry begins."""
+    silence: float = 0.5
+    """s without a good sample after which the start-up is aborted."""
+    limit: float = math.inf
+    """Largest magnitude of a reading [m or m/s^2]; one beyond it aborts the start-up."""
+
+
+def checked(settings: Settings) -> Settings:
+    """The settings, if they can be used.
+
+    Raises
+    ------
+    InputError
+        Names the field, its value, and what is allowed.
+    """
+    sensing = settings.sensing
+    if sensing.quantity not in QUANTITIES:
+        _refuse("sensing.quantity", repr(sensing.quantity), "'displacement' or 'acceleration'")
+    if sensing.axes not in (1, 2):
+        _refuse("sensing.axes", repr(sensing.axes), "1 or 2")
+    _within("sensing.axis_angle", sensing.axis_angle, -2.0 * math.pi, 2.0 * math.pi, "rad")
+    _within("sensing.noise", sensing.noise, 0.0, 1e6, "of the reading's unit")
+    _within("final_speed", settings.final_speed, 1.0, 1e5, "rad/s")
+    _within("acceleration", settings.acceleration, 1e-2, 1e6, "rad/s^2")
+    _within("period", settings.period, 1e-5, 0.1, "s")
+    if settings.most_retries not in range(101):
+        _refuse("most_retries", repr(settings.most_retries), "a whole number from 0 to 100")
+    _within("patience", settings.patience, 0.0, 1e4, "s")
+    _within("silence", settings.silence, settings.period, 1e2, "s")
+    if not settings.limit > 0.0:
+        _refuse("limit", exact(settings.limit), "more than 0, or inf for none")
+    return settings
+
+
+def _within(field: str, value: float, least: float, most: float, unit: str) -> None:
+    if not least <= value <= most:  # NaN too
+        _refuse(field, exact(value), f"from {least:g} to {most:g} {unit}")
+
+
+def _refuse(field: str, value: str, allowed: str) -> None:
+    raise InputError(f"{field} = {value}: must be {allowed}")

@@ -1,0 +1,357 @@
+"""A start-up that finds its own way: sensor and spindle in, speed commands out."""
+
+import math
+
+from ab_sim.control import tuning
+from ab_sim.control.belief import Belief, Decision, State
+from ab_sim.control.observer import Observer
+from ab_sim.control.settings import Settings, checked
+from ab_sim.control.watch import TEXTS, Reason
+from ab_sim.control.words import words_of
+
+OWN_NUMBERS = 16
+LAGS = (0.0, 1.0, -1.0, 2.0)
+"""Steps of the largest lag, one dwell after another."""
+
+
+class StartUp:
+    """Runs a drive up so that its balls balance it, without knowing the drive.
+
+    A little above the critical speed the whirl is large and drives the balls to where they balance.
+    It *dwells* there while the net unbalance q of rotor and balls falls; the smaller q, the nearer,
+    so that the whirl stays large. If q rises, balls circulate, and it goes away a little. Then it
+    goes to the final speed, at first so slowly that no free whirl is left behind, judges q there,
+    and comes back if q is still large and has stopped falling.
+
+    It has no clock, allocates nothing that grows, and is deterministic: the same calls give the
+    same commands to the bit. ``examples/firmware_prototype/c/adaptive.c`` is the same in C.
+
+    Parameters
+    ----------
+    settings : Settings
+        The drive's limits and its sensor.
+
+    Raises
+    ------
+    InputError
+        A setting is out of range.
+    """
+
+    def __init__(self, settings: Settings) -> None:
+        self.settings = checked(settings)
+        self.observer = Observer(settings)
+        self.state = State.WAITING
+        self.decision = Decision(0, "")
+        self._reason = Reason.NONE
+        self._asked = ""
+        self._unit = tuning.UNIT / settings.final_speed
+        self._command = self._time = self._elapsed = self._in_state = 0.0
+        self._calls = self._heard = self._standing = self._distance = 0.0
+        self._nudge = self._stagnant = self._before = self._dwells = self._retries = 0.0
+
+    def sample(
+        self, time: float, angle: float, speed: float, first: float, second: float = 0.0
+    ) -> None:
+        """One reading of the sensor; one that is no number or comes twice is passed over.
+
+        Parameters
+        ----------
+        time : float
+            On the sensor's clock [s].
+        angle, speed : float
+            Of the spindle at that time [rad, rad/s]; the angle may be wrapped or not.
+        first, second : float
+            The reading along each axis [m or m/s^2]; the second counts with two axes only.
+        """
+        good, wrong = self.observer.take(time, angle, speed, first, second)
+        if good:
+            self._heard = 0.0
+        if wrong and not (self.state.over or self.state is State.ABORTING):
+            self._abort(wrong)
+
+    def command(self, time: float) -> float:
+        """Once a period: decide.
+
+        Parameters
+        ----------
+        time : float
+            On the caller's clock [s].
+
+        Returns
+        -------
+        float
+            The speed to command now [rad/s]; it changes by at most the acceleration times the
+            period, unless the drive was reset and stands still already: then it is 0 at once.
+        """
+        settings = self.settings
+        passed = time - self._time
+        if not 0.0 < passed <= 20.0 * settings.period or self._calls == 0.0:
+            passed = settings.period
+        self._calls, self._time = 1.0, time
+        self._in_state += passed
+        self._heard += passed
+        state = self.state
+        if state is State.WAITING:
+            if self.observer.samples > 1.0:
+                self._command = min(max(self.observer.speed, 0.0), settings.final_speed)
+                self._elapsed = 0.0
+                self._enter(State.RUN_UP)
+            return self._command
+        self._elapsed += passed
+        if state is State.ABORTING:
+            # A drive that was reset stands still: a ramp down would first set it going.
+            stands = self.observer.speed < 0.01 * settings.final_speed
+            if self._reason is Reason.TIME_BACK and stands:
+                self._command = 0.0
+            if self._ramp(0.0, settings.acceleration):
+                self._enter(State.ABORTED)
+            return self._command
+        if state is State.ABORTED:
+            return self._command
+        if not state.over:
+            if self._heard > settings.silence:
+                self._abort(Reason.SILENT)
+                return self._command
+            if self._stands_off(passed):
+                self._abort(Reason.NOT_FOLLOWING)
+                return self._command
+        if state in (State.RUN_UP, State.RETRY):
+            self._approach()
+        elif state is State.DWELL:
+            self._dwell(passed)
+        elif state is State.TO_FINAL:
+            self._to_final()
+        elif state is State.JUDGING:
+            self._judge()
+        return self._command
+
+    def abort(self, time: float, why: str) -> None:
+        """Run down to standstill; nothing new if that is under way.
+
+        Parameters
+        ----------
+        time : float
+            On the caller's clock [s].
+        why : str
+            For people.
+        """
+        if self.state not in (State.ABORTING, State.ABORTED):
+            self._time = time
+            self._asked = why
+            self._abort(Reason.ASKED)
+
+    @property
+    def belief(self) -> Belief:
+        """What it believes of the drive."""
+        seen = self.observer
+        if seen.known == 0.0:
+            nan = math.nan
+            return Belief(nan, nan, complex(nan, nan), nan, nan, self.dwells, self.retries)
+        return Belief(
+            seen.critical,
+            seen.critical_deviation,
+            complex(seen.re, seen.im),
+            seen.deviation,
+            seen.scale if seen.scale > 0.0 else math.nan,
+            self.dwells,
+            self.retries,
+        )
+
+    @property
+    def dwells(self) -> int:
+        """So far."""
+        return int(self._dwells)
+
+    @property
+    def retries(self) -> int:
+        """So far."""
+        return int(self._retries)
+
+    @property
+    def reason(self) -> str:
+        """Why it was aborted, or nothing."""
+        if self._reason is Reason.ASKED and self._asked:
+            return self._asked
+        return TEXTS.get(self._reason, "")
+
+    @property
+    def words(self) -> str:
+        """What it does, and why, in plain words."""
+        return words_of(self.state, self.reason, self.settings, self.belief, self.observer)
+
+    def state_numbers(self) -> tuple[float, ...]:
+        """Its whole state, to go on from with ``restore``; in C the same numbers in this order."""
+        own = [float(self.state), float(self._reason), float(self.decision.number)]
+        own += [self._command, self._time, self._elapsed, self._in_state, self._calls, self._heard]
+        own += [self._standing, self._distance, self._nudge, self._stagnant, self._before]
+        return (*own, self._dwells, self._retries, *self.observer.numbers())
+
+    def restore(self, numbers: tuple[float, ...]) -> None:
+        """Go on from a state of a ``StartUp`` with the same settings.
+
+        Raises
+        ------
+        ValueError
+            It is no such state; nothing has changed.
+        """
+        expected = len(self.state_numbers())
+        if len(numbers) != expected:
+            raise ValueError(f"a state has {expected} numbers, not {len(numbers)}")
+        values = [float(number) for number in numbers]
+        state, reason = State(int(values[0])), Reason(int(values[1]))
+        self.state, self._reason, self._asked = state, reason, ""
+        self._command, self._time, self._elapsed, self._in_state, self._calls = values[3:8]
+        self._heard, self._standing, self._distance, self._nudge = values[8:12]
+        self._stagnant, self._before, self._dwells, self._retries = values[12:16]
+        self.observer.restore(values[OWN_NUMBERS:])
+        self.decision = Decision(int(values[2]), self.words)
+
+    # --- what it does in each state
+
+    def _approach(self) -> None:
+        """Up, or down again, to where it dwells; without knowing where, on to the final speed."""
+        settings, seen = self.settings, self.observer
+        goal = self._goal()
+        if self.state is State.RUN_UP:
+            known = seen.known == 1.0 and (
+                seen.critical_deviation < tuning.KNOWN_CRITICAL * seen.critical
+            )
+            late = goal < seen.speed - 0.025 * settings.final_speed
+            if not known or late or self._command < 0.3 * settings.final_speed:
+                goal = settings.final_speed
+        there = self._ramp(goal, settings.acceleration)
+        if goal == settings.final_speed:
+            if there and abs(seen.speed - goal) < 0.02 * goal:
+                self._enter(State.JUDGING)
+        elif there or abs(self._command - goal) < 0.005 * settings.final_speed:
+            if abs(seen.speed - goal) < 0.02 * goal:
+                self._nudge = self._stagnant = 0.0
+                self._dwells += 1.0
+                self._enter(State.DWELL)
+
+    def _dwell(self, passed: float) -> None:
+        """Let the whirl drive the balls; closer as q gets smaller, away when it rises."""
+        seen, unit = self.observer, self._unit
+        rate, passed = seen.rate, passed / unit
+        if rate > tuning.RISING:
+            self._nudge += tuning.UP * passed
+        else:
+            self._nudge = max(self._nudge - tuning.DOWN * passed, 0.0)
+        if rate > -tuning.FALLING:
+            self._stagnant += passed
+        else:
+            self._stagnant = max(self._stagnant - 2.0 * passed, 0.0)
+        net = self._net(seen.fast)
+        self._ramp(self._goal(), self.settings.acceleration)
+        stagnant = tuning.STAGNANT + tuning.STAGNANT_PER_NET * net
+        if (
+            self._nudge >= tuning.AWAY
+            or self._stagnant > stagnant
+            or self._in_state > tuning.LONGEST_DWELL * unit
+            or self._elapsed > self.settings.patience + tuning.LATE * unit
+            or (net < tuning.SMALL and self._in_state > 0.1 * unit)
+        ):
+            self._nudge = 0.0
+            self._enter(State.TO_FINAL)
+
+    def _to_final(self) -> None:
+        settings, seen = self.settings, self.observer
+        off = self._command - seen.critical
+        slope = settings.acceleration
+        if off > 0.0:
+            slope = min(slope, tuning.LEAVING * off * off)
+        if self._ramp(settings.final_speed, slope):
+            if abs(seen.speed - settings.final_speed) < 0.02 * settings.final_speed:
+                self._enter(State.JUDGING)
+
+    def _judge(self) -> None:
+        """At the final speed: balanced, or wait, or come back, or leave it at that."""
+        seen, settings = self.observer, self.settings
+        settle = tuning.SETTLE * self._unit
+        if self._in_state <= settle:
+            return
+        size = 0.5 * (seen.fast + seen.slow)
+        net = self._net(size)
+        good = net < tuning.BALANCED
+        if not good and self._retries > 0.0:
+            good = net < tuning.ACCEPTED and net > tuning.GAIN * self._before
+        if good:
+            if self._in_state > 2.0 * settle:
+                self._enter(State.DONE)
+            return
+        if seen.known == 0.0 or seen.deviation > tuning.UNSURE * size:
+            if self._in_state > tuning.WAIT * self._unit:
+                self._enter(State.GAVE_UP)
+            return
+        rate = seen.rate
+        if rate < -0.01 and math.log(net / tuning.BALANCED) < -(rate * tuning.WAIT):
+            return
+        if self._retries >= settings.most_retries or self._elapsed > settings.patience:
+            self._enter(State.GAVE_UP)
+            return
+        self._retries += 1.0
+        self._before = net
+        self._enter(State.RETRY)
+
+    # --- what that needs
+
+    def _net(self, size: float) -> float:
+        """Of the scale; 1 while there is none."""
+        scale = self.observer.scale
+        return size / scale if scale > 0.0 else 1.0
+
+    def _goal(self) -> float:
+        """The speed to dwell at [rad/s].
+
+        At the ratio r the whirl is |q| r^2 / (r^2 - 1), and it lags behind 180 degrees by
+        atan(D r / (wn (r^2 - 1))).
+        """
+        seen, final = self.observer, self.settings.final_speed
+        if seen.known == 0.0:
+            return final
+        largest, lag = tuning.FIRST_WHIRL, tuning.LARGEST_LAG
+        if self._retries > 0.0:
+            largest = tuning.LATER_WHIRL
+            lag *= 1.0 + tuning.LAG_STEP * LAGS[(int(self._retries) - 1) % 4]
+        critical = seen.critical
+        whirl = 1.0 / (1.0 - min(self._net(seen.fast) / largest, 0.8))
+        least = tuning.LEAST_DISTANCE * (2.0 * critical / final)
+        distance = min(max(seen.damping / (critical * lag), least), tuning.MOST_DISTANCE)
+        ratio = math.sqrt(max(whirl, 1.0 + distance)) + self._nudge
+        return min(ratio * critical, final)
+
+    def _ramp(self, goal: float, slope: float) -> bool:
+        """A step of the command towards a speed; whether it is there.
+
+        It does not run away from a spindle that is slower, nor follow what its speed is said to be
+        backwards or beyond the final speed.
+        """
+        settings = self.settings
+        change = slope * settings.period
+        lead = tuning.LEAD * settings.final_speed
+        wanted = goal
+        if not self.state.over and self.state is not State.ABORTING:
+            wanted = min(max(goal, self.observer.speed - lead), self.observer.speed + lead)
+            wanted = min(max(wanted, 0.0), settings.final_speed)
+        self._command += min(max(wanted - self._command, -change), change)
+        return self._command == goal
+
+    def _stands_off(self, passed: float) -> bool:
+        """Whether the spindle has been off the command for long, coming no nearer."""
+        distance = abs(self._command - self.observer.speed)
+        final = self.settings.final_speed
+        moved = abs(self.observer.speed - self._distance) > 0.02 * final
+        if distance < 0.05 * final or moved:
+            self._standing, self._distance = 0.0, self.observer.speed
+        else:
+            self._standing += passed
+        return self._standing > tuning.NOT_FOLLOWING * self._unit
+
+    def _abort(self, reason: Reason) -> None:
+        self._reason = reason
+        self._enter(State.ABORTING)
+
+    def _enter(self, state: State) -> None:
+        self.state = state
+        self._in_state = 0.0
+        self.decision = Decision(self.decision.number + 1, self.words)

@@ -1,0 +1,124 @@
+"""What cannot be true of a sensor: reasons for ending the start-up."""
+
+import enum
+import math
+
+from ab_sim.control import tuning
+
+TURN = 6.283185307179586
+
+
+class Reason(enum.IntEnum):
+    """Why it was aborted; the same numbers in C."""
+
+    NONE = 0
+    ASKED = 1
+    SILENT = 2
+    TIME_BACK = 3
+    LIMIT = 4
+    REPEATING = 5
+    DRIFTING = 6
+    AXES = 7
+    ANGLE = 8
+    NOT_FOLLOWING = 9
+
+
+TEXTS = {
+    Reason.ASKED: "asked to",
+    Reason.SILENT: "no good sample for too long: the sensor dropped out",
+    Reason.TIME_BACK: "the sensor's time went back: the drive was reset",
+    Reason.LIMIT: "a reading beyond the limit",
+    Reason.REPEATING: "the sensor reads the same again and again: it is stuck or saturated",
+    Reason.DRIFTING: "the sensor's offset drifts away",
+    Reason.AXES: "the two axes contradict each other: one has the wrong sign or is turned, or the "
+    "spindle turns the other way",
+    Reason.ANGLE: "the spindle's angle does not go on with its speed: wrong sign, or slipped",
+    Reason.NOT_FOLLOWING: "the spindle does not follow: caught at the critical speed, or no torque",
+}
+
+
+class Watch:
+    """Follows the readings of a sensor with one or two axes.
+
+    Parameters
+    ----------
+    axes : int
+        1 or 2.
+    unit : float
+        s; the unit of time of ``tuning``.
+    limit : float
+        Largest magnitude of a reading.
+    """
+
+    __slots__ = (
+        "_axes", "_last", "_limit", "_mean", "_origin", "_peak", "_run", "_swing", "_unit",
+        "agreement", "slip", "stuck",
+    )  # fmt: skip
+
+    def __init__(self, axes: int, unit: float, limit: float) -> None:
+        self._axes, self._unit, self._limit = axes, unit, limit
+        self._last, self._peak, self._run = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+        self._mean, self._origin, self._swing = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
+        self.stuck = [0.0, 0.0]
+        """Time for which readings repeated each other [s], of each axis."""
+        self.agreement = 1.0
+        """How alike the axes see the net unbalance, averaged: 1 the same, 0 across, -1 opposite."""
+        self.slip = 0.0
+        """Share of samples whose angle contradicts the speed."""
+
+    def readings(
+        self, readings: tuple[float, float], dt: float, turning: bool, first: bool
+    ) -> Reason:
+        """Look at a sample, ``dt`` after the last; ``first``: there is nothing to compare with."""
+        for i in range(self._axes):
+            reading = readings[i]
+            size = abs(reading)
+            if size > self._limit:
+                return Reason.LIMIT
+            self._peak[i] = max(self._peak[i], size)
+            if reading == self._last[i]:
+                self._run[i] += 1.0
+            else:
+                self._run[i] = 0.0
+            self._last[i] = reading
+            if self._run[i] >= tuning.REPEATS and turning and size >= 0.5 * self._peak[i]:
+                self.stuck[i] += dt
+            else:
+                self.stuck[i] = max(self.stuck[i] - 0.1 * dt, 0.0)
+            if self.stuck[i] > tuning.REPEATED * self._unit:
+                return Reason.REPEATING
+            if first:
+                self._mean[i] = self._origin[i] = reading
+            self._mean[i] += (reading - self._mean[i]) * (dt / (dt + tuning.MEAN * self._unit))
+            self._swing[i] = max(self._swing[i], abs(reading - self._mean[i]))
+            drifted = abs(self._mean[i] - self._origin[i])
+            if turning and drifted > tuning.DRIFTED * self._swing[i]:
+                return Reason.DRIFTING
+        return Reason.NONE
+
+    def angle(self, change: float, expected: float) -> Reason:
+        """Look at a change of the spindle's angle and the one that its speed makes [rad]."""
+        if abs(expected) > 1.0:
+            return Reason.NONE
+        off = change - expected
+        off -= TURN * math.floor(off / TURN + 0.5)
+        slipped = 1.0 if abs(off) > tuning.CONTRADICTING * max(abs(expected), 0.1) else 0.0
+        self.slip += (slipped - self.slip) * 0.02
+        return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
+
+    def axes(self, likeness: float, dt: float) -> Reason:
+        """Look at how alike both axes see the net unbalance: 1 the same, 0 across, -1 opposite."""
+        time = tuning.AXES_AVERAGE * self._unit
+        self.agreement += (likeness - self.agreement) * (dt / (dt + time))
+        return Reason.AXES if self.agreement < tuning.AGREEING else Reason.NONE
+
+    def numbers(self) -> list[float]:
+        """Its state, for ``restore``."""
+        own = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
+        return [*own, *self.stuck, self.agreement, self.slip]
+
+    def restore(self, numbers: list[float]) -> None:
+        """Go on from there."""
+        self._last, self._peak, self._run = numbers[0:2], numbers[2:4], numbers[4:6]
+        self._mean, self._origin, self._swing = numbers[6:8], numbers[8:10], numbers[10:12]
+        self.stuck, (self.agreement, self.slip) = numbers[12:14], numbers[14:]

@@ -1,0 +1,132 @@
+"""A drive's adaptive start-up: what its controller is told, when, and what it decided."""
+
+import math
+from collections.abc import Iterable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.control import Sensing, Settings, StartUp, State
+from ab_sim.control.settings import Quantity
+from ab_sim.drive.faults.fault import SPINDLE, Fault
+from ab_sim.drive.faults.sensed import SensedFaults
+from ab_sim.drive.leader import Decided, stamp
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import SceneError
+from ab_sim.scene.adaptive import AdaptiveProfile
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import steps_per_sample
+from ab_sim.sensing import digits, noise_variance
+
+
+def settings_of(scene: Scene) -> Settings:
+    """What the controller of a scene's adaptive start-up is told.
+
+    Raises:
+        SceneError: the scene's profile is of another kind.
+    """
+    profile = scene.profile
+    if not isinstance(profile, AdaptiveProfile):
+        has = "none" if profile is None else profile.kind
+        raise SceneError(f"{scene.name}: profile.kind = {has}: must be adaptive")
+    sensor = scene.pickups[profile.sensor]
+    # While an accuracy is asked for there is no step; the noise hardly depends on it.
+    step = scene.solver.step if scene.accuracy is None else 1.0 / sensor.sample_rate
+    noise = math.sqrt(noise_variance(sensor, step))
+    turned = math.remainder(sensor.axis_angle, 2.0 * math.pi)
+    most = float(digits(sensor, np.array(sensor.range)))
+    # A reading that is clipped does not say how large the vibration is.
+    quantity: Quantity = "displacement" if profile.sensor in scene.probes else "acceleration"
+    return profile.settings(Sensing(quantity, 2, turned, noise), math.nextafter(most, 0.0))
+
+
+class BeliefAt(NamedTuple):
+    """What the controller did and believed after a command; NaN while it does not know."""
+
+    time: float
+    """s."""
+    state: State
+    critical_speed: float
+    critical_speed_deviation: float
+    """rad/s; the second is a standard deviation."""
+    net_unbalance: float
+    net_unbalance_deviation: float
+    """m; of the rotor's centre of mass, balls included; the second is a standard deviation."""
+
+
+class AdaptiveRun:
+    """The controller of a drive's adaptive start-up, hearing and commanding it; see ``Leader``.
+
+    The first sample that it hears is that of the sensor's first period; until then it commands
+    nothing. Live in lock step it is the same.
+
+    Args:
+        scene: with an adaptive profile.
+        faults: of the drive; those of the sensor and of the spindle's speed change what it hears.
+    """
+
+    def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
+        profile, step = scene.profile, scene.solver.step
+        self.controller = StartUp(settings_of(scene))
+        assert isinstance(profile, AdaptiveProfile)
+        self.decisions: list[Decided] = []
+        self.beliefs: list[BeliefAt] = []
+        """One for each command, since it was made."""
+        self._decided = 0
+        self._sensor, self._heard = profile.sensor, {profile.sensor, SPINDLE}
+        self._step_ns = round(step * 1e9)
+        self._per_command = profile.steps_per_command(step)
+        self._per_sample = steps_per_sample(scene.pickups[profile.sensor].sample_rate, step)
+        self._faults = SensedFaults(faults, scene)
+
+    @property
+    def state(self) -> tuple[float, ...]:
+        """As of ``Leader``."""
+        return self.controller.state_numbers()
+
+    def restore(self, state: Any) -> None:
+        """As of ``Leader``."""
+        try:
+            self.controller.restore(tuple(map(float, state)))
+        except TypeError as error:
+            raise ValueError(f"no state of an adaptive start-up: {error}") from error
+        self._decided = self.controller.decision.number
+
+    def next(self, step: int) -> int:
+        """As of ``Leader``."""
+        return step - step % self._per_command + self._per_command
+
+    def command(self, newest: Trajectory, step: int) -> float | None:
+        """As of ``Leader``."""
+        if len(newest):
+            self._hear(newest)
+        return None if step % self._per_command else self._decide(stamp(step, self._step_ns))
+
+    def _hear(self, run: Trajectory) -> None:
+        taken = run.samples[-int(run.samples[0, 0]) % self._per_sample :: self._per_sample]
+        steps, at = taken[:, 0].astype(np.int64), run.channels.index
+        first = at(f"{self._sensor}_1")
+        said = self._faults.said(self._sensor, taken[:, first : first + 2].T, steps)
+        speed = self._faults.said(SPINDLE, taken[:, at("speed")], steps)
+        shown = np.column_stack((taken[:, at("angle")], speed, said.T))
+        for step, row in zip(steps.tolist(), shown.tolist(), strict=True):
+            if not self._faults.silent(step) & self._heard:
+                self.controller.sample(stamp(step, self._step_ns), *row)
+
+    def _decide(self, time: float) -> float | None:
+        controller = self.controller
+        speed = controller.command(time)
+        if controller.decision.number != self._decided:
+            self._decided = controller.decision.number
+            self.decisions.append(Decided(time, controller.decision.text))
+        believed = controller.belief
+        self.beliefs.append(
+            BeliefAt(
+                time,
+                controller.state,
+                *believed[:2],
+                abs(believed.net_unbalance),
+                believed.net_unbalance_deviation,
+            )
+        )
+        return None if controller.state is State.WAITING else speed

@@ -1,0 +1,87 @@
+"""What ails a drive's sensors: what they say instead of what there is, and when nothing."""
+
+import math
+import random
+from collections.abc import Iterable, Set
+
+import numpy as np
+
+from ab_sim.drive.faults.fault import SENSED, Fault
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import steps_per_sample
+from ab_sim.sensing import digits
+
+
+class SensedFaults:
+    """Faults of sensors, each in force since a step.
+
+    Args:
+        faults: of a drive; those of other things are left out.
+        scene: the drive's.
+    """
+
+    def __init__(self, faults: Iterable[Fault], scene: Scene) -> None:
+        sensed = [fault for fault in faults if fault.ails in SENSED]
+        self._faults = sorted(sensed, key=lambda fault: SENSED.index(fault.ails))
+        self._scene, self._step = scene, scene.solver.step
+        self._since: dict[Fault, int] = {}
+        self.begin_anew(0)
+
+    def begin_anew(self, now: int) -> None:
+        """As if they had all come at this step."""
+        self._since = {fault: now for fault in self._faults}
+
+    def go_on(self, before: "SensedFaults") -> None:
+        """Faults that another drive had already have been in force since they were there."""
+        self._since |= {f: at for f, at in before._since.items() if f in self._since}
+
+    def count_from(self, now: int, then: int) -> None:
+        """What was step ``now`` is step ``then``."""
+        self._since = {fault: at + then - now for fault, at in self._since.items()}
+
+    def silent(self, step: int) -> Set[str]:
+        """Sensors that say nothing at a step."""
+        return {fault.thing for fault in self._faults if _drops(fault, step)}
+
+    def sampled(
+        self, name: str, steps: np.ndarray, readings: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """What one sensor says of several steps, and at which of them it says anything.
+
+        Args:
+            name: the sensor's.
+            steps: shape (samples,).
+            readings: what it would say, shape (samples, axes).
+        """
+        own = [fault for fault in self._faults if fault.thing == name]
+        if not own:
+            return steps, readings
+        kept = np.array([not any(_drops(f, at) for f in own) for at in steps.tolist()], bool)
+        steps, readings = steps[kept], readings[kept]
+        return steps, self.said(name, readings.T, steps).T
+
+    def said(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """What one sensor says instead of readings of shape (axes,) or (axes, samples)."""
+        said, sensor = true, self._scene.pickups.get(name)
+        for fault in self._faults:
+            if fault.thing != name or fault.size is None:
+                continue
+            if fault.ails == "turned":
+                c, s = math.cos(fault.size), math.sin(fault.size)
+                said = np.array([c * said[0] + s * said[1], c * said[1] - s * said[0], *said[2:]])
+            elif fault.ails == "drifts":
+                every = 1 if sensor is None else steps_per_sample(sensor.sample_rate, self._step)
+                age = np.maximum(steps - steps % every - self._since[fault], 0)
+                said = said + fault.size * self._step * age
+            elif fault.ails == "saturates":
+                said = np.clip(said, -fault.size, fault.size)
+            if sensor is not None and fault.ails in ("turned", "drifts"):
+                said = digits(sensor, said)
+        return said
+
+
+def _drops(fault: Fault, step: int) -> bool:
+    """Whether a sensor's message of a step is lost: by chance, but the same however often asked."""
+    if fault.ails != "drops" or fault.size is None:
+        return False
+    return random.Random(f"{fault.text} {int(step)}").random() < fault.size

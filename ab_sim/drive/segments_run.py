@@ -1,0 +1,91 @@
+"""A drive's segments that end on conditions, led as ``profile_controller`` leads them live."""
+
+import copy
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from ab_sim.drive.faults.fault import VIBRATION, Fault
+from ab_sim.drive.faults.sensed import SensedFaults
+from ab_sim.drive.leader import Decided, stamp
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import SceneError
+from ab_sim.scene.model import Scene
+from ab_sim.scene.profile_file import AskedProfile
+from ab_sim.scene.sensors import steps_per_sample
+from ab_sim.spindle.profile_run import ProfileRun
+from ab_sim.spindle.schedule import SpeedSchedule
+from ab_sim.spindle.segments_course import SegmentsCourse
+
+PERIOD, SILENCE = 0.005, 1.0
+"""s between two commands, and for which the vibration may be missing: the controller's defaults."""
+
+
+class SegmentsRun:
+    """The segments under way; see ``Leader``.
+
+    Args:
+        scene: with segments of which one ends on a condition.
+        faults: of the drive; those of sensors change what it hears.
+    """
+
+    def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
+        profile, step = scene.profile, scene.solver.step
+        if profile is None or profile.kind != "segments":
+            raise SceneError(f"{scene.name}: profile: must be of kind segments")
+        self.decisions: list[Decided] = []
+        self._time = 0.0
+        self._step_ns = round(step * 1e9)
+        self._per_command = max(1, round(PERIOD / step))
+        period, first = self._per_command * step, scene.start.speed
+        steepest = SpeedSchedule.asked(profile, first).steepest
+        self._deceleration = steepest or scene.spindle.max_acceleration
+        self._course = SegmentsCourse(AskedProfile(profile, first), period, SILENCE)
+        self._run = ProfileRun(period, self._say)
+        self._faults = SensedFaults(faults, scene)
+        rates = {name: sensor.sample_rate for name, sensor in scene.sensors.items()}
+        self._sensors = {name: steps_per_sample(rate, step) for name, rate in rates.items()}
+
+    @property
+    def state(self) -> Any:
+        """As of ``Leader``."""
+        return copy.deepcopy(self._run.state_values())  # which goes on changing
+
+    def restore(self, state: Any) -> None:
+        """As of ``Leader``."""
+        try:
+            self._run.restore(state, self._course)
+        except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+            raise ValueError(f"no state of a profile: {error}") from error
+
+    def next(self, step: int) -> int:
+        """As of ``Leader``."""
+        return step - step % self._per_command + self._per_command
+
+    def command(self, newest: Trajectory, step: int) -> float | None:
+        """As of ``Leader``."""
+        if len(newest):
+            for name, every in (self._sensors or {VIBRATION: 1}).items():
+                self._hear(newest, name, every)
+        if step % self._per_command:
+            return None
+        self._time = stamp(step, self._step_ns)
+        if step:
+            return self._run.tick(self._time)
+        self._run.start(self._time, self._course, self._deceleration)
+        return self._run.commanded
+
+    def _hear(self, run: Trajectory, name: str, every: int) -> None:
+        taken = run.samples[-int(run.samples[0, 0]) % every :: every]
+        own = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
+        columns = [run.channels.index(channel) for channel in own if channel in run.channels]
+        steps = taken[:, 0].astype(np.int64)
+        steps, said = self._faults.sampled(name, steps, taken[:, columns])
+        for step, vector in zip(steps.tolist(), said.tolist(), strict=True):
+            now = stamp(step, self._step_ns)
+            self._course.receive(now, name, step * self._step_ns, vector)
+
+    def _say(self, status: str, well: bool) -> None:
+        if status != "idle":
+            self.decisions.append(Decided(self._time, status))

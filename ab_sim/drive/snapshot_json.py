@@ -1,0 +1,97 @@
+"""What snapshots in files have in common: JSON, whole or not at all, of the same sources."""
+
+import functools
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import ab_sim
+from ab_sim.errors import InputError
+from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
+from ab_sim.quoting import shortened
+from ab_sim.sources import NotOfSources, sources
+
+MOST_BYTES = 1 << 24
+"""Of a file; hours of commands take some MB."""
+
+
+def write_content(path: Path, content: Mapping[str, Any]) -> None:
+    """Write it; a file that is there is replaced at once, or stays whole.
+
+    Args:
+        path: ends in .json.
+        content: JSON-able values.
+
+    Raises:
+        InputError: the file cannot be written.
+    """
+    check_ending(path, REPORT, "snapshot")
+    check_writable(path, "snapshot")
+    try:
+        write_whole(path, json.dumps(content, indent=1).encode())
+    except OSError as error:
+        raise InputError(f"snapshot {path}: cannot be written: {error.strerror}") from error
+
+
+def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
+    """Read it.
+
+    Args:
+        path: of the file.
+        named: what it has under ``format``.
+        otherwise: what to say of a JSON file that has another one.
+
+    Raises:
+        InputError: there is no such file, or it is damaged.
+    """
+    try:
+        with path.open("rb") as file:
+            text = file.read(MOST_BYTES + 1)
+        if len(text) > MOST_BYTES:
+            raise InputError(f"snapshot {path}: is none: it has more than {MOST_BYTES} bytes")
+        content = json.loads(text)
+    except OSError as error:
+        raise InputError(f"snapshot {path}: cannot be read: {error.strerror}") from error
+    except (ValueError, RecursionError) as error:
+        raise InputError(f"snapshot {path}: is damaged, or none: {error}") from error
+    if not isinstance(content, dict) or content.get("format") != named:
+        raise InputError(f"snapshot {path}: is a JSON file, but {otherwise}")
+    return content
+
+
+def origin(*modules: str) -> dict[str, str]:
+    """What a file has to be of, for these modules to go on to the same bits.
+
+    Raises:
+        InputError: their sources have changed since they were imported.
+    """
+    return {"ab_sim": ab_sim.__version__, "kernel": _kernel(*modules)}
+
+
+def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:
+    """See whether a file is of these modules.
+
+    Raises:
+        InputError: it is not.
+    """
+    ours = origin(*modules)
+    if any(content.get(key) != value for key, value in ours.items()):
+        program, kernel = (shortened(str(content.get(key))) for key in ours)
+        raise InputError(
+            f"snapshot {path}: is of ab_sim {program} with kernel {kernel}, and this is "
+            f"{ours['ab_sim']} with {ours['kernel']}: it would not go on to the same bits; "
+            "save it again"
+        )
+
+
+@functools.cache
+def _kernel(*modules: str) -> str:
+    """A few digits that say of which sources they are made."""
+    try:
+        made_of = sources(list(modules))
+    except NotOfSources as error:
+        raise InputError(f"snapshot: {error}; start this process again") from error
+    digests = "".join(source.digest for source in made_of.values())
+    return hashlib.sha256(digests.encode()).hexdigest()[:16]

@@ -1,0 +1,96 @@
+"""An adaptive start-up in a run's picture: when it dwelt, and the unbalance that it believed in."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
+from ab_sim.control import State
+from ab_sim.drive.adaptive import BeliefAt
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.figures.curves import draw_curve
+from ab_sim.figures.labels import Label, label_at_right
+from ab_sim.scene.model import Scene
+
+SHADES = {
+    State.DWELL: "tab:blue",
+    State.RETRY: "tab:orange",
+    State.ABORTING: "tab:red",
+    State.ABORTED: "tab:red",
+}
+TRUE, BELIEVED, LIMIT = "tab:red", "black", "0.45"
+
+
+class Stretch(NamedTuple):
+    """A time through which the controller was in one state."""
+
+    state: State
+    begin: float
+    end: float
+    """s, both."""
+
+
+def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
+    """The states that it went through, one after the other."""
+    begin = 0
+    for k, believed in enumerate(beliefs):
+        last = k + 1 == len(beliefs)
+        if last or beliefs[k + 1].state is not believed.state:
+            yield Stretch(believed.state, beliefs[begin].time, beliefs[k + (not last)].time)
+            begin = k + 1
+
+
+def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
+    """Shade when it dwelt, tried again or gave up, in all panels; named in the first."""
+    named = set()
+    for stretch in stretches(adaptive.beliefs):
+        color = SHADES.get(stretch.state)
+        if color is None:
+            continue
+        for axes in panels:
+            axes.axvspan(stretch.begin, stretch.end, color=color, alpha=0.12, lw=0)
+        if stretch.state not in named:
+            named.add(stretch.state)
+            panels[0].annotate(
+                stretch.state.text,
+                (stretch.begin, 0),
+                xycoords=("data", "axes fraction"),
+                xytext=(2, 5),
+                textcoords="offset points",
+                fontsize=8,
+                color=color,
+            )
+
+
+def draw_unbalance(
+    axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome, begins: float = 0.0
+) -> None:
+    """The net unbalance that there was, and the one that was believed in, with its deviation.
+
+    Args:
+        axes: of their own.
+        path: the run.
+        scene: what was run.
+        adaptive: what its controller believed.
+        begins: time of the run at which the controller's is 0 [s].
+    """
+    length, symbol = scene.whirl_unit
+    times = np.array([believed.time for believed in adaptive.beliefs]) + begins
+    values = np.array([believed.net_unbalance for believed in adaptive.beliefs]) / length
+    spread = np.array([b.net_unbalance_deviation for b in adaptive.beliefs]) / length
+    true = net_unbalance(path, scene) / length
+    draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
+    labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]
+    known = np.isfinite(values)
+    if known.any():
+        axes.plot(times, values, color=BELIEVED, lw=1.0, zorder=4)
+        low, high = np.maximum(values - spread, 0.0), values + spread
+        axes.fill_between(times, low, high, color=BELIEVED, alpha=0.15, lw=0, zorder=2)
+        last = values[known][-1]
+        labels.append(Label(last, f"{last:.3g}  believed,\n+- a standard deviation", BELIEVED))
+    # What is believed at first, of hardly anything, may be far off.
+    axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))
+    axes.set_ylabel(f"net unbalance / {symbol} [1]")
+    label_at_right(axes, labels)

@@ -1,0 +1,123 @@
+"""A sensor's samples, each with the spindle's angle and speed at its time; no ROS."""
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+GAP = 50_000_000
+"""ns between two samples of the spindle, beyond which nobody knows where it was between them."""
+MOST_WAITING = 4096
+"""Readings that wait for the spindle; of more the oldest are dropped."""
+
+
+class SpindleSample(NamedTuple):
+    """The spindle at one instant."""
+
+    time: int
+    """ns, by the drive's clock."""
+    angle: float
+    """rad."""
+    speed: float
+    """rad/s."""
+
+    def until(self, later: "SpindleSample", time: int) -> tuple[float, float]:
+        """Angle and speed at a time between this and a later sample.
+
+        The angle is the cubic through both angles and speeds, which is exact as long as the speed
+        grows evenly; of angles that are given within a turn, the turns between are made up for.
+        """
+        h = (later.time - self.time) * 1e-9
+        s = (time - self.time) * 1e-9 / h
+        turns = (self.angle + 0.5 * h * (self.speed + later.speed) - later.angle) / math.tau
+        end = later.angle + math.tau * round(turns)
+        angle = (
+            (1.0 + 2.0 * s) * (1.0 - s) ** 2 * self.angle
+            + s * (1.0 - s) ** 2 * h * self.speed
+            + s * s * (3.0 - 2.0 * s) * end
+            - s * s * (1.0 - s) * h * later.speed
+        )
+        return angle, self.speed + s * (later.speed - self.speed)
+
+
+class Reading(NamedTuple):
+    """What the sensor reads at one instant."""
+
+    time: int
+    """ns, by the drive's clock."""
+    first: float
+    second: float
+
+
+class PairedSamples:
+    """Hands each reading on as soon as the spindle is known at its time, in their order.
+
+    What is not finite is as good as not said. If time goes back, the drive was reset, and what
+    waits is dropped.
+
+    Args:
+        hand_on: called with time [s], angle, speed, and the two readings.
+    """
+
+    def __init__(self, hand_on: Callable[[float, float, float, float, float], None]) -> None:
+        self._hand_on = hand_on
+        self._waiting: deque[Reading] = deque(maxlen=MOST_WAITING)
+        self._before: SpindleSample | None = None
+        self._last: SpindleSample | None = None
+        self.unpaired = 0
+        """Readings at whose time the spindle was not known."""
+
+    def spindle(self, sample: SpindleSample) -> None:
+        """A sample of the spindle."""
+        if not (math.isfinite(sample.angle) and math.isfinite(sample.speed)):
+            return
+        if self._last is not None and sample.time < self._last.time:
+            self._waiting.clear()
+            self._last = None
+        if self._last is None or sample.time > self._last.time:
+            self._before, self._last = self._last, sample
+        while self._waiting and self._waiting[0].time <= sample.time:
+            self._pair(self._waiting.popleft())
+
+    def reading(self, reading: Reading) -> None:
+        """A sample of the sensor."""
+        if not (math.isfinite(reading.first) and math.isfinite(reading.second)):
+            return
+        if self._last is not None and reading.time <= self._last.time:
+            self._pair(reading)
+        else:
+            self._waiting.append(reading)
+
+    def state(self) -> dict[str, Any]:
+        """All that it needs to go on, as JSON-able values."""
+        return {
+            "waiting": [*self._waiting],
+            "spindle": [self._before, self._last],
+            "unpaired": self.unpaired,
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """Go on from what ``state`` gave."""
+        before, last = (
+            None if each is None else SpindleSample(int(each[0]), float(each[1]), float(each[2]))
+            for each in state["spindle"]
+        )
+        self._waiting.clear()
+        for time, first, second in state["waiting"]:
+            self._waiting.append(Reading(int(time), float(first), float(second)))
+        self._before, self._last = before, last
+        self.unpaired = int(state["unpaired"])
+
+    def _pair(self, reading: Reading) -> None:
+        before, last, time = self._before, self._last, reading.time
+        if last is not None and time == last.time:
+            at = last.angle, last.speed
+        elif (
+            last is not None and before is not None
+            and before.time <= time < last.time <= before.time + GAP
+        ):  # fmt: skip
+            at = before.until(last, time)
+        else:
+            self.unpaired += 1
+            return
+        self._hand_on(time * 1e-9, *at, reading.first, reading.second)

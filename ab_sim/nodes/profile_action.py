@@ -1,0 +1,108 @@
+"""The action ``~/run``: one goal at a time runs a profile to its end, and hears of it meanwhile."""
+
+import math
+import threading
+import time
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.action import ActionServer, CancelResponse
+from rclpy.action.server import ServerGoalHandle
+from rclpy.node import Node
+
+from ab_msgs_py import actions
+from ab_msgs_py.actions import Asked, Outcome, Progress
+
+FEEDBACK_PERIOD = 0.1
+"""s between two feedbacks while nothing else happens."""
+GOODBYE = 1.0
+"""s for the last result to leave when the node ends, and"""
+LINGER = 0.3
+"""s for it to come where it is awaited."""
+Goal = ServerGoalHandle[Any, Any, Any]
+
+
+class ProfileAction:
+    """Serves the action; without its package built there is none, and the log says so.
+
+    A goal that cannot be run is accepted and aborted at once: ROS's refusal of a goal carries no
+    text, a result does. A goal whose client has vanished is run to its end.
+
+    rclpy would have a goal executed by a coroutine, which waits by running again and again: its
+    ``EventsExecutor`` then takes a whole core. So a goal counts as accepted while its profile runs,
+    and is executed when that is over, which takes no time.
+
+    Args:
+        node: offers it.
+        start: starts what a goal asks for; why not, if it does not.
+        cancel: ramps down; whether there was something to ramp down.
+    """
+
+    def __init__(
+        self, node: Node, start: Callable[[Asked], str], cancel: Callable[[], bool]
+    ) -> None:
+        self._node, self._start, self._cancel = node, start, cancel
+        self._goal: Goal | None = None
+        self._told = -math.inf
+        self._left = threading.Event()
+        if (kind := actions.run_profile()) is None:
+            node.get_logger().info(actions.NOT_BUILT)
+            return
+        self._server: ActionServer[Any, Any, Any] = ActionServer(
+            node,
+            kind,
+            actions.RUN,
+            lambda goal: None,  # each goal is executed by a callback of its own
+            handle_accepted_callback=self._accepted,
+            cancel_callback=self._asked_to_cancel,
+        )
+
+    def tell(self, progress: Callable[[], Progress], anew: bool) -> None:
+        """Tell who has asked how far it has come, if it is time, or something has changed."""
+        now = time.monotonic()
+        if self._goal is not None and (anew or now - self._told >= FEEDBACK_PERIOD):
+            self._told = now
+            self._goal.publish_feedback(actions.feedback_of(progress()))
+
+    def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
+        """The profile is over; nothing to do unless it was run for a goal."""
+        goal, self._goal = self._goal, None
+        if goal is not None:
+            _end(goal, well, outcome())
+            if (executor := self._node.executor) is not None:
+                executor.create_task(self._left.set)  # after the result has been sent
+
+    def end(self, outcome: Callable[[], Outcome]) -> None:
+        """The node ends: for the thread that does not answer callbacks."""
+        if self._goal is not None:
+            self._left.clear()
+            self.finish(False, outcome)
+            self._left.wait(GOODBYE)
+            # No one says whether an answer has come, and it is lost with what has sent it.
+            time.sleep(LINGER)
+
+    def _accepted(self, goal: Goal) -> None:
+        refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
+        if not refusal:
+            self._goal, self._told = goal, -math.inf  # before it is started: it may be over at once
+            if refusal := self._start(actions.asked_of(goal.request)):
+                self._goal = None
+        if refusal:
+            _end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))
+
+    def _asked_to_cancel(self, goal: Goal) -> CancelResponse:
+        asked = self._goal is not None and goal.goal_id == self._goal.goal_id
+        return CancelResponse.ACCEPT if asked and self._cancel() else CancelResponse.REJECT
+
+
+def _end(goal: Goal, well: bool, outcome: Outcome) -> None:
+    def result(goal: Goal) -> Any:
+        if goal.is_cancel_requested:
+            goal.canceled()
+        elif well:
+            goal.succeed()
+        else:
+            goal.abort()
+        return actions.result_of(outcome)
+
+    goal.execute(result)

@@ -1,0 +1,99 @@
+"""What the profile controller hears of a drive, as far as the present profile needs it."""
+
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.node import Node
+
+from ab_msgs_py import Qos, Topic, topics
+from ab_msgs_py.samples import spindle_of
+from ab_sim.nodes.adaptive_course import AdaptiveCourse
+from ab_sim.nodes.paired_samples import Reading, SpindleSample
+from ab_sim.spindle.course import Course, Hears
+from ab_sim.spindle.segments_course import SegmentsCourse
+
+
+def _as_boards_have_it(topic: Topic, depth: int) -> Topic:
+    """Heard best effort: a board's sensor often is, and one that is reliable is heard as well."""
+    return topic._replace(qos=Qos(depth, reliable=False))
+
+
+VIBRATION = _as_boards_have_it(topics.VIBRATION, 100)
+SPINDLE = _as_boards_have_it(topics.JOINT_STATES, 100)
+
+
+class ProfileEars:
+    """Subscribes to what profiles need, once they do, and hands it to the one under way.
+
+    Args:
+        node: of the subscriptions.
+        course: the profile under way, if there is one; called by the subscriptions' callbacks.
+        now: time by the node's clock [s].
+    """
+
+    def __init__(
+        self, node: Node, course: Callable[[], Course | None], now: Callable[[], float]
+    ) -> None:
+        self._node, self._course, self._now = node, course, now
+        self._heard: set[str] = set()
+
+    def listen(self, hears: Hears) -> None:
+        """To what a profile needs that is not heard yet."""
+        if hears.vibration:
+            self._subscribe(VIBRATION, self._vibration)
+        if hears.sensor is not None:
+            heard = self._displacement if hears.probe else self._reading
+            self._subscribe(_samples_of(hears), heard)
+            self._subscribe(SPINDLE, self._spindle)
+
+    def missing(self, hears: Hears) -> str:
+        """What nobody publishes of what a profile needs; nothing, if it lacks nothing."""
+        needed = {
+            "a segment of the profile waits for the vibration": [VIBRATION] * hears.vibration,
+            "an adaptive start-up needs every sample of its sensor, and the spindle's angle": [
+                _samples_of(hears),
+                SPINDLE,
+            ]
+            * (hears.sensor is not None),
+        }
+        for why, wanted in needed.items():
+            for topic in wanted:
+                if topic.publishers(self._node) == 0:
+                    name = self._node.resolve_topic_name(topic.name)
+                    return f"nobody publishes {name}, and {why}"
+        return ""
+
+    def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
+        if topic.name not in self._heard:
+            self._heard.add(topic.name)
+            topic.subscription(self._node, callback)
+
+    def _vibration(self, message: Any) -> None:
+        course = self._course()
+        if isinstance(course, SegmentsCourse):
+            sample = topics.VIBRATION.sample(message)
+            course.receive(self._now(), sample.frame, sample.time, sample.linear)
+
+    def _spindle(self, message: Any) -> None:
+        course = self._course()
+        if isinstance(course, AdaptiveCourse):
+            if (spindle := spindle_of(message)) is not None:
+                course.spindle(SpindleSample(*spindle))
+
+    def _reading(self, message: Any) -> None:
+        course = self._course()
+        if isinstance(course, AdaptiveCourse):
+            sample = topics.IMU.sample(message)
+            course.reading(Reading(sample.time, *sample.force[:2]))
+
+    def _displacement(self, message: Any) -> None:
+        course = self._course()
+        if isinstance(course, AdaptiveCourse):
+            sample = topics.PROBE.sample(message)
+            course.reading(Reading(sample.time, *sample.place[:2]))
+
+
+def _samples_of(hears: Hears) -> Topic:
+    topic_of = topics.probe_of if hears.probe else topics.imu_of
+    topic = topic_of(hears.sensor or "", first=hears.first_sensor)
+    return _as_boards_have_it(topic, topic.qos.depth)

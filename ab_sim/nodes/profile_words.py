@@ -1,0 +1,47 @@
+"""What a profile controller says of itself: diagnostics, log, and to who has asked for a run."""
+
+from ab_msgs_py import Level
+from ab_msgs_py.actions import Outcome, Progress
+from ab_sim.spindle.profile_run import ProfileRun, ProfileState
+
+HEALTH = {
+    ProfileState.IDLE: "waiting for ~/start",
+    ProfileState.DONE: "profile done, holding its final speed",
+    ProfileState.ABORTED: "aborted, commanding standstill",
+}
+"""What the status itself does not say well enough."""
+
+
+def logged(status: str) -> str:
+    """A status, for the log."""
+    word, _, more = status.partition(": ")
+    words = HEALTH.get(ProfileState(word), status)
+    return f"{words}; {more}" if more and more not in words else words
+
+
+def health(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
+    """Level, message and values of the diagnostics."""
+    message = HEALTH.get(run.state, run.status)
+    if run.why and run.why not in message:
+        message += f"; {run.why}"
+    values = {
+        "state": run.state.value,
+        "status": run.status,
+        "speed commanded [rad/s]": f"{run.command:.9g}",
+    }
+    if run.course is not None and run.state in (ProfileState.RUNNING, ProfileState.DONE):
+        values |= run.course.values
+    return Level.WARN if run.why else Level.OK, message, values
+
+
+def progress(run: ProfileRun, elapsed: float) -> Progress:
+    """For who has asked for the run; s since it began."""
+    assert run.course is not None
+    believed, (segment, segments) = run.course.believed, run.course.segment
+    return Progress(run.status, segment, segments, run.command, elapsed, *believed)
+
+
+def outcome(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:
+    """How a run ended, s after it began; ``first`` is said before."""
+    why = f": {run.why}" if run.why and run.why not in run.status else ""
+    return Outcome(f"{first}{run.status}{why}", run.command, elapsed)

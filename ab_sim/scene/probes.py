@@ -1,0 +1,60 @@
+"""Proximity probes: they stand beside the deck, and read how far it has moved."""
+
+from typing import Annotated, ClassVar
+
+from pydantic import BeforeValidator
+
+from ab_sim.scene.quantities import Length, Number, quantity
+from ab_sim.scene.sensors import Sampled, SensorName
+
+
+class ProximityProbe(Sampled):
+    """Proximity probe on the drive's housing, looking at the deck; it does not act on the dynamics.
+
+    It has two axes across the shaft, and with a deck in space a third along it, each with a probe
+    of its own; they stay where they are, and do not turn with the deck.
+
+    It senses the displacement r of a point of the deck from where that is when the deck is at its
+    place. In physical order: r is turned into the probes' axes, white noise is added, a
+    second-order Butterworth low-pass follows, then come the sampling, the range and the
+    quantisation, as of an accelerometer (``ab_sim.sensing.Pickup``).
+    """
+
+    unit: ClassVar[str] = "m"
+    equation: ClassVar[str] = (
+        "s = q round(clip(B(A(phi) r + n), -s_max, s_max) / q) at t = k / F_s; "
+        "|B(F)|^2 = 1 / (1 + (F / F_c)^4), S_n = N^2"
+    )
+    source: ClassVar[str] = (
+        "the standard sampled-data chain; range: as of eddy-current probes with a linear range of "
+        "2 mm; resolution: of 16 bits over the range; noise: assumed"
+    )
+
+    position: tuple[Length, Length, Length] = quantity(
+        "the point of the deck that it looks at, from C on deck axes; only with a deck in space",
+        "m",
+        default=(0.0, 0.0, 0.0),
+    )
+    axis_angle: Number = quantity(
+        "phi, first axis from x; the second is pi/2 further",
+        "rad",
+        ge=-1e3,
+        le=1e3,
+        default=0.0,
+    )
+    range: Number = quantity(
+        "s_max, readings are clipped at +- this", "m", gt=0, le=10, default=1e-3
+    )
+    noise_density: Number = quantity(
+        "N, root of the noise's one-sided spectrum", "m/sqrt(Hz)", ge=0, le=1.0, default=1e-8
+    )
+    resolution: Number = quantity(
+        "q, difference of neighbouring readings; 0: none", "m", ge=0, le=10, default=3.05e-8
+    )
+
+
+Probes = dict[
+    SensorName,
+    Annotated[ProximityProbe, BeforeValidator(lambda value: {} if value is None else value)],
+]
+"""By names of the scene's own, which no sensor has."""

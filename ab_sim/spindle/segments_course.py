@@ -1,0 +1,137 @@
+"""A profile that is known beforehand but for segments that end on a condition; no ROS."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from ab_sim.scene.profile_file import AskedProfile
+from ab_sim.spindle.course import Believed
+from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
+from ab_sim.spindle.vibration_watch import VibrationWatch
+
+
+def waits_for_vibration(asked: AskedProfile) -> bool:
+    """Whether a condition of a profile is judged by the vibration."""
+    course = ScheduleInProgress(asked.profile, asked.first)
+    return any(course.until(number) for number in range(course.count))
+
+
+class SegmentsCourse:
+    """One profile under way.
+
+    Args:
+        asked: the profile.
+        ahead: how far ahead of time commands are [s]: a drive goes there until the next one comes.
+        silence: s for which vibration may be missing where a condition needs it.
+    """
+
+    def __init__(self, asked: AskedProfile, ahead: float, silence: float) -> None:
+        self.first = asked.first
+        self._ahead, self._silence = ahead, silence
+        self._course = ScheduleInProgress(asked.profile, asked.first)
+        self._left: list[float] = []
+        self._watch: VibrationWatch | None = None
+        self.words = self.failure = self.why = ""
+        self.begin(0.0)
+
+    @property
+    def segment(self) -> tuple[int, int]:
+        """As of ``Course``."""
+        return min(max(self._number, 0) + 1, self._course.count), self._course.count
+
+    @property
+    def ended(self) -> bool:
+        """As of ``Course``."""
+        return self._number >= self._course.count
+
+    @property
+    def reached(self) -> bool:
+        """As of ``Course``."""
+        return self.ended
+
+    @property
+    def vibration(self) -> float | None:
+        """As it is judged at present [m/s^2]."""
+        return None if self._watch is None else self._watch.rms
+
+    @property
+    def values(self) -> Mapping[str, str]:
+        """As of ``Course``."""
+        rms = self.vibration
+        return {} if rms is None else {"vibration, rms [m/s^2]": f"{rms:.6g}"}
+
+    @property
+    def believed(self) -> Believed:
+        """Nothing."""
+        return Believed()
+
+    def begin(self, now: float) -> None:
+        """As of ``Course``."""
+        self._began = now
+        self._number = -1
+
+    def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
+        """A sample of the vibration: see ``VibrationWatch.receive``."""
+        if self._watch is not None:
+            self._watch.receive(now, sensor, stamp, vector)
+
+    def command(self, now: float) -> float:
+        """As of ``Course``."""
+        course, elapsed, passed = self._course, now - self._began, max(self._number, 0)
+        watch, still = self._watch, course.number(elapsed) == self._number
+        if watch is not None and watch.met:
+            if still:
+                course.leave(elapsed)
+                self._left.append(elapsed)
+            passed += 1
+        elif watch is not None and still and (silent := watch.silence(now)) > self._silence:
+            where = f"segment {self._number + 1} waits for the vibration"
+            self.failure = f"{where}, and no good sample of it has come for {silent:.3g} s"
+        number = course.number(elapsed)
+        missed = self._missed(passed, number)
+        if number != self._number and not self.failure:
+            self._enter(number, now, missed)
+        return float(course.profile.speed(elapsed + self._ahead))
+
+    def state(self) -> dict[str, Any]:
+        """As of ``Course``."""
+        return {
+            "began": self._began,
+            "left": self._left,
+            "number": self._number,
+            "watch": None if self._watch is None else self._watch.state(),
+            "texts": [self.words, self.why],
+        }
+
+    def restore(self, state: Mapping[str, Any]) -> None:
+        """As of ``Course``."""
+        self._began, self._number = float(state["began"]), int(state["number"])
+        self._left = [float(time) for time in state["left"]]
+        for time in self._left:
+            self._course.leave(time)
+        until = self._course.until(max(self._number, 0))
+        self._watch = None
+        if until is not None and state["watch"] is not None:
+            self._watch = VibrationWatch(until, self._began)
+            self._watch.restore(state["watch"])
+        self.words, self.why = map(str, state["texts"])
+
+    def _missed(self, passed: int, number: int) -> str:
+        """What to say of conditions that were not met in time, of those before a segment."""
+        missed = ""
+        for unmet in range(passed, number):
+            if self.failure or (until := self._course.until(unmet)) is None:
+                continue
+            self.why = f"segment {unmet + 1}: no {until.words} within {until.at_most:g} s"
+            missed = f"; {self.why}"
+            if until.otherwise == "abort":
+                self.failure = self.why
+        return missed
+
+    def _enter(self, number: int, now: float, missed: str) -> None:
+        self._number, until = number, self._course.until(number)
+        self._watch = None if until is None else VibrationWatch(until, now)
+        if number < self._course.count:
+            words = f"segment {number + 1} of {self._course.count}, {self._course.words(number)}"
+            self.words = words + missed
+        else:
+            self.words = missed.removeprefix("; ")

@@ -1,0 +1,166 @@
+"""The files of `ab-sim c`: what is in them, where they go, and which scenes are refused."""
+
+import errno
+import re
+import subprocess
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from ab_sim.c_code.sources import NAMES, sources_of
+from ab_sim.c_code.writing import write_sources
+from ab_sim.errors import InputError, SceneError
+from ab_sim.scene import load_scene
+from tests.c_code.compiled import needs_compiler
+from tests.cli.tool import ab_sim
+
+THESIS = ("thesis-hold", ["effects.rolling_friction="])
+
+
+@needs_compiler
+def test_a_stranger_builds_and_runs_them(tmp_path: Path) -> None:
+    """As README.md there says, without CMake."""
+    words = ("thesis-hold", "--set", "effects.rolling_friction=")
+    done = ab_sim("c", *words, "--out", "drive", "--fmu", "drive.fmu", cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    assert "binary for" in done.stderr and "wrote drive/drive.c" in done.stderr
+    assert done.stdout == ""
+    folder = tmp_path / "drive"
+    line = next(x for x in (folder / "README.md").read_text().splitlines() if " cc -std" in x)
+    for program in ("drive_example", "drive_check"):
+        own = line.replace("drive_example", program)
+        own = own.replace("main.c", "drive_check.c") if program == "drive_check" else own
+        subprocess.run(own.split(), cwd=folder, check=True)
+    checked = subprocess.run([folder / "drive_check"], capture_output=True, text=True)
+    assert (checked.returncode, checked.stdout[:22]) == (0, "the same bits as ab_si")
+    ran = subprocess.run([folder / "drive_example", "60", "3"], capture_output=True, text=True)
+    lines = ran.stdout.splitlines()
+    assert len(lines) == 301 and lines[-1].startswith("3.0000,60.0000,")
+    wrong = subprocess.run([folder / "drive_example", "1e6"], capture_output=True, text=True)
+    assert (wrong.returncode, "must be within +-420" in wrong.stderr) == (2, True)
+
+
+@needs_compiler
+def test_the_check_notices_another_bit(tmp_path: Path) -> None:
+    sources = sources_of(load_scene(*THESIS))
+    write_sources(sources, tmp_path, "--out")
+    check = tmp_path / "drive_check.c"
+    check.write_text(check.read_text().replace("p-", "p-1", 1))
+    words = "cc -std=c99 -ffp-contract=off drive.c drive_check.c -o check -lm"
+    subprocess.run(words.split(), cwd=tmp_path, check=True)
+    found = subprocess.run([tmp_path / "check"], capture_output=True, text=True)
+    assert found.returncode == 1 and "not the same bits as ab_sim" in found.stdout
+
+
+def test_what_a_scene_does_not_name_is_not_in_the_code() -> None:
+    whole = sources_of(load_scene(*THESIS)).files["drive.c"]
+    changes = [*THESIS[1], "effects.viscous_drag=", "effects.ball_spin=", "balls.radius="]
+    less = sources_of(load_scene("thesis-hold", changes)).files["drive.c"]
+    for word in ("viscous_drag_coefficient", "ball_radius"):
+        assert word in whole and word not in less
+    for word in ("RAISED_COSINE)", "sense(", "quaternion", "restitution", "motor", "gravity"):
+        assert word not in whole
+    assert len(less.splitlines()) < len(whole.splitlines())
+
+
+def test_words_of_a_scene_end_no_comment(tmp_path: Path) -> None:
+    scene = load_scene(*THESIS)
+    evil = scene.model_copy(update={"description": "a */ int main; /* b \\", "name": "x */ y"})
+    for text in sources_of(evil).files.values():
+        assert "*/ int main" not in text and "x */ y" not in text
+
+
+@pytest.mark.parametrize(
+    ("name", "changes", "words"),
+    [
+        ("thesis-hold", [], "effects: rolling_friction (balls stick and slip): C has no location"),
+        ("weak-motor", [], "(--set effects.motor=)"),
+        ("everything", [], "ball_contact (balls collide), motor (a motor reaches its limit)"),
+        ("no-ball", ["accuracy.whirl=1e-6"], "--set accuracy= --set solver.stepper=rk8"),
+        (
+            *("feeding-deck", ["solver.stepper=collocation"]),
+            "is collocation here (named by the scene), and C takes steps of an explicit method",
+        ),
+        (
+            *("nsc-case-1", ["effects.viscous_drag.coefficient=100"]),
+            "--set solver.stepper=rk8 --set solver.step=1e-05",
+        ),
+        ("nsc-case-1", ["spindle.max_speed=1e5"], "C takes commands up to spindle.max_speed"),
+        (
+            "no-ball",
+            ["probes.probe={}"],
+            "C has accelerometers only; leave them out (--set probes=)",
+        ),
+        (
+            "adaptive-start-up",
+            ["effects.rolling_friction="],
+            "or leave it out (--set profile=)",
+        ),
+    ],
+)
+def test_scenes_that_c_cannot_do_are_refused(name: str, changes: list[str], words: str) -> None:
+    with pytest.raises(SceneError) as raised:
+        sources_of(load_scene(name, changes))
+    assert words in str(raised.value)
+
+
+def test_what_a_refusal_says_to_do_helps() -> None:
+    """Of a drag too stiff for the scene's step."""
+    scene = load_scene("nsc-case-1", ["effects.viscous_drag.coefficient=100"])
+    with pytest.raises(SceneError) as raised:
+        sources_of(scene)
+    changes = re.findall(r"--set (\S+)", str(raised.value))
+    changed = load_scene("nsc-case-1", ["effects.viscous_drag.coefficient=100", *changes])
+    assert sources_of(changed).choice.stepper.name == "rk8"
+
+
+def test_a_folder_s_own_files_stay(tmp_path: Path) -> None:
+    (tmp_path / "main.c").write_text("int main(void) { return 0; }\n")
+    done = ab_sim("c", "no-ball", "--out", str(tmp_path), cwd=tmp_path)
+    assert done.returncode == 2 and "has a main.c that is not of ab-sim's making" in done.stderr
+    assert [path.name for path in tmp_path.iterdir()] == ["main.c"]
+
+
+def test_files_of_ours_are_replaced(tmp_path: Path) -> None:
+    (tmp_path / "mine.c").write_text("\n")
+    for name in ("no-ball", "nsc-case-1"):
+        write_sources(sources_of(load_scene(name)), tmp_path, "--out")
+        assert name in (tmp_path / "drive.h").read_text()
+    assert {path.name for path in tmp_path.iterdir()} == {*NAMES, "mine.c"}
+
+
+def test_a_disk_that_is_full_leaves_what_was_there(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    write_sources(sources_of(load_scene("no-ball")), tmp_path, "--out")
+    before = {path.name: path.read_text() for path in tmp_path.iterdir()}
+    whole, count = Path.write_text, iter(range(100))
+
+    def full(self: Path, *given: Any, **more: Any) -> int:
+        if next(count) == 3:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return whole(self, *given, **more)
+
+    other = sources_of(load_scene("nsc-case-1"))
+    monkeypatch.setattr(Path, "write_text", full)
+    with pytest.raises(InputError, match="cannot be written: No space left on device"):
+        write_sources(other, tmp_path, "--out")
+    assert {path.name: path.read_text() for path in tmp_path.iterdir()} == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ((), "nothing to write: name a folder with --out, or an FMU with --fmu"),
+        (("--fmu", "drive.zip"), "--fmu drive.zip: must end in .fmu"),
+        (("--fmu", "no/drive.fmu"), "there is no folder no"),
+        (("--out", "file/drive"), "file is no folder"),
+        (("--set", "balls.mas=1", "--out", "o"), "did you mean"),
+    ],
+)
+def test_bad_input_is_one_line(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    done = ab_sim("c", "no-ball", *arguments, cwd=tmp_path)
+    assert done.returncode == 2 and words in done.stderr and done.stderr.count("\n") == 1
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

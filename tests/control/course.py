@@ -1,0 +1,71 @@
+"""Courses of the package's drive, led by a controller that hears a sensor of our own."""
+
+import math
+from collections.abc import Callable, Iterable
+from typing import Any
+
+import numpy as np
+
+from ab_sim import Drive, load_scene
+from ab_sim.control import Sensing, Settings
+
+Sample = tuple[float, ...]
+"""Time, angle, speed, readings."""
+Change = Callable[[Sample], Iterable[Sample]]
+"""What becomes of a sample on its way."""
+FINAL = 200.0
+NOISE = {"displacement": 1.3e-6, "acceleration": 0.053}
+"""1 % of the whirl without balls at the final speed; m, m/s^2."""
+
+
+def settings(quantity: str = "displacement", axes: int = 1, **other: Any) -> Settings:
+    """Of the drive of ``Course``."""
+    known: Any = quantity
+    sensing = Sensing(known, axes, 0.3, NOISE[quantity])
+    return Settings(FINAL, 200.0, sensing, 0.005)._replace(**other)
+
+
+def as_it_is(sample: Sample) -> Iterable[Sample]:
+    """Nothing is changed."""
+    yield sample
+
+
+class Course:
+    """The drive of ``balanced-start-up``, and what controllers are told of it.
+
+    Args:
+        told: to the controllers.
+        change: what becomes of samples on their way.
+        changes: of the scene.
+    """
+
+    def __init__(self, told: Settings, change: Change = as_it_is, changes: Any = ()) -> None:
+        limit = "spindle.max_acceleration=200"
+        self.drive = Drive(load_scene("balanced-start-up", [limit, *changes]), commanded=True)
+        self._told, self._change = told, change
+        self._draw = np.random.default_rng(1)
+        self.whirl = math.nan
+        """Mean of the last period [m]."""
+        self.commands: list[float] = []
+
+    def on(self, seconds: float, leader: Any, *others: Any) -> None:
+        """Go on, led by one controller; others hear the same, and are asked, too."""
+        sensing = self._told.sensing
+        c, s = math.cos(sensing.axis_angle), math.sin(sensing.axis_angle)
+        names = ("ax", "ay") if sensing.quantity == "acceleration" else ("x", "y")
+        for _ in range(round(seconds / self._told.period)):
+            now = self.drive.time
+            self.commands.append(leader.command(now))
+            for other in others:
+                other.command(now)
+            self.drive.command(self.commands[-1], 200.0)
+            run = self.drive.advance(5)
+            x, y = (run[name] for name in names)
+            noise = self._draw.normal(0.0, NOISE[sensing.quantity], (2, len(x)))
+            readings = c * x + s * y + noise[0], c * y - s * x + noise[1]
+            columns = [run[name] for name in ("time", "angle", "speed")]
+            for sound in zip(*(column.tolist() for column in (*columns, *readings)), strict=True):
+                for sample in self._change(sound):
+                    for each in (leader, *others):
+                        each.sample(*sample)
+            self.whirl = float(np.hypot(run["x"], run["y"]).mean())

@@ -1,0 +1,111 @@
+"""``adaptive.c`` beside the Python class, step by step, over what a drive's sensor says."""
+
+import ctypes
+import re
+from pathlib import Path
+
+import pytest
+
+from ab_sim.control import Settings, StartUp, State, tuning
+from tests.control.course import Course, settings
+from tests.control.in_c import SOURCE, InC, compiled
+
+KINDS = [("displacement", 1), ("acceleration", 1), ("displacement", 2), ("acceleration", 2)]
+
+
+@pytest.fixture(scope="module")
+def double(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    return compiled(tmp_path_factory.mktemp("double"), "double")
+
+
+@pytest.fixture(scope="module")
+def single(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
+    return compiled(tmp_path_factory.mktemp("float"), "float")
+
+
+class Compared:
+    """Python and C as one controller; the numbers have to be the same in every period."""
+
+    def __init__(self, told: Settings, library: ctypes.CDLL) -> None:
+        self.python, self.c = StartUp(told), InC(library, "double", told)
+        self.periods = 0
+
+    def sample(self, *sample: float) -> None:
+        self.python.sample(*sample)
+        self.c.sample(*sample)
+
+    def command(self, time: float) -> float:
+        speed = self.python.command(time)
+        assert self.c.command(time) == speed
+        assert self.c.state_numbers() == self.python.state_numbers()
+        self.periods += 1
+        return speed
+
+
+@pytest.mark.parametrize("quantity, axes", KINDS)
+def test_same_bits(quantity: str, axes: int, double: ctypes.CDLL) -> None:
+    told = settings(quantity, axes)
+    both = Compared(told, double)
+    Course(told).on(4.0, both)
+    assert both.python.dwells and both.python.state >= State.TO_FINAL and both.periods == 800
+
+
+def test_same_bits_of_a_sensor_that_is_slow_and_fails(double: ctypes.CDLL) -> None:
+    """Gaps, steps of the prediction in between, and an abort."""
+    told = settings()
+    both = Compared(told, double)
+    course = Course(told, lambda sample: [sample] if round(1e3 * sample[0]) % 7 == 0 else [])
+    course.on(1.0, both)
+    Course(told, lambda sample: []).on(2.0, both)
+    assert both.python.state is State.ABORTED and "no good sample" in both.python.words
+
+
+def test_either_goes_on_from_the_other(double: ctypes.CDLL) -> None:
+    told = settings(axes=2)
+    first, course = StartUp(told), Course(told)
+    course.on(1.0, first)
+    both = Compared(told, double)
+    both.c.restore(first.state_numbers())
+    both.python.restore(both.c.state_numbers())
+    course.on(0.5, first, both)
+    assert both.python.state_numbers() == first.state_numbers() and both.periods == 100
+
+
+@pytest.mark.parametrize("quantity, axes", KINDS)
+def test_single_precision_believes_the_same(quantity: str, axes: int, single: ctypes.CDLL) -> None:
+    """To 0.1 % of the critical speed and 5 % of the net unbalance; its decisions end alike."""
+    told = settings(quantity, axes)
+    python, c = StartUp(told), InC(single, "float", told)
+    course = Course(told, lambda s: [(s[0], s[1] % 6.283185307179586, *s[2:])])
+    course.on(5.0, python, c)
+    other = StartUp(told)
+    other.restore(c.state_numbers())
+    assert other.state is python.state
+    mine, its = python.belief, other.belief
+    assert its.critical_speed == pytest.approx(mine.critical_speed, rel=1e-3)
+    assert abs(its.net_unbalance - mine.net_unbalance) < 0.05 * mine.without_balls
+
+
+def test_tuning_is_the_same() -> None:
+    text = SOURCE.read_text(encoding="utf-8")
+    numbers = dict(re.findall(r"\b([A-Z_]+) = R?\(?([\d.e-]+)\)?", text))
+    names = {name for name in vars(tuning) if name.isupper()}
+    assert {name: float(numbers[name]) for name in names} == {
+        name: float(getattr(tuning, name)) for name in names
+    }
+
+
+def test_the_texts_are_the_same(double: ctypes.CDLL) -> None:
+    from ab_sim.control.watch import TEXTS, Reason
+
+    for name in ("adaptive_reason_text", "adaptive_state_text"):
+        getattr(double, name).restype = ctypes.c_char_p
+    for reason in Reason:
+        assert double.adaptive_reason_text(int(reason)).decode() == TEXTS.get(reason, "")
+    for state in State:
+        assert double.adaptive_state_text(int(state)).decode() == state.text
+
+
+def test_no_allocation() -> None:
+    text = Path(SOURCE).read_text(encoding="utf-8")
+    assert not re.findall(r"\b(malloc|calloc|realloc|alloca|printf|stdlib)\b", text)

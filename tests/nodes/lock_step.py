@@ -1,0 +1,88 @@
+"""A drive and its profile controller in lock step: a period, a command, a period, and so on."""
+
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from std_srvs.srv import Trigger
+
+from ab_msgs_py import topics
+from ab_msgs_py.samples import text_of
+from ab_msgs_py.services import Answer, answer_of, trigger_request
+from ab_sim.drive.trajectory import Trajectory
+from tests.nodes.fleet import Fleet
+
+PERIOD = 5
+"""ms between two commands."""
+
+
+class LockStep:
+    """A scene with a profile; it wakes up each millisecond of simulated time.
+
+    Args:
+        fleet: runs it.
+        scene: name or file.
+        profile: the controller's; default: the scene's.
+    """
+
+    def __init__(self, fleet: Fleet, scene: str | Path, profile: str = "") -> None:
+        self.fleet = fleet
+        self.blocks = fleet.listen(topics.BLOCK)
+        self._status = fleet.listen(topics.PROFILE_STATUS)
+        self._commands = fleet.listen(topics.COMMAND)
+        self._clients: dict[str, Any] = {}
+        self._awaited = 0
+        fleet.start(
+            "drive_sim", scene=scene, time_mode="lock_step", wake_rate=1000.0, block_rate=200.0,
+            steps=PERIOD, error_checks=0.0,
+        )  # fmt: skip
+        fleet.start("profile_controller", profile=f'"{profile or scene}"', use_sim_time=True)
+        fleet.until(lambda: fleet.value("profile_controller", "listeners") == "2", "it is heard")
+
+    @property
+    def statuses(self) -> list[str]:
+        """The controller's, each once."""
+        return [text_of(message) for message in self._status]
+
+    @property
+    def status(self) -> str:
+        """The newest of them."""
+        return self.statuses[-1]
+
+    def call(self, service: str) -> Answer:
+        """Ask a Trigger service by one client for all times: there are hundreds."""
+        if service not in self._clients:
+            client = self._clients[service] = self.fleet.node.create_client(Trigger, service)
+            self.fleet.until(client.service_is_ready, service)
+            known = time.monotonic() + 0.5  # as Fleet.ask
+            self.fleet.until(lambda: time.monotonic() > known, "the server knows its client")
+        future = self._clients[service].call_async(trigger_request())
+        self.fleet.until(future.done, service)
+        return answer_of(future.result())
+
+    def done(self, service: str) -> str:
+        """The same, which is not refused; what is said."""
+        well, text = self.call(service)
+        assert well, f"{service}: {text}"
+        return text
+
+    def step(self, commands: int) -> None:
+        """One period, after so many commands; those that come after it are waited for by the next.
+
+        A machine that is busy may take longer than the drive waits for them.
+        """
+        if commands != self._awaited:
+            self._awaited = commands
+            assert self.fleet.set("drive_sim", await_commands=commands)[0]
+        before = len(self._commands)
+        for _ in range(20):
+            if (answer := self.call("drive_sim/step"))[0]:
+                break
+        assert answer[0], answer
+        self.fleet.until(lambda: len(self._commands) > before, "a command after it")
+
+    def samples(self) -> Trajectory:
+        """All that has been heard of the drive, in whole blocks."""
+        each = [topics.BLOCK.sample(message) for message in self.blocks]
+        return Trajectory(each[0].channels, np.concatenate([block.samples for block in each]))
