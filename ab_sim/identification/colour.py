@@ -10,7 +10,7 @@ import numpy as np
 from scipy.signal import fftconvolve, lfilter
 
 from ab_sim.identification.measured import Measured
-from ab_sim.scene.sensors import Accelerometer
+from ab_sim.scene.sensors import Sampled
 from ab_sim.sensing import Pickup
 
 LONG = 4096
@@ -60,7 +60,7 @@ def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
     return found
 
 
-def _covariance(sensor: Accelerometer, step: float, every: int) -> np.ndarray:
+def _covariance(sensor: Sampled, step: float, every: int) -> np.ndarray:
     """Of noise at samples so many steps apart, in cyclic order."""
     response = np.zeros((LONG, 2))
     response[0] = 1.0

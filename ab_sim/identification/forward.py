@@ -20,7 +20,7 @@ from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.runs import AlikeRuns
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.sensors import Accelerometer
+from ab_sim.scene.sensors import Sampled
 from ab_sim.sensing import Pickup
 
 MOTOR = "motor"
@@ -184,23 +184,27 @@ class RecordedDrive:
 
     def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
         """On the sensor's axes, shape (steps, axes)."""
-        measured = self.measured
-        if measured.kind == DISPLACEMENT:
-            across = taken.position[:, :2]
-        else:
-            sensor, kind = measured.sensor, type(run.system.deck_model)
-            first = taken.channels.index(kind.CHANNELS[0])
-            shown = taken.samples[:, first : first + len(kind.CHANNELS)]
-            point = np.zeros(3) if sensor is None else np.array(sensor.position)
-            deck, effects = run.system.deck_model, run.system.effects
-            across = deck.specific_force(effects, shown, point)[:, :2]
-            if sensor is not None:
-                pickup = Pickup(noiseless(sensor, self.step), self.step)
-                start = start_state(run.scene, run.system)[layout_of(run.system).deck]
-                # As if the drive had hung there at rest for ever.
-                pickup.reset(deck.specific_force(effects, deck.at_rest(start), point)[0, :2])
-                across = pickup.process(1, across)
+        sensor, deck = self.measured.sensor, run.system.deck_model
+        first = taken.channels.index(type(deck).CHANNELS[0])
+        shown = taken.samples[:, first : first + len(type(deck).CHANNELS)]
+        across = self._felt(run, shown)
+        if sensor is not None:
+            pickup = Pickup(noiseless(sensor, self.step), self.step)
+            start = start_state(run.scene, run.system)[layout_of(run.system).deck]
+            # As if the drive had hung there at rest for ever.
+            pickup.reset(self._felt(run, deck.at_rest(start))[0])
+            across = pickup.process(1, across)
         return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
+
+    def _felt(self, run: PreparedRun, shown: np.ndarray) -> np.ndarray:
+        """What a sensor senses across the shaft, shape (steps, 2)."""
+        deck, sensor = run.system.deck_model, self.measured.sensor
+        if self.measured.kind == DISPLACEMENT:
+            names = type(deck).CHANNELS
+            return shown[:, [names.index("x"), names.index("y")]]
+        point = (0.0, 0.0, 0.0) if sensor is None else sensor.position
+        felt = deck.specific_force(run.system.effects, shown.T, point)
+        return np.stack([np.broadcast_to(each, len(shown)) for each in felt[:2]], axis=1)
 
     def _at_times(
         self, runs: np.ndarray, delay: float, slope: bool
@@ -224,7 +228,7 @@ def _heavier(scene: Scene, mass: float) -> Scene:
     return changed_scene(scene, changes, "trial mass")
 
 
-def noiseless(sensor: Accelerometer, step: float) -> Accelerometer:
+def noiseless(sensor: Sampled, step: float) -> Sampled:
     """What is left of a sensor is its low-pass; its axes and samples are those of the recording."""
     digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
     return sensor.model_copy(update={**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step})
@@ -259,6 +263,7 @@ def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
         "spindle.max_speed": 1e5,
         "spindle.max_acceleration": 1e6,
         "sensors": {},
+        "probes": {},
         "solver.step": step,
         "duration": max(measured.duration, step),
     }

@@ -5,8 +5,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, nearest
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
@@ -27,9 +28,13 @@ from ab_sim.identification.mapping import (
 from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, UNITS, Measured
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
+from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
-from ab_sim.scene.sensors import Accelerometer, steps_per_sample
+from ab_sim.scene.probes import ProximityProbe
+from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
 
+SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
+"""Of a scene, by section: what reads accelerations, and what displacements."""
 STANDS = 1e-3
 """Of the top speed: slower than that a spindle stands."""
 RUN_BEGINS = 1
@@ -58,8 +63,9 @@ def measured_of(
     """
     table = read_table(path)
     if mapping is None:
-        sensors = list(table.description.get("sensors") or ())
-        found = usual_mapping(list(table.columns), sensors, signal)
+        recorded = table.description.get("scene") or {}
+        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        found = usual_mapping(list(table.columns), sensors, probes, signal)
         if isinstance(found, str):
             raise InputError(
                 f"{path}: {found}: it is no recording of ab_sim; say what its columns are by --map"
@@ -193,18 +199,30 @@ class _Reader:
             found.append(turned + AXES[k] if given is None else number_of(given, "rad", said))
         return tuple(found)
 
-    def _sensor(self) -> Accelerometer | None:
+    def _sensor(self) -> Sampled | None:
         asked = self._mapping.sensor
-        if asked is None or isinstance(asked, Accelerometer):
-            return asked
-        recorded = (self._table.description.get("scene") or {}).get("sensors") or {}
-        if asked in recorded:
-            return Accelerometer.model_validate(recorded[asked])
-        if asked in self._scene.sensors:
-            return self._scene.sensors[asked]
+        if asked is None:
+            return None
+        if isinstance(asked, dict):
+            kind = Accelerometer if self._kind() == ACCELERATION else ProximityProbe
+            try:
+                return kind.model_validate(asked)
+            except ValidationError as error:
+                found = error.errors(include_url=False)[0]
+                key = ".".join(map(str, ("sensor", *found["loc"])))
+                near = nearest(key.partition(".")[2], kind.model_fields)
+                raise InputError(
+                    f"{self._name}: {key} = {short(found['input'])}: {found['msg']}{near}"
+                ) from None
+        recorded = self._table.description.get("scene") or {}
+        for section, known in SENSORS.items():
+            if asked in (recorded.get(section) or {}):
+                return known.model_validate(recorded[section][asked])
+        if asked in self._scene.pickups:
+            return self._scene.pickups[asked]
         raise InputError(
             f"{self._name}: sensor = {asked!r}: the scene has "
-            + (", ".join(self._scene.sensors) or "no sensors")
+            + (", ".join(self._scene.pickups) or "no sensors")
             + "; give its parameters: {bandwidth: 200}"
         )
 

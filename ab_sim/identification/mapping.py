@@ -11,7 +11,6 @@ from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, NUISANCES
 from ab_sim.limited_yaml import read_yaml_file
 from ab_sim.quoting import short
 from ab_sim.scene.section import Section
-from ab_sim.scene.sensors import Accelerometer
 from ab_sim.scene.units import has_unit, in_si
 
 AXES = (0.0, 1.5707963267948966)
@@ -50,8 +49,10 @@ class Mapping(Section):
     kind: Literal["displacement", "acceleration"] | None = Field(
         default=None, description="what the signals are of; default: as their unit says"
     )
-    sensor: str | Accelerometer | None = Field(
-        default=None, description="accelerometer they went through: one of the scene's, or its own"
+    sensor: str | dict[str, Any] | None = Field(
+        default=None,
+        description="what they went through: a sensor or probe of the scene, or the parameters of "
+        "one, {bandwidth: 200}",
     )
     delay: str | float = Field(default=0.0, description="by which the signals are late, s")
     free: tuple[Literal["gain", "bias", "delay", "disc_angle"], ...] = Field(
@@ -165,34 +166,36 @@ def number_of(value: str | float, si: str, said: str) -> float:
 
 
 def usual_mapping(
-    names: Sequence[str], sensors: Sequence[str], wanted: str | None
+    names: Sequence[str], sensors: Sequence[str], probes: Sequence[str], wanted: str | None
 ) -> Mapping | str:
     """Of a table with the columns of ab_sim's own recordings; a text says why it is none.
 
     Args:
         names: of the columns.
-        sensors: whose readings are among them.
+        sensors: accelerometers whose readings are among them.
+        probes: of the displacement, too.
         wanted: ``DISPLACEMENT``, ``ACCELERATION``, or a sensor's name; None: the first sensor, else
-            the displacement.
+            the first probe, else the displacement.
     """
     lacking = [name for name in ("time", "speed") if name not in names]
     if lacking:
         return f"it has no column {' and '.join(lacking)}"
     if wanted is None:
-        wanted = sensors[0] if sensors else DISPLACEMENT if "x" in names else ACCELERATION
+        usual = DISPLACEMENT if "x" in names else ACCELERATION
+        wanted = next(iter((*sensors, *probes)), usual)
     pairs = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
     pair = pairs.get(wanted, (f"{wanted}_1", f"{wanted}_2"))
     if not {*pair} <= {*names}:
         return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"
-    kind = DISPLACEMENT if wanted == DISPLACEMENT else ACCELERATION
+    kind = DISPLACEMENT if wanted in (DISPLACEMENT, *probes) else ACCELERATION
     return Mapping.model_validate(
         {
             "time": {"column": "time"},
             "speed": {"column": "speed"},
             "angle": {"column": "angle"} if "angle" in names else None,
-            "signals": [{"column": name} for name in pair],
+            "signals": [{"column": name, "unit": UNITS[kind]} for name in pair],
             "kind": kind,
-            "sensor": wanted if wanted in sensors else None,
+            "sensor": wanted if wanted in (*sensors, *probes) else None,
         }
     )
 

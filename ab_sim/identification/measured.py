@@ -4,7 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from ab_sim.scene.sensors import Accelerometer
+from ab_sim.scene.sensors import Sampled
 from ab_sim.spindle import SpeedSchedule
 
 DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
@@ -34,7 +34,7 @@ class Measured:
     angle_known: bool
     """Whether its angle was recorded, and not its speed alone."""
     with_balls: bool
-    sensor: Accelerometer | None = None
+    sensor: Sampled | None = None
     """Whose low-pass the signals went through; None: through none."""
     step: float | None = None
     """Integration step of the run that was recorded [s]; None of a real drive's."""

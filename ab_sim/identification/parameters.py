@@ -26,6 +26,7 @@ _REFUSED = {
     "start": "each recording has a start of its own, which is fitted by itself",
     "solver": "it is no property of the drive",
     "accuracy": "it is no property of the drive",
+    "probes": "what a probe does to a recording is fitted by itself (gain, bias, delay)",
     "sensors": "what the sensor does to a recording is fitted by itself (gain, bias, delay)",
     "duration": "it is no property of the drive",
     "effects.motor": "the spindle's speed is as recorded, and no torque was measured",

@@ -126,6 +126,19 @@ def test_noise_of_an_accelerometer_is_whitened(tmp_path: Path) -> None:
         assert covers(found, name, TRUE[name]), name
 
 
+def test_a_proximity_probe_is_a_recording_of_the_displacement(tmp_path: Path) -> None:
+    probes = {"probes": {"gap": {"bandwidth": 300.0, "noise_density": 3e-8}}}
+    file = tmp_path / "gap.rrd"
+    drive = without_balls(drives.scene({**BARE, **probes}))
+    ab_sim.save_recording(ab_sim.simulate(drive), file)
+    found = ab_sim.identify(file, drives.scene(), DECK, propose=False)
+    measured = found.comparisons[0].measured
+    assert measured.kind == "displacement" and measured.sensor is not None
+    assert found.verdict == FITS
+    for name in DECK:
+        assert covers(found, name, BARE[name]), name
+
+
 def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
     """A cubic spring, of which the residuals' size says nothing."""
     cubic = {"effects.hardening_suspension": {"cubic_stiffness": 2e7}}
