@@ -265,6 +265,7 @@ def _verdict(
                 f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
                 f"with which z = {best.z:.1f}"
             )
+        reasons.append("intervals are of chance only, and do not count what is missing")
     if interrupted:
         verdict = INTERRUPTED
         reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")

@@ -15,7 +15,7 @@ from ab_sim.presentation import number
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
 from ab_sim.reports.grid import Limits
 from ab_sim.reports.page import STYLE, panel_figure, shown
-from ab_sim.reports.panels import TIME, Heat, Panel, PanelLine
+from ab_sim.reports.panels import TIME, Panel, PanelLine
 
 POINTS = 3000
 """Of a curve; more are drawn as the least and the largest of those that share a place."""
@@ -71,7 +71,8 @@ def _sections(found: Identification) -> Iterator[str]:
             yield _division(*_profile(profile))
     if len(found.intervals.names) > 1:
         yield "<h2>Correlations of the fitted values</h2>\n"
-        yield _division(*_correlations(found))
+        count = len(found.intervals.names)
+        yield _table(("", *map(str, range(1, count + 1))), _correlations(found))
 
 
 def _list(texts: Sequence[str]) -> str:
@@ -183,13 +184,13 @@ def _profile(profile: ProfilePoints) -> tuple[Panel, Limits]:
     return panel, ((float(values.min()), float(values.max())), (0.0, 3.0 * QUANTILE))
 
 
-def _correlations(found: Identification) -> tuple[Panel, Limits]:
-    names = found.intervals.names
-    places = np.arange(1.0, len(names) + 1.0)
-    heat = Heat(places, places, found.intervals.correlation, "correlation")
-    title = ", ".join(f"{k}: {name}" for k, name in enumerate(names, 1))
-    ends = (0.5, len(names) + 0.5)
-    return Panel("correlation", title, "parameter", "parameter", 1.4, heat=heat), (ends, ends)
+def _correlations(found: Identification) -> Rows:
+    return [
+        (f"{k}: {name}", *(f"{each:.2f}" for each in row))
+        for k, (name, row) in enumerate(
+            zip(found.intervals.names, found.intervals.correlation, strict=True), 1
+        )
+    ]
 
 
 def _thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
