@@ -12,7 +12,7 @@ from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
-from ab_sim.identification.knowledge import Knowledge, knowledge_of
+from ab_sim.identification.knowledge import Knowledge, OpenDirection, knowledge_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.missing import as_good_as_the_best, tried_effects
 from ab_sim.identification.parameters import fitted_parameters
@@ -141,7 +141,12 @@ class _Work:
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
-        verdict, reasons = _verdict(interrupted, whiteness, tried, outside, tuple(opened), problem)
+        verdict, reasons = _verdict(interrupted, whiteness, tried, outside, tuple(opened))
+        reasons += [
+            f"{each.name} is at its bound: look further (--bounds), or at what the scene lacks"
+            for each in intervals.estimates
+            if each.at_bound and not each.own
+        ]
         fitted = changed_scene(
             self._scene, {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"},
             "the fitted scene",
@@ -221,13 +226,13 @@ def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Inte
 
 def _verdict(
     interrupted: bool, whiteness: Sequence[Whiteness], tried: Sequence[TriedEffect],
-    outside: HeldOut | None, opened: Sequence[object], problem: Problem,
+    outside: HeldOut | None, opened: Sequence[OpenDirection],
 ) -> tuple[str, list[str]]:  # fmt: skip
     reasons: list[str] = []
     verdict = FITS
     for each in opened:
         verdict = OPEN
-        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")  # type: ignore[attr-defined]
+        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
     if outside is not None:
         said = (
             f"on held-out data the residuals' r.m.s. is {outside.after:.3g} of the signals', with "

@@ -21,6 +21,8 @@ POINTS = 3000
 """Of a curve; more are drawn as the least and the largest of those that share a place."""
 QUANTILE = 3.84
 """By so much the sum of squares rises at the ends of an interval of 95 %, in units of noise."""
+SMOOTH = 120
+"""Points of a profile's curve."""
 BINS = 200
 """Of a residual spectrum."""
 Rows = Sequence[Sequence[str]]
@@ -175,7 +177,11 @@ def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
 
 
 def _profile(profile: ProfilePoints) -> tuple[Panel, Limits]:
-    values, rises = np.array(profile.values), np.array(profile.rises)
+    # Of a parabola the root is straight: between points so is what is drawn here.
+    best = int(np.argmin(profile.rises))
+    roots = np.sqrt(profile.rises) * np.sign(np.arange(len(profile.rises)) - best)
+    values = np.linspace(min(profile.values), max(profile.values), SMOOTH)
+    rises = np.interp(values, profile.values, roots) ** 2
     curve = PanelLine(profile.name, values, rises, BLUE, 1.8)
     panel = Panel(
         "profile", profile.name, profile.name, "rise [noise variance]", 0.8, (curve,),
