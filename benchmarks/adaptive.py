@@ -5,7 +5,7 @@
 writes adaptive.json, adaptive.md, adaptive.png and adaptive-strategies.png; two processes take a
 quarter of an hour. The controller runs in C, from examples/firmware_prototype, which tests hold to
 the one in Python bit by bit; the drives are the package's. The seed is used by nothing else: the
-numbers of ab_sim/control/tuning.py were found over drives of other seeds.
+numbers of ab_sim/control/chosen.py were found over drives of other seeds.
 """
 
 import importlib.util

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.control import Sensing, Settings
+from ab_sim.control import SensorFacts, StartUpSettings
 
 SCENE = "balanced-start-up"
 FINAL, ACCELERATION = 200.0, 200.0
@@ -173,13 +173,13 @@ def readings(course: Course, run: Any, variation: Variation, draw: np.random.Gen
         yield (variation.gain * (sound + draw.normal(0.0, noise, len(sound)))).tolist()
 
 
-def settings_of(course: Course, variation: Variation) -> Settings:
+def settings_of(course: Course, variation: Variation) -> StartUpSettings:
     """What a controller is told."""
     acceleration = variation.quantity == "acceleration"
     noise = NOISE * course.reference * (FINAL * FINAL if acceleration else 1.0)
     quantity: Any = variation.quantity
-    sensing = Sensing(quantity, variation.axes, 0.0, noise if variation.told else 0.0)
-    return Settings(FINAL, ACCELERATION, sensing, PERIOD)
+    sensing = SensorFacts(quantity, variation.axes, 0.0, noise if variation.told else 0.0)
+    return StartUpSettings(FINAL, ACCELERATION, sensing, PERIOD)
 
 
 def led(

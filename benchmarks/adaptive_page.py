@@ -69,7 +69,7 @@ a turn that is common to all its axes.
 5. **Retry**: down to a little above the critical speed, never through it, and dwell again at
    another phase. It gives up after `most_retries` or `patience`, and stays at the final speed.
 
-The numbers of all that are in [tuning.py](../ab_sim/control/tuning.py). They were found over other
+The numbers of all that are in [chosen.py](../ab_sim/control/chosen.py). They were found over other
 random drives than those below.
 
 ## When something is wrong

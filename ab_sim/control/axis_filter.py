@@ -19,7 +19,7 @@ wrong critical speeds. A low-pass of the sensor only turns q, which nobody minds
 
 import math
 
-from ab_sim.control import tuning
+from ab_sim.control import chosen
 
 SIZE = 7
 NUMBERS = SIZE + SIZE * SIZE + 10
@@ -46,11 +46,11 @@ class AxisFilter:
 
     def __init__(self, acceleration: bool, final_speed: float, noise: float) -> None:
         self._acceleration, self._final, self._noise = acceleration, final_speed, noise
-        stiffness = (tuning.FIRST_RATIO * final_speed) ** 2
-        damping = tuning.FIRST_DAMPING * math.sqrt(stiffness)
+        stiffness = (chosen.FIRST_RATIO * final_speed) ** 2
+        damping = chosen.FIRST_DAMPING * math.sqrt(stiffness)
         self.state = [0.0, 0.0, 0.0, 0.0, stiffness, damping, 0.0]
         self.covariance = [[0.0] * SIZE for _ in range(SIZE)]
-        self.covariance[4][4] = (tuning.FIRST_STIFFNESS_DEVIATION * stiffness) ** 2
+        self.covariance[4][4] = (chosen.FIRST_STIFFNESS_DEVIATION * stiffness) ** 2
         self.covariance[5][5] = damping * damping
         self.known = 0.0
         """1 once there is an estimate; else readings are collected, for their noise."""
@@ -157,20 +157,20 @@ class AxisFilter:
         vv = g0 * V0 + g1 * V1 + g2 * V2 + g3 * V3 + g4 * V4 + g5 * V5
         row0[:] = xx, xv, X2, X3, X4, X5, X6
         row1[:] = xv, vv, V2, V3, V4, V5, V6
-        walk = tuning.NET_WALK * tuning.NET_WALK * h * (a * a + b * b)
-        walk_K, walk_D = tuning.STIFFNESS_WALK * K, tuning.DAMPING_WALK * D
+        walk = chosen.NET_WALK * chosen.NET_WALK * h * (a * a + b * b)
+        walk_K, walk_D = chosen.STIFFNESS_WALK * K, chosen.DAMPING_WALK * D
         row2[0], row2[1], row2[2] = X2, V2, row2[2] + walk
         row3[0], row3[1], row3[3] = X3, V3, row3[3] + walk
         row4[0], row4[1], row4[4] = X4, V4, row4[4] + walk_K * walk_K * h
         row5[0], row5[1], row5[5] = X5, V5, row5[5] + walk_D * walk_D * h
-        drift = tuning.OFFSET_WALK * tuning.OFFSET_WALK * self.variance * h
+        drift = chosen.OFFSET_WALK * chosen.OFFSET_WALK * self.variance * h
         row6[0], row6[1], row6[6] = X6, V6, row6[6] + drift
         self.state = [x1, v + half * (start + end), a, b, K, D, offset]
 
     def update(self, reading: float, p: float, r: float) -> None:
         """Take a reading, with the force per mass of a net unbalance of 1 and of i."""
         P, state = self.covariance, self.state
-        noise = self.variance + tuning.SCALE_ERROR * tuning.SCALE_ERROR * self.size
+        noise = self.variance + chosen.SCALE_ERROR * chosen.SCALE_ERROR * self.size
         x, v, a, b, K, D, offset = state
         if self._acceleration:
             d = D / K
@@ -193,16 +193,16 @@ class AxisFilter:
         gain = [value / root for value in g]
         surprise = innovation / root
         square = surprise * surprise
-        if square > tuning.WILD:
-            surprise *= math.sqrt(tuning.WILD / square)
-            square = tuning.WILD
+        if square > chosen.WILD:
+            surprise *= math.sqrt(chosen.WILD / square)
+            square = chosen.WILD
         self.state = state = [s + k * surprise for s, k in zip(state, gain, strict=True)]
         for i, row in enumerate(P):
             k, before = gain[i], row[i]
             row[:] = [c - k * other for c, other in zip(row, gain, strict=True)]
             # Rounding must not make a variance negative.
             row[i] = max(row[i], 1e-6 * before)
-        self.variance *= 1.0 + tuning.NOISE_GAIN * (square - 1.0)
+        self.variance *= 1.0 + chosen.NOISE_GAIN * (square - 1.0)
         change = reading - state[6]
         self.size += 0.01 * (change * change - self.size)
         final = self._final

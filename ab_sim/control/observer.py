@@ -2,9 +2,9 @@
 
 import math
 
-from ab_sim.control import tuning
+from ab_sim.control import chosen
 from ab_sim.control.axis_filter import NUMBERS, AxisFilter
-from ab_sim.control.settings import Settings
+from ab_sim.control.settings import StartUpSettings
 from ab_sim.control.watch import Reason, Watch
 
 LARGEST = 1e9
@@ -19,7 +19,7 @@ class Observer:
 
     Parameters
     ----------
-    settings : Settings
+    settings : StartUpSettings
         Checked.
     """
 
@@ -29,10 +29,10 @@ class Observer:
         "fast", "im", "known", "re", "samples", "scale", "slow", "speed", "time",
     )  # fmt: skip
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: StartUpSettings) -> None:
         sensing = settings.sensing
         self._settings = settings
-        self._unit = tuning.UNIT / settings.final_speed
+        self._unit = chosen.UNIT / settings.final_speed
         acceleration = sensing.quantity == "acceleration"
         self._axes = [
             AxisFilter(acceleration, settings.final_speed, sensing.noise)
@@ -53,14 +53,14 @@ class Observer:
     @property
     def rate(self) -> float:
         """Relative rate of change of the net unbalance's magnitude, per unit of time."""
-        return (self.fast - self.slow) / ((tuning.SLOW - tuning.FAST) * (self.slow + 1e-30))
+        return (self.fast - self.slow) / ((chosen.SLOW - chosen.FAST) * (self.slow + 1e-30))
 
     @property
     def circulating(self) -> bool:
         """Whether the net unbalance turns against the rotor: balls that go round."""
         square = self.average_re * self.average_re + self.average_im * self.average_im
-        certain = self.deviation < tuning.CERTAIN * self.slow
-        return certain and math.sqrt(square) < tuning.CIRCULATING * self.slow
+        certain = self.deviation < chosen.CERTAIN * self.slow
+        return certain and math.sqrt(square) < chosen.CIRCULATING * self.slow
 
     def take(
         self, time: float, angle: float, speed: float, first: float, second: float
@@ -77,7 +77,7 @@ class Observer:
             self._take_over(time, angle, speed, square * c, -(square * s))
             return True, Reason.NONE
         if dt <= 0.0:
-            back = Reason.TIME_BACK if dt < -tuning.BACK else Reason.NONE
+            back = Reason.TIME_BACK if dt < -chosen.BACK else Reason.NONE
             if back:
                 self.speed = speed
             return False, back
@@ -92,7 +92,7 @@ class Observer:
         self._slope += (slope - self._slope) * (dt / (dt + 0.01 * self._unit))
         slope = self._slope
         p, r = square * c + slope * s, slope * c - square * s
-        if dt > tuning.LONGEST_GAP * self._unit:
+        if dt > chosen.LONGEST_GAP * self._unit:
             for axis in self._axes:
                 axis.restart()
         self._filter(dt, axis_angle, speed, p, r, first, second)
@@ -110,7 +110,7 @@ class Observer:
     ) -> None:
         """Prediction over ``dt`` in steps that are short enough, and the readings."""
         fastest = max(self._settings.final_speed, speed)
-        parts = 1 + int(dt * fastest / tuning.STEP_ANGLE)
+        parts = 1 + int(dt * fastest / chosen.STEP_ANGLE)
         h, slope = dt / parts, self._slope
         p0, r0 = self._p[0], self._r[0]
         axes = self._axes
@@ -154,13 +154,13 @@ class Observer:
         self.critical, self.damping = math.sqrt(stiffness / stiff_weight), damping / count
         self.critical_deviation = 0.5 * math.sqrt(1.0 / stiff_weight) / self.critical
         size = math.sqrt(self.re * self.re + self.im * self.im)
-        slow = dt / (dt + tuning.SLOW * self._unit)
-        self.fast += (size - self.fast) * (dt / (dt + tuning.FAST * self._unit))
+        slow = dt / (dt + chosen.SLOW * self._unit)
+        self.fast += (size - self.fast) * (dt / (dt + chosen.FAST * self._unit))
         self.slow += (size - self.slow) * slow
         self.average_re += (self.re - self.average_re) * slow
         self.average_im += (self.im - self.average_im) * slow
-        certain = self.critical_deviation < tuning.KNOWN_CRITICAL * self.critical
-        if certain and self.deviation < tuning.CERTAIN * size and self.fast > self.scale:
+        certain = self.critical_deviation < chosen.KNOWN_CRITICAL * self.critical
+        if certain and self.deviation < chosen.CERTAIN * size and self.fast > self.scale:
             self.scale = self.fast
         return self._compare(dt)
 
@@ -173,7 +173,7 @@ class Observer:
         one, other = a * a + b * b, c * c + d * d
         P, Q = first.covariance, second.covariance
         variance = P[2][2] + P[3][3] + Q[2][2] + Q[3][3]
-        if variance < tuning.CERTAIN * tuning.CERTAIN * (one + other):
+        if variance < chosen.CERTAIN * chosen.CERTAIN * (one + other):
             return self._watch.axes(2.0 * (a * c + b * d) / (one + other), dt)
         return Reason.NONE
 

@@ -9,7 +9,7 @@ Quantity = Literal["displacement", "acceleration"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
 
 
-class Sensing(NamedTuple):
+class SensorFacts(NamedTuple):
     """The vibration sensor on the deck."""
 
     quantity: Quantity
@@ -22,14 +22,14 @@ class Sensing(NamedTuple):
     """Standard deviation of a reading [m or m/s^2]; 0: not known, it is estimated."""
 
 
-class Settings(NamedTuple):
+class StartUpSettings(NamedTuple):
     """The drive's limits, its sensor, and when to give up."""
 
     final_speed: float
     """rad/s, above the critical speed."""
     acceleration: float
     """rad/s^2: the largest rate of change of the commanded speed."""
-    sensing: Sensing
+    sensing: SensorFacts
     period: float
     """s between two calls of ``StartUp.command``."""
     most_retries: int = 8
@@ -42,7 +42,7 @@ class Settings(NamedTuple):
     """Largest magnitude of a reading [m or m/s^2]; one beyond it aborts the start-up."""
 
 
-def checked(settings: Settings) -> Settings:
+def checked(settings: StartUpSettings) -> StartUpSettings:
     """The settings, if they can be used.
 
     Raises

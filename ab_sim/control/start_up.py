@@ -2,10 +2,10 @@
 
 import math
 
-from ab_sim.control import tuning
+from ab_sim.control import chosen
 from ab_sim.control.belief import Belief, Decision, State
 from ab_sim.control.observer import Observer
-from ab_sim.control.settings import Settings, checked
+from ab_sim.control.settings import StartUpSettings, checked
 from ab_sim.control.watch import TEXTS, Reason
 from ab_sim.control.words import words_of
 
@@ -28,7 +28,7 @@ class StartUp:
 
     Parameters
     ----------
-    settings : Settings
+    settings : StartUpSettings
         The drive's limits and its sensor.
 
     Raises
@@ -37,14 +37,14 @@ class StartUp:
         A setting is out of range.
     """
 
-    def __init__(self, settings: Settings) -> None:
+    def __init__(self, settings: StartUpSettings) -> None:
         self.settings = checked(settings)
         self.observer = Observer(settings)
         self.state = State.WAITING
         self.decision = Decision(0, "")
         self._reason = Reason.NONE
         self._asked = ""
-        self._unit = tuning.UNIT / settings.final_speed
+        self._unit = chosen.UNIT / settings.final_speed
         self._command = self._time = self._elapsed = self._in_state = 0.0
         self._calls = self._heard = self._standing = self._distance = 0.0
         self._nudge = self._stagnant = self._before = self._dwells = self._retries = 0.0
@@ -214,7 +214,7 @@ class StartUp:
         goal = self._goal()
         if self.state is State.RUN_UP:
             known = seen.known == 1.0 and (
-                seen.critical_deviation < tuning.KNOWN_CRITICAL * seen.critical
+                seen.critical_deviation < chosen.KNOWN_CRITICAL * seen.critical
             )
             late = goal < seen.speed - 0.025 * settings.final_speed
             if not known or late or self._command < 0.3 * settings.final_speed:
@@ -233,23 +233,23 @@ class StartUp:
         """Let the whirl drive the balls; closer as q gets smaller, away when it rises."""
         seen, unit = self.observer, self._unit
         rate, passed = seen.rate, passed / unit
-        if rate > tuning.RISING:
-            self._nudge += tuning.UP * passed
+        if rate > chosen.RISING:
+            self._nudge += chosen.UP * passed
         else:
-            self._nudge = max(self._nudge - tuning.DOWN * passed, 0.0)
-        if rate > -tuning.FALLING:
+            self._nudge = max(self._nudge - chosen.DOWN * passed, 0.0)
+        if rate > -chosen.FALLING:
             self._stagnant += passed
         else:
             self._stagnant = max(self._stagnant - 2.0 * passed, 0.0)
         net = self._net(seen.fast)
         self._ramp(self._goal(), self.settings.acceleration)
-        stagnant = tuning.STAGNANT + tuning.STAGNANT_PER_NET * net
+        stagnant = chosen.STAGNANT + chosen.STAGNANT_PER_NET * net
         if (
-            self._nudge >= tuning.AWAY
+            self._nudge >= chosen.AWAY
             or self._stagnant > stagnant
-            or self._in_state > tuning.LONGEST_DWELL * unit
-            or self._elapsed > self.settings.patience + tuning.LATE * unit
-            or (net < tuning.SMALL and self._in_state > 0.1 * unit)
+            or self._in_state > chosen.LONGEST_DWELL * unit
+            or self._elapsed > self.settings.patience + chosen.LATE * unit
+            or (net < chosen.SMALL and self._in_state > 0.1 * unit)
         ):
             self._nudge = 0.0
             self._enter(State.TO_FINAL)
@@ -259,7 +259,7 @@ class StartUp:
         off = self._command - seen.critical
         slope = settings.acceleration
         if off > 0.0:
-            slope = min(slope, tuning.LEAVING * off * off)
+            slope = min(slope, chosen.LEAVING * off * off)
         if self._ramp(settings.final_speed, slope):
             if abs(seen.speed - settings.final_speed) < 0.02 * settings.final_speed:
                 self._enter(State.JUDGING)
@@ -267,24 +267,24 @@ class StartUp:
     def _judge(self) -> None:
         """At the final speed: balanced, or wait, or come back, or leave it at that."""
         seen, settings = self.observer, self.settings
-        settle = tuning.SETTLE * self._unit
+        settle = chosen.SETTLE * self._unit
         if self._in_state <= settle:
             return
         size = 0.5 * (seen.fast + seen.slow)
         net = self._net(size)
-        good = net < tuning.BALANCED
+        good = net < chosen.BALANCED
         if not good and self._retries > 0.0:
-            good = net < tuning.ACCEPTED and net > tuning.GAIN * self._before
+            good = net < chosen.ACCEPTED and net > chosen.GAIN * self._before
         if good:
             if self._in_state > 2.0 * settle:
                 self._enter(State.DONE)
             return
-        if seen.known == 0.0 or seen.deviation > tuning.UNSURE * size:
-            if self._in_state > tuning.WAIT * self._unit:
+        if seen.known == 0.0 or seen.deviation > chosen.UNSURE * size:
+            if self._in_state > chosen.WAIT * self._unit:
                 self._enter(State.GAVE_UP)
             return
         rate = seen.rate
-        if rate < -0.01 and math.log(net / tuning.BALANCED) < -(rate * tuning.WAIT):
+        if rate < -0.01 and math.log(net / chosen.BALANCED) < -(rate * chosen.WAIT):
             return
         if self._retries >= settings.most_retries or self._elapsed > settings.patience:
             self._enter(State.GAVE_UP)
@@ -309,14 +309,14 @@ class StartUp:
         seen, final = self.observer, self.settings.final_speed
         if seen.known == 0.0:
             return final
-        largest, lag = tuning.FIRST_WHIRL, tuning.LARGEST_LAG
+        largest, lag = chosen.FIRST_WHIRL, chosen.LARGEST_LAG
         if self._retries > 0.0:
-            largest = tuning.LATER_WHIRL
-            lag *= 1.0 + tuning.LAG_STEP * LAGS[(int(self._retries) - 1) % 4]
+            largest = chosen.LATER_WHIRL
+            lag *= 1.0 + chosen.LAG_STEP * LAGS[(int(self._retries) - 1) % 4]
         critical = seen.critical
         whirl = 1.0 / (1.0 - min(self._net(seen.fast) / largest, 0.8))
-        least = tuning.LEAST_DISTANCE * (2.0 * critical / final)
-        distance = min(max(seen.damping / (critical * lag), least), tuning.MOST_DISTANCE)
+        least = chosen.LEAST_DISTANCE * (2.0 * critical / final)
+        distance = min(max(seen.damping / (critical * lag), least), chosen.MOST_DISTANCE)
         ratio = math.sqrt(max(whirl, 1.0 + distance)) + self._nudge
         return min(ratio * critical, final)
 
@@ -328,7 +328,7 @@ class StartUp:
         """
         settings = self.settings
         change = slope * settings.period
-        lead = tuning.LEAD * settings.final_speed
+        lead = chosen.LEAD * settings.final_speed
         wanted = goal
         if not self.state.over and self.state is not State.ABORTING:
             wanted = min(max(goal, self.observer.speed - lead), self.observer.speed + lead)
@@ -345,7 +345,7 @@ class StartUp:
             self._standing, self._distance = 0.0, self.observer.speed
         else:
             self._standing += passed
-        return self._standing > tuning.NOT_FOLLOWING * self._unit
+        return self._standing > chosen.NOT_FOLLOWING * self._unit
 
     def _abort(self, reason: Reason) -> None:
         self._reason = reason

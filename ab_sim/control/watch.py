@@ -3,7 +3,7 @@
 import enum
 import math
 
-from ab_sim.control import tuning
+from ab_sim.control import chosen
 
 TURN = 6.283185307179586
 
@@ -45,7 +45,7 @@ class Watch:
     axes : int
         1 or 2.
     unit : float
-        s; the unit of time of ``tuning``.
+        s; the unit of time of ``chosen``.
     limit : float
         Largest magnitude of a reading.
     """
@@ -81,18 +81,18 @@ class Watch:
             else:
                 self._run[i] = 0.0
             self._last[i] = reading
-            if self._run[i] >= tuning.REPEATS and turning and size >= 0.5 * self._peak[i]:
+            if self._run[i] >= chosen.REPEATS and turning and size >= 0.5 * self._peak[i]:
                 self.stuck[i] += dt
             else:
                 self.stuck[i] = max(self.stuck[i] - 0.1 * dt, 0.0)
-            if self.stuck[i] > tuning.REPEATED * self._unit:
+            if self.stuck[i] > chosen.REPEATED * self._unit:
                 return Reason.REPEATING
             if first:
                 self._mean[i] = self._origin[i] = reading
-            self._mean[i] += (reading - self._mean[i]) * (dt / (dt + tuning.MEAN * self._unit))
+            self._mean[i] += (reading - self._mean[i]) * (dt / (dt + chosen.MEAN * self._unit))
             self._swing[i] = max(self._swing[i], abs(reading - self._mean[i]))
             drifted = abs(self._mean[i] - self._origin[i])
-            if turning and drifted > tuning.DRIFTED * self._swing[i]:
+            if turning and drifted > chosen.DRIFTED * self._swing[i]:
                 return Reason.DRIFTING
         return Reason.NONE
 
@@ -102,15 +102,15 @@ class Watch:
             return Reason.NONE
         off = change - expected
         off -= TURN * math.floor(off / TURN + 0.5)
-        slipped = 1.0 if abs(off) > tuning.CONTRADICTING * max(abs(expected), 0.1) else 0.0
+        slipped = 1.0 if abs(off) > chosen.CONTRADICTING * max(abs(expected), 0.1) else 0.0
         self.slip += (slipped - self.slip) * 0.02
         return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
 
     def axes(self, likeness: float, dt: float) -> Reason:
         """Look at how alike both axes see the net unbalance: 1 the same, 0 across, -1 opposite."""
-        time = tuning.AXES_AVERAGE * self._unit
+        time = chosen.AXES_AVERAGE * self._unit
         self.agreement += (likeness - self.agreement) * (dt / (dt + time))
-        return Reason.AXES if self.agreement < tuning.AGREEING else Reason.NONE
+        return Reason.AXES if self.agreement < chosen.AGREEING else Reason.NONE
 
     def numbers(self) -> list[float]:
         """Its state, for ``restore``."""

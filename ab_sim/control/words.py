@@ -2,10 +2,12 @@
 
 from ab_sim.control.belief import Belief, State
 from ab_sim.control.observer import Observer
-from ab_sim.control.settings import Settings
+from ab_sim.control.settings import StartUpSettings
 
 
-def words_of(state: State, reason: str, settings: Settings, belief: Belief, seen: Observer) -> str:
+def words_of(
+    state: State, reason: str, settings: StartUpSettings, belief: Belief, seen: Observer
+) -> str:
     """What it does, and why."""
     critical = (
         f"critical speed {belief.critical_speed:.1f} +- {belief.critical_speed_deviation:.1f} rad/s"

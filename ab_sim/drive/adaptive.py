@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.control import Sensing, Settings, StartUp, State
+from ab_sim.control import SensorFacts, StartUp, StartUpSettings, State
 from ab_sim.control.settings import Quantity
 from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
@@ -19,7 +19,7 @@ from ab_sim.scene.sensors import steps_per_sample
 from ab_sim.sensing import digits, noise_variance
 
 
-def settings_of(scene: Scene) -> Settings:
+def settings_of(scene: Scene) -> StartUpSettings:
     """What the controller of a scene's adaptive start-up is told.
 
     Raises:
@@ -37,7 +37,7 @@ def settings_of(scene: Scene) -> Settings:
     most = float(digits(sensor, np.array(sensor.range)))
     # A reading that is clipped does not say how large the vibration is.
     quantity: Quantity = "displacement" if profile.sensor in scene.probes else "acceleration"
-    return profile.settings(Sensing(quantity, 2, turned, noise), math.nextafter(most, 0.0))
+    return profile.settings(SensorFacts(quantity, 2, turned, noise), math.nextafter(most, 0.0))
 
 
 class BeliefAt(NamedTuple):

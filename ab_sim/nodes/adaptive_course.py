@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from ab_sim.control import Settings, StartUp, State
+from ab_sim.control import StartUp, StartUpSettings, State
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 from ab_sim.spindle.course import Believed
 
@@ -20,7 +20,7 @@ class AdaptiveCourse:
         first: the speed at which it begins [rad/s].
     """
 
-    def __init__(self, settings: Settings, first: float) -> None:
+    def __init__(self, settings: StartUpSettings, first: float) -> None:
         self.first = first
         self.segment = 0, 0
         self._start_up = StartUp(settings)

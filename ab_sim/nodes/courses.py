@@ -4,7 +4,7 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
-from ab_sim.control import Sensing, Settings
+from ab_sim.control import SensorFacts, StartUpSettings
 from ab_sim.drive.adaptive import settings_of
 from ab_sim.errors import InputError, exact
 from ab_sim.nodes.adaptive_course import AdaptiveCourse
@@ -34,7 +34,7 @@ class PlannedCourse:
     def __init__(self, asked: AskedProfile, source: str, changes: list[str], period: float) -> None:
         self.source, self.changes = source, changes
         self._asked, self._period = asked, period
-        self._settings: Settings | None = None
+        self._settings: StartUpSettings | None = None
         profile = asked.profile
         if isinstance(profile, AdaptiveProfile):
             if abs(profile.command_period / period - 1.0) > PERIODS_AGREE:
@@ -86,9 +86,9 @@ class PlannedCourse:
         return SegmentsCourse(self._asked, self._period, silence)
 
 
-def _settings(asked: AskedProfile, profile: AdaptiveProfile) -> Settings:
+def _settings(asked: AskedProfile, profile: AdaptiveProfile) -> StartUpSettings:
     if asked.scene is not None:
         return settings_of(asked.scene)
     # A profile by itself says nothing of the sensor: its noise is estimated, and the angle of its
     # axes only turns what is believed of the unbalance.
-    return profile.settings(Sensing("acceleration", 2))
+    return profile.settings(SensorFacts("acceleration", 2))

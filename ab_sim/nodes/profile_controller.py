@@ -120,9 +120,8 @@ class ProfileController(PlainLog):
     def abort(self) -> Answer:
         """Stop the profile: ramp down to standstill."""
         with self._lock:
-            run = self._timed.run
-            before = run.state
-            if refusal := run.abort(self._now * 1e-9, "by ~/abort"):
+            before = self._timed.run.state
+            if refusal := self._timed.abort(self._now, "by ~/abort"):
                 return False, refusal
             if before is ProfileState.WAITING:
                 self._waiting.cancel()
@@ -148,11 +147,12 @@ class ProfileController(PlainLog):
         named = snapshot.made_of is not None
         plan = self._plan(snapshot.source, snapshot.changes) if named else None
         with self._lock:
-            self._finish(False)
+            outcome = self._outcome("another run was restored; ")
             try:
                 self._timed.restore(self._now, snapshot, plan, self._silence)
             except InputError as error:
                 raise InputError(f"snapshot {path}: {error}") from error
+            self._action.finish(False, lambda: outcome)
             if plan is not None:
                 self._ears.listen(plan.hears)
             self._tick()
@@ -260,9 +260,8 @@ class ProfileController(PlainLog):
 
     def _cancel_goal(self) -> bool:
         with self._lock:
-            run = self._timed.run
-            run.abort(self._now * 1e-9, "canceled by who asked for it on ~/run")
-            return run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
+            self._timed.abort(self._now, "canceled by who asked for it on ~/run")
+            return self._timed.run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
 
     def _missing(self, plan: PlannedCourse) -> str:
         """What a start still lacks; nothing, if it lacks nothing."""

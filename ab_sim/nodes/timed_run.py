@@ -93,6 +93,13 @@ class TimedRun:
         self._see_leap(before, now, passed)
         return self.run.tick(now * 1e-9)
 
+    def abort(self, now: int, why: str) -> str:
+        """Ramp down to standstill, time being now [ns]; why not, if that makes no sense."""
+        if self._put_back is not None:
+            # Whoever aborts does not wait for a drive to be put back.
+            self._put_back, self._now = None, now
+        return self.run.abort(now * 1e-9, why)
+
     def snapshot(self) -> ProfileSnapshot:
         """The present."""
         plan, kept = self._plan, self.run.state_values()

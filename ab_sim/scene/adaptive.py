@@ -4,7 +4,7 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
-from ab_sim.control import Sensing, Settings, checked
+from ab_sim.control import SensorFacts, StartUpSettings, checked
 from ab_sim.errors import InputError, exact, nearest
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
@@ -55,14 +55,14 @@ class AdaptiveProfile(RunUp):
             f"steps of solver.step = {step:g} s; the nearest such: {' and '.join(nearby)} s"
         )
 
-    def settings(self, sensing: Sensing, limit: float = math.inf) -> Settings:
+    def settings(self, sensing: SensorFacts, limit: float = math.inf) -> StartUpSettings:
         """What its controller is told.
 
         Args:
             sensing: of the sensor.
             limit: of the sensor's readings, in their unit.
         """
-        return Settings(
+        return StartUpSettings(
             self.target_speed, self.acceleration, sensing, self.command_period, limit=limit
         )
 
@@ -73,7 +73,7 @@ class AdaptiveProfile(RunUp):
             ValueError: names the key, its value and what is allowed.
         """
         try:
-            checked(self.settings(Sensing("acceleration", 2)))
+            checked(self.settings(SensorFacts("acceleration", 2)))
         except InputError as error:
             raise ValueError(f"profile of kind adaptive: {error}") from error
         # A state that was recorded at the target speed has it but for rounding.

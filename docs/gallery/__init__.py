@@ -18,7 +18,7 @@ PAPERS = {
     "three-ball": "Lu and Hung 2008: three balls, where they rest and when that is stable",
     "relative-stability": "NSC 2007: how firmly two balls rest, and how they recover",
     "deck-3d": "Kim and Chung 2002: a drive on a deck in space, and its claims put to the test",
-    "two-plane": "Rodrigues et al. 2008, 2010: balls in two planes, and a rig that was measured",
+    "two-plane": "Rodrigues et al. 2008, 2010: balls in two planes",
 }
 """What each is about, by its short name; its module is of that name."""
 

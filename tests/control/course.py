@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim import Drive, load_scene
-from ab_sim.control import Sensing, Settings
+from ab_sim.control import SensorFacts, StartUpSettings
 
 Sample = tuple[float, ...]
 """Time, angle, speed, readings."""
@@ -18,11 +18,11 @@ NOISE = {"displacement": 1.3e-6, "acceleration": 0.053}
 """1 % of the whirl without balls at the final speed; m, m/s^2."""
 
 
-def settings(quantity: str = "displacement", axes: int = 1, **other: Any) -> Settings:
+def settings(quantity: str = "displacement", axes: int = 1, **other: Any) -> StartUpSettings:
     """Of the drive of ``Course``."""
     known: Any = quantity
-    sensing = Sensing(known, axes, 0.3, NOISE[quantity])
-    return Settings(FINAL, 200.0, sensing, 0.005)._replace(**other)
+    sensing = SensorFacts(known, axes, 0.3, NOISE[quantity])
+    return StartUpSettings(FINAL, 200.0, sensing, 0.005)._replace(**other)
 
 
 def as_it_is(sample: Sample) -> Iterable[Sample]:
@@ -39,7 +39,7 @@ class Course:
         changes: of the scene.
     """
 
-    def __init__(self, told: Settings, change: Change = as_it_is, changes: Any = ()) -> None:
+    def __init__(self, told: StartUpSettings, change: Change = as_it_is, changes: Any = ()) -> None:
         limit = "spindle.max_acceleration=200"
         self.drive = Drive(load_scene("balanced-start-up", [limit, *changes]), commanded=True)
         self._told, self._change = told, change

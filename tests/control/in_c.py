@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-from ab_sim.control import Settings
+from ab_sim.control import StartUpSettings
 
 SOURCE = Path(__file__).parents[2] / "examples" / "firmware_prototype" / "c" / "adaptive.c"
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
@@ -28,7 +28,7 @@ class InC:
         settings: as in Python.
     """
 
-    def __init__(self, library: ctypes.CDLL, real: str, settings: Settings) -> None:
+    def __init__(self, library: ctypes.CDLL, real: str, settings: StartUpSettings) -> None:
         number: Any = ctypes.c_double if real == "double" else ctypes.c_float
         sensing = settings.sensing
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.control import Settings, StartUp, State, tuning
+from ab_sim.control import StartUp, StartUpSettings, State, chosen
 from tests.control.course import Course, settings
 from tests.control.in_c import SOURCE, InC, compiled
 
@@ -26,7 +26,7 @@ def single(tmp_path_factory: pytest.TempPathFactory) -> ctypes.CDLL:
 class Compared:
     """Python and C as one controller; the numbers have to be the same in every period."""
 
-    def __init__(self, told: Settings, library: ctypes.CDLL) -> None:
+    def __init__(self, told: StartUpSettings, library: ctypes.CDLL) -> None:
         self.python, self.c = StartUp(told), InC(library, "double", told)
         self.periods = 0
 
@@ -86,12 +86,12 @@ def test_single_precision_believes_the_same(quantity: str, axes: int, single: ct
     assert abs(its.net_unbalance - mine.net_unbalance) < 0.05 * mine.without_balls
 
 
-def test_tuning_is_the_same() -> None:
+def test_chosen_numbers_are_the_same() -> None:
     text = SOURCE.read_text(encoding="utf-8")
     numbers = dict(re.findall(r"\b([A-Z_]+) = R?\(?([\d.e-]+)\)?", text))
-    names = {name for name in vars(tuning) if name.isupper()}
+    names = {name for name in vars(chosen) if name.isupper()}
     assert {name: float(numbers[name]) for name in names} == {
-        name: float(getattr(tuning, name)) for name in names
+        name: float(getattr(chosen, name)) for name in names
     }
 
 

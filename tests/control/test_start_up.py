@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 
 from ab_sim import InputError
-from ab_sim.control import Sensing, StartUp, State, checked
+from ab_sim.control import SensorFacts, StartUp, State, checked
 from tests.control.course import FINAL, Change, Course, settings
 
 WITHOUT_BALLS = 1.33e-4
@@ -147,12 +147,12 @@ def test_a_setting_out_of_range_is_named(field: str, value: Any) -> None:
 @pytest.mark.parametrize(
     "sensing, field",
     [
-        (Sensing("speed", 1), "sensing.quantity"),  # type: ignore[arg-type]
-        (Sensing("displacement", 3), "sensing.axes"),
-        (Sensing("displacement", 1, math.nan), "sensing.axis_angle"),
-        (Sensing("displacement", 1, 0.0, -1.0), "sensing.noise"),
+        (SensorFacts("speed", 1), "sensing.quantity"),  # type: ignore[arg-type]
+        (SensorFacts("displacement", 3), "sensing.axes"),
+        (SensorFacts("displacement", 1, math.nan), "sensing.axis_angle"),
+        (SensorFacts("displacement", 1, 0.0, -1.0), "sensing.noise"),
     ],
 )
-def test_a_sensor_that_cannot_be_is_named(sensing: Sensing, field: str) -> None:
+def test_a_sensor_that_cannot_be_is_named(sensing: SensorFacts, field: str) -> None:
     with pytest.raises(InputError, match=rf"^{re.escape(field)} = .*: must be "):
         checked(settings()._replace(sensing=sensing))

@@ -107,6 +107,21 @@ def test_a_drive_that_is_reset_instead_is_no_drive_that_was_put_back(tmp_path: P
     assert bench.leap(0) == 0.0 and bench.timed.run.state.value == "aborted"
 
 
+def test_who_aborts_does_not_wait_for_the_drive(tmp_path: Path) -> None:
+    bench = Bench()
+    assert bench.start() == ""
+    bench.to(1000)
+    kept = snapshot_of(bench, tmp_path / "kept.json")
+    bench.to(1200)
+    bench.timed.restore(bench.now * MS, kept, planned(SLOW), 1.0)
+    assert bench.to(1300) == [] and bench.timed.waits
+    assert bench.timed.abort(bench.now * MS, "by hand") == "" and not bench.timed.waits
+    told = bench.to(2400)
+    assert (
+        told[0] < 50.25 and told[-1] == 0.0 and bench.said[-2:] == ["aborting: by hand", "aborted"]
+    )
+
+
 def test_before_the_first_profile(tmp_path: Path) -> None:
     bench = Bench()
     kept = snapshot_of(bench, tmp_path / "kept.json")

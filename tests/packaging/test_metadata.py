@@ -31,6 +31,7 @@ TITLES = {
     "Stability Analysis of a Three-Ball Automatic Balancer",
     "On the relative stability of multi-ball balancing systems",
     "Dynamic analysis of an optical disk drive with an automatic ball balancer",
+    "Automatic two-plane balancing for rigid rotors",
 }
 
 
@@ -78,7 +79,7 @@ def test_what_pip_installs_is_named_for_rosdep_or_beside_it() -> None:
     assert {name.lower() for name in names} - named == {"pyyaml"}  # python3-yaml
 
 
-def test_the_citation_names_the_version_and_the_four_sources() -> None:
+def test_the_citation_names_the_version_and_the_sources() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert (citation["cff-version"], citation["title"]) == ("1.2.0", "ab_sim")
     assert citation["version"] == ab_sim.__version__

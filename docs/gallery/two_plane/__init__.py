@@ -12,7 +12,7 @@ from gallery.two_plane.rig_plain import plain_section
 from gallery.two_plane.rotor import NAME, Tell
 from gallery.two_plane.runs import run_section
 
-TITLE = "Automatic two-plane balancing for rigid rotors, and a rig that was measured"
+TITLE = "Automatic two-plane balancing for rigid rotors"
 SOURCE = (
     "D. J. Rodrigues, A. R. Champneys, M. I. Friswell and R. E. Wilson, University of Bristol: "
     "Automatic two-plane balancing for rigid rotors, Int. J. Non-Linear Mechanics 43 (2008), "

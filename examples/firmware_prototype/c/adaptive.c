@@ -7,7 +7,7 @@ typedef adaptive_real real;
 
 #define R(x) ((real)(x))
 
-/* Numbers and their meaning: ab_sim/control/tuning.py. */
+/* Numbers and their meaning: ab_sim/control/chosen.py. */
 static const real UNIT = R(200.0);
 static const real FIRST_RATIO = R(0.5), FIRST_STIFFNESS_DEVIATION = R(0.6), FIRST_DAMPING = R(0.03);
 static const real NET_WALK = R(0.5), STIFFNESS_WALK = R(0.001), DAMPING_WALK = R(0.02);
