@@ -60,7 +60,13 @@ def page(report: dict[str, Any]) -> str:
 
 
 def _conditions(found: dict[str, Any]) -> str:
-    return ", ".join(f"{name}: {value}" for name, value in found.items())
+    machine = found["machine"]
+    load = ", ".join(f"{each:.0f}" for each in machine["load_average"])
+    versions = ", ".join(f"{name} {each}" for name, each in found["versions"].items())
+    return (
+        f"{found['date'][:16]} UTC, {machine['processor']}, {machine['cores']} cores, load {load} "
+        f"from other work; {versions}."
+    )
 
 
 def _blind(name: str, drives: Sequence[dict[str, Any]]) -> list[str]:
