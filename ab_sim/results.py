@@ -7,7 +7,7 @@ from ab_sim.analysis.floquet import Followed, Stability
 from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
-from ab_sim.analysis.sensitivity import Sensitivities
+from ab_sim.analysis.sensitivity import MeritSensitivities, Sensitivities
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
 from ab_sim.design.sizing.size import Sizing
@@ -33,6 +33,7 @@ __all__ = [
     "Equilibria",
     "Followed",
     "Identification",
+    "MeritSensitivities",
     "Merits",
     "Mode",
     "Observation",

@@ -51,7 +51,7 @@ class RowReader:
         at_rest = self._deck_model.at_rest(start)
         for name, pickup in self.pickups.items():
             # As if the drive had hung there at rest for ever.
-            pickup.reset(self._felt(name, at_rest)[0])
+            pickup.reset(self.felt(name, at_rest)[0])
 
     def trajectory(self, samples: np.ndarray) -> Trajectory:
         """The trajectory of some steps; readings of sensors go on from the last.
@@ -63,7 +63,7 @@ class RowReader:
         if self.pickups and len(samples):
             first = int(samples[0, STEP])
             for (name, pickup), at in zip(self.pickups.items(), self._readings(), strict=True):
-                force = self._felt(name, samples[:, self._own])
+                force = self.felt(name, samples[:, self._own])
                 samples[:, at] = pickup.process(first, force)
         return Trajectory(self.channels, samples)
 
@@ -126,7 +126,7 @@ class RowReader:
         ways, first = self._ways, len(self.channels) - self._ways * len(self.pickups)
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
-    def _felt(self, name: str, shown: np.ndarray) -> np.ndarray:
+    def felt(self, name: str, shown: np.ndarray) -> np.ndarray:
         """What a sensor senses, shape (samples, ways).
 
         That is specific force on the deck's axes [m/s^2], or a probe's displacement [m].

@@ -7,16 +7,18 @@ for three parameters is not that for a hundred.
 """
 
 from collections.abc import Sequence
-from functools import partial
 from typing import Any, NamedTuple
+
+import numpy as np
 
 from ab_sim.equations.arrowhead import solve
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.constants import PLACE_FIELDS
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
 from ab_sim.kernels.tangent import lanes_for
+from ab_sim.kernels.tangent_step import carry_text
 from ab_sim.tracing import Expression, Level, derivatives, total
-from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, module_text
 
 DIRECTION, OF_CONSTANTS, OF_YIELDING = "d", "dc", "db"
 """Pointers: changes of state, time and time on the profile, one behind the other; of constants, as
@@ -28,8 +30,8 @@ SHIFT, OF_SHIFT = "shift", "dshift"
 class TangentAddresses(NamedTuple):
     """Functions ``(c, b, t, y, d, dc, db, out)``; t holds time and time on the profile."""
 
-    slope: int
-    """Changes of the slope, shape (states, lanes)."""
+    step: int
+    """A step's: see ``tangent_step``."""
     row: int
     """Of a sample's row, shape (channels from the spindle's angle on, lanes)."""
     table: int
@@ -52,23 +54,31 @@ def raw_constants(code: Code, segment_fields: Sequence[str]) -> list[tuple[str, 
     return found + [(name, layout.place + k) for k, name in enumerate(fields)]
 
 
-def parameter_tangents(code: Code, segment: type[Any], names: frozenset[str]) -> TangentAddresses:
+def parameter_tangents(
+    code: Code, segment: type[Any], names: frozenset[str], tableau: Sequence[np.ndarray]
+) -> TangentAddresses:
     """The functions for directions that change these raw constants, made if need be.
 
     Args:
         code: of the kind of scene.
         segment: class of its profile's segments.
         names: of ``raw_constants``; others are taken not to change.
+        tableau: a, b, c of the explicit Runge-Kutta method.
     """
     key = tuple(sorted(names))
 
     def address(name: str) -> int:
-        make = partial(_text, code, segment, names, name)
-        return code.made(("parameter tangent", name, key), name, make)
+        def text() -> str:
+            return module_text([_function(code, segment, names, name)])
 
-    model = code.model
+        return code.made(("parameter tangent", name, key), name, text)
+
+    def step() -> str:
+        return carry_text(_function(code, segment, names, "slope"), states_of(code), tableau)
+
+    model, method = code.model, tuple(part.tobytes() for part in tableau)
     return TangentAddresses(
-        address("slope"),
+        code.made(("parameter tangent", method, key), "carry", step),
         address("row"),
         address("table") if model.has_events else 0,
         address("impact") if model.has_contact else 0,
@@ -76,7 +86,12 @@ def parameter_tangents(code: Code, segment: type[Any], names: frozenset[str]) ->
     )
 
 
-def _text(code: Code, segment: type[Any], names: frozenset[str], name: str) -> str:
+def states_of(code: Code) -> int:
+    """How many there are."""
+    return 2 * code.model.count + len(code.emission.roots["slope"]) - 2
+
+
+def _function(code: Code, segment: type[Any], names: frozenset[str], name: str) -> Function:
     emission, model = code.emission, code.model
     roots = {
         "slope": _slope,
@@ -111,7 +126,7 @@ def _text(code: Code, segment: type[Any], names: frozenset[str], name: str) -> s
         _store_table(code, body, changes)
     else:
         body.store(changes[0], MemorySlot("out", 0))
-    return module_text([into])
+    return into
 
 
 def _slope(code: Code) -> list[Expression]:
@@ -163,7 +178,7 @@ def _directions(
     """By input its change, an input too; and where these are."""
     model, emission = code.model, code.emission
     graph, given = model.graph, emission.state_places(DIRECTION)
-    states = model.states + 2 * model.count + len(emission.roots["slope"]) - model.states - 2
+    states = states_of(code)
     if not model.has_motor:
         given = {name: place for name, place in given.items() if name not in MOTOR}
     kinds = {name: Level.STATE for name in given}

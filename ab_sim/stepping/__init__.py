@@ -1,5 +1,8 @@
 """Drivers along a speed profile, in the subset of Python that ``ab_sim.compiling`` translates.
 
 fixed_step         one step after the other, cut at events where there are set-valued laws
+tangents           what parameters change of a run's state: arrays, and one step
+tangent_steps      fixed_step, and that with it
+tangent_events     events within a step, tangent_functions: their functions, tangent_impacts
 assemble           a Run of a system and its machine code
 """

@@ -23,7 +23,7 @@ class Tangents(NamedTuple):
     run: Run
     slope: int
     """Emitted: slope(c, b, y, k, time)."""
-    change_slope: int
+    change_step: int
     change_row: int
     change_table: int
     change_impact: int
@@ -135,7 +135,7 @@ def hold_stuck(own: Tangents) -> None:
 def carry(own: Tangents, begin: float, length: float) -> None:
     """What one step from the run's state makes of its changes."""
     run, size, lanes = own.run, own.run.state.size, own.lanes
-    stages, state, time = own.weights.size, own.run.state, own.time
+    stages, state = own.weights.size, own.run.state
     c, b = run.scene.c, run.balls.branches
     n, raw = run.balls.number, own.constants.shape[0] // own.blocks
     put_yields(own)
@@ -161,32 +161,8 @@ def carry(own: Tangents, begin: float, length: float) -> None:
         change = own.change[block * size : (block + 1) * size]
         constants = own.constants[block * raw : (block + 1) * raw]
         yields = own.yields[block * n : (block + 1) * n]
-        starts, lasts = own.begin[block], own.length[block]
-        for i in range(stages):
-            add_stages(own, change, lasts, i, length)
-            for lane in range(lanes):
-                own.along[size, lane] = fma(own.nodes[i], lasts[lane], starts[lane])
-            time[0] = fma(own.nodes[i], length, begin)
-            rates = own.rates[i * size : (i + 1) * size]
-            at, along = own.at[i], own.along
-            call(own.change_slope, c, b, time, at, along, constants, yields, rates)
-        add_stages(own, change, lasts, stages, length)
-        for j in range(size):
-            for lane in range(lanes):
-                change[j, lane] = own.along[j, lane]
-
-
-def add_stages(own: Tangents, change: Table, lasts: Floats, i: int, length: float) -> None:
-    """The change at stage ``i``, or at the step's end, into ``along``."""
-    size, lanes, stages = change.shape[0], own.lanes, own.weights.size
-    for j in range(size):
-        for lane in range(lanes):
-            own.along[j, lane] = fma(lasts[lane], own.sums[i, j], change[j, lane])
-    for q in range(i):
-        weight = own.weights[q] if i == stages else own.a[i, q]
-        if weight != 0.0:
-            by = weight * length
-            for j in range(size):
-                for lane in range(lanes):
-                    rate = own.rates[q * size + j, lane]
-                    own.along[j, lane] = fma(by, rate, own.along[j, lane])
+        lasts, starts = own.length[block], own.begin[block]
+        call(
+            own.change_step, c, b, own.time, own.at, own.sums, change, lasts, starts, constants,
+            yields, own.along, own.rates, begin, length,
+        )  # fmt: skip

@@ -17,6 +17,7 @@ from ab_sim.tracing import (
     total,
     where,
 )
+from ab_sim.tracing.expression import rows
 from ab_sim.tracing.latex import latex
 from ab_sim.tracing.llvm_text import border
 from tests.tracing.ways_out import by_plain
@@ -105,6 +106,17 @@ def test_derivatives_are_the_limits_of_differences(order: int) -> None:
     h = 1e-5
     differences = (value(lower, h) - value(lower, -h)) / (2 * h)
     assert value(rate, 0.0) == pytest.approx(differences, rel=1e-8)
+
+
+def test_rows_change_by_what_the_matrix_does() -> None:
+    graph = Graph()
+    a, m, share = (graph.input(name, each=name != "a") for name in ("a", "m", "share"))
+    (fixed,) = derivatives([rows(m * a)], {a: graph.constant(2.0)})
+    assert fixed is rows(m * 2.0)
+    (moving,) = derivatives([rows(m * a)], {a: graph.constant(2.0)}, share)
+    assert moving is rows(m * 2.0) + share * rows(m * a)
+    # Of a force that does not change, too.
+    assert derivatives([rows(m * a)], {}, share) == [share * rows(m * a)]
 
 
 def test_only_inputs_change() -> None:

@@ -12,6 +12,7 @@ of_merits    and of what a run is judged by
 """
 
 from ab_sim.analysis.sensitivity.keys import NoDerivative, real_keys
+from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities
 from ab_sim.analysis.sensitivity.run import Sensitivities, sensitivities
 
-__all__ = ["NoDerivative", "Sensitivities", "real_keys", "sensitivities"]
+__all__ = ["MeritSensitivities", "NoDerivative", "Sensitivities", "real_keys", "sensitivities"]

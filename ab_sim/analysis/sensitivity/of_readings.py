@@ -1,4 +1,4 @@
-"""Derivatives of accelerometers' readings: of the force that they feel, through their low-pass.
+"""Derivatives of sensors' readings: of what they feel, through their low-pass.
 
 Noise does not change; rounding to digits is left out; what is clipped at the range does not change.
 """
@@ -10,6 +10,7 @@ import numpy as np
 
 from ab_sim.analysis.sensitivity.along import derivative_along
 from ab_sim.analysis.sensitivity.keys import RealKey
+from ab_sim.drive.rows import RowReader
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import start_state, system_of
 from ab_sim.dynamics.layout import layout_of
@@ -18,7 +19,7 @@ from ab_sim.sensing import Pickup
 from ab_sim.stepping.fixed_step import ANGLE, DECK
 
 NEAR = 1e-3
-"""Share of samples that they are moved by: forces are smooth, and nearly linear."""
+"""Share of samples that they are moved by: what is felt is smooth, and nearly linear."""
 
 
 def of_readings(
@@ -33,7 +34,7 @@ def of_readings(
         derivatives: of the run's channels from ANGLE on, shape (channels, keys, samples).
     """
     found: list[np.ndarray] = []
-    for name, sensor in scene.sensors.items():
+    for name, sensor in scene.pickups.items():
         exact = sensor.model_copy(
             update={"noise_density": 0.0, "resolution": 0.0, "range": math.inf}
         )
@@ -45,7 +46,7 @@ def of_readings(
             pickup.reset(before)
             each[:, k, 0] = pickup.reading
             each[:, k, 1:] = pickup.process(1, force[1:]).T
-        first = len(run.channels) - axes * (len(scene.sensors) - len(found))
+        first = len(run.channels) - axes * (len(scene.pickups) - len(found))
         shown = run.samples[:, first : first + axes].T[:, None]
         each[np.broadcast_to(np.abs(shown) >= sensor.range, each.shape)] = 0.0
         found.append(each)
@@ -55,12 +56,11 @@ def of_readings(
 def _force_change(
     scene: Scene, run: Trajectory, key: RealKey, way: np.ndarray, sensor: str
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Of the specific force as the deck hung before the start, shape (axes,), and at all samples.
+    """Of what a sensor feels as the deck hung before the start, shape (axes,), and at all samples.
 
     Args:
         way: the derivative of the samples from ANGLE on, shape (samples, channels).
     """
-    point = np.array(scene.sensors[sensor].position)
     kind = type(system_of(scene).deck_model)
     own = slice(DECK, DECK + len(kind.CHANNELS))
 
@@ -68,9 +68,7 @@ def _force_change(
         system = system_of(there)
         states = start_state(there, system)[layout_of(system).deck]
         rest = kind.at_rest(system.deck_model, states)
-        all_of = np.vstack((rest, samples))
-        force: np.ndarray = system.deck_model.specific_force(system.effects, all_of, point)
-        return force
+        return RowReader(there, system).felt(sensor, np.vstack((rest, samples)))
 
     change = way[:, own.start - ANGLE : own.stop - ANGLE]
     found = derivative_along(felt, run.samples[:, own], change, scene, key, NEAR).derivative

@@ -137,6 +137,7 @@ def sensitivities(
     if isinstance(keys, str) or not keys:
         raise InputError(f"keys = {keys!r}: must be a list of the scene's keys, at least one")
     real = [real_key(scene, key) for key in keys]
+    SpeedSchedule.of_scene(scene)  # refuses what measurements decide
     scene = with_explicit_stepper(scene)
     drive = Drive(scene)
     moving = _moving(scene, drive.channels)
@@ -239,7 +240,7 @@ def _named(
 def _moving(scene: Scene, channels: Sequence[str]) -> list[str]:
     """Channels from the spindle's angle on but for sensors', which are the last ones."""
     axes = 2 if scene.deck is None else 3
-    return list(channels[ANGLE : len(channels) - axes * len(scene.sensors)])
+    return list(channels[ANGLE : len(channels) - axes * len(scene.pickups)])
 
 
 def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:

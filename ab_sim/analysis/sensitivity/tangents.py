@@ -122,7 +122,7 @@ class RunWithTangents:
         return Tangents(
             run=run,
             slope=NOWHERE,
-            change_slope=NOWHERE,
+            change_step=NOWHERE,
             change_row=NOWHERE,
             change_table=NOWHERE,
             change_impact=NOWHERE,
@@ -169,12 +169,12 @@ class RunWithTangents:
         layout, places = code.layout, dict(raw_constants(code, kind._fields))
         by_key = np.zeros((layout.size, len(self._changes)))
         by_key[: layout.place] = np.array([change.constants for change in self._changes]).T
-        functions = parameter_tangents(code, kind, self._moving(code, kind, by_key))
+        functions = parameter_tangents(code, kind, self._moving(code, kind, by_key), self._tableau)
         run = own.run
         return own._replace(
             run=self._run_along(kind, run.balls, run.work, run.state),
             slope=code.address("slope"),
-            change_slope=functions.slope,
+            change_step=functions.step,
             change_row=functions.row,
             change_table=functions.table,
             change_impact=functions.impact,

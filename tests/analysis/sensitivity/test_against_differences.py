@@ -9,7 +9,10 @@ from ab_sim.scene.load import load_scene
 from tests.analysis.sensitivity.differences import run_of, worst_of_keys
 
 APART = "start.ball_angles=[0.3, 1.2]"
-SMALL_SPRING = "effects.hardening_suspension={cubic_stiffness: 1.0e+9}"
+SEGMENTS = (
+    "profile={kind: segments, segments: [{to: 80, acceleration: 150}, {hold: 0.0703}, "
+    "{duration: 0.05, acceleration: 50}, {to: 50, acceleration: 200}]}"
+)
 CASES = {
     # Breakpoints within steps, and friction that lets go.
     "ramps": ("thesis-hold", APART, "duration=0.2", "start.speed=90", "solver.step=0.0007",
@@ -17,11 +20,14 @@ CASES = {
     # At the steps' ends.
     "ramps on the grid": ("thesis-hold", APART, "duration=0.4", "start.speed=96",
                           "profile.variable_speed_period.duration=0.1"),
-    "rk4, hardening": ("thesis-hold", APART, "duration=0.2", SMALL_SPRING, "solver.stepper=rk4",
-                       "effects.rolling_friction="),
-    "tsit5": ("nsc-case-1", "duration=0.1", "solver.stepper=tsit5", "profile=", "start.speed=500"),
-    "raised cosine": ("nsc-case-1", "duration=0.2", "profile.start_time=0.0301",
-                      "profile.duration=0.0707", "start.ball_angles=[2.0, -2.5]"),
+    "tsit5, raised cosine": (
+        "nsc-case-1", "duration=0.2", "profile.start_time=0.0301", "profile.duration=0.0707",
+        "start.ball_angles=[2.0, -2.5]", "start.deck.position=[1e-4, 0.0]", "solver.stepper=tsit5",
+    ),
+    "rk4, segments, rolling balls": (
+        "balanced-start-up", "duration=0.4", "start.speed=60", "solver.stepper=rk4", SEGMENTS,
+        "start.ball_rates=[5.0, -3.0]",
+    ),
     "motor at its limit": ("weak-motor", APART, "duration=0.2",
                            "effects.motor.torque_limit=0.001"),
     "sticking": ("on-edge", "effects.ball_contact=", "start.ball_angles=[0.3, -0.2]",

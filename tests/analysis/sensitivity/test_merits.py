@@ -8,7 +8,7 @@ import pytest
 import ab_sim
 from ab_sim.analysis.sensitivity import NoDerivative
 from ab_sim.analysis.sensitivity.keys import moved
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, SceneError
 from ab_sim.scene.load import load_scene
 from ab_sim.scene.model import Scene
 from tests.analysis.sensitivity.differences import run_of
@@ -55,12 +55,19 @@ def test_readings_change_as_those_of_other_runs() -> None:
     )
     scene = load_scene(
         "on-edge",
-        ["duration=0.06", f"sensors.accelerometer={quiet}", "start.ball_angles=[0.4, -0.3]"],
+        [
+            *("duration=0.06", "start.ball_angles=[0.4, -0.3]"),
+            f"sensors.accelerometer={quiet}",
+            "probes.gap={noise_density: 0.0, resolution: 0.0}",
+        ],
     )
-    channels, keys = ["accelerometer_2", "x"], ["balls.mass", "effects.gravity.acceleration"]
+    channels, keys = (
+        ["accelerometer_2", "x", "gap_1"],
+        ["balls.mass", "effects.gravity.acceleration"],
+    )
     times = [0.0, 0.02, 0.059]
     found = ab_sim.sensitivities(scene, keys, channels=channels, times=times)
-    assert found.derivatives.shape == (2, 2, 3)
+    assert found.derivatives.shape == (3, 2, 3)
     assert found.times == pytest.approx(times, rel=1e-15)
     for k, key in enumerate(keys):
         by = differences(
@@ -129,6 +136,11 @@ def test_balls_that_rest_or_touch_together_have_no_derivative_apart() -> None:
     assert refused.value.key == "start.ball_angles.3"
     # All radii at once keep the row packed.
     assert np.isfinite(ab_sim.sensitivities(packed, ["balls.radius"]).derivatives).all()
+
+
+def test_a_speed_that_measurements_decide_has_no_derivative() -> None:
+    with pytest.raises(SceneError, match="a controller decides the speed while it runs"):
+        ab_sim.sensitivities("adaptive-start-up", ["balls.mass"])
 
 
 @pytest.mark.parametrize(
