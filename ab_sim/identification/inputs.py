@@ -25,7 +25,7 @@ from ab_sim.identification.mapping import (
     number_of,
     usual_mapping,
 )
-from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, UNITS, Measured
+from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, UNITS, Measured
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
 from ab_sim.quoting import short
@@ -237,6 +237,3 @@ def check_kinds(found: Sequence[Measured]) -> None:
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{name}: two recordings are called so; give each another file name")
-
-
-assert {ACCELERATION, DISPLACEMENT} == set(UNITS)

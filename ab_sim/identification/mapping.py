@@ -7,7 +7,7 @@ from typing import Any, Literal
 from pydantic import Field, ValidationError, model_validator
 
 from ab_sim.errors import InputError, nearest
-from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, NUISANCES, UNITS
+from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, UNITS
 from ab_sim.limited_yaml import read_yaml_file
 from ab_sim.quoting import short
 from ab_sim.scene.section import Section
@@ -198,6 +198,3 @@ def usual_mapping(
             "sensor": wanted if wanted in (*sensors, *probes) else None,
         }
     )
-
-
-assert NUISANCES == ("gain", "bias", "delay", "disc_angle")

@@ -15,6 +15,8 @@ from ab_sim.cli.app import app
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.errors import InputError
+from ab_sim.identification.mapping import mapping_of
+from ab_sim.identification.measured import NUISANCES
 from ab_sim.recording.export import CSV, PARQUET, Part, export
 from tests.cli.tool import ab_sim as command
 from tests.identification import drives
@@ -76,6 +78,12 @@ def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
         with pytest.raises(InputError) as caught:
             CliRunner().invoke(app, asked, catch_exceptions=False)
         assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("what", NUISANCES)
+def test_a_mapping_may_free_whatever_a_recording_has_of_its_own(what: str) -> None:
+    own = {"sampling": 1e3, "speed": {"column": "w"}, "signals": [{"column": "x"}]}
+    assert mapping_of({**own, "free": [what]}, "test").free == (what,)
 
 
 def covariance(path: Path, values: list[list[float]]) -> Path:
