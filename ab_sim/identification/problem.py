@@ -17,8 +17,8 @@ from ab_sim.identification.parameters import (
     FitParameter,
     own_parameters,
 )
-from ab_sim.integrate.side_by_side import LANES
 from ab_sim.scene.model import Scene
+from ab_sim.stepping.side_by_side import LANES
 
 BEYOND = 1e3
 """Of the signals' size: what stands for the residuals of a run that cannot be."""

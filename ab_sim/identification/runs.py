@@ -10,9 +10,9 @@ from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.batch.sequential import SequentialRuns
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.integrate.side_by_side import LANES, LaneSamples
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
+from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
 class AlikeRuns:
