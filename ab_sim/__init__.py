@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from ab_sim.api.derivatives import sensitivities
     from ab_sim.api.design import open_sweep, robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
+    from ab_sim.api.identification import identify
     from ab_sim.api.maps import basin, stability_map
     from ab_sim.api.merits import merits_of, register_merit
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
@@ -69,6 +70,7 @@ __all__ = [
     "equilibria",
     "floquet",
     "follow_floquet",
+    "identify",
     "load_scene",
     "merits_of",
     "modes",
@@ -101,6 +103,7 @@ _MODULES = {
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
     "api.derivatives": ("sensitivities",),
     "api.design": ("open_sweep", "robust", "sweep", "tune"),
+    "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),
     "api.maps": ("basin", "stability_map"),
     "api.merits": ("merits_of", "register_merit"),

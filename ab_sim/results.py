@@ -15,6 +15,7 @@ from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
 from ab_sim.design.tune import Tuning
 from ab_sim.drive.observation import Observation
+from ab_sim.identification.result import Identification
 from ab_sim.recording import StoredRun
 from ab_sim.reports.compare import RecordingComparison
 from ab_sim.studies.accuracy_cost import AccuracyCost
@@ -31,6 +32,7 @@ __all__ = [
     "EffectCost",
     "Equilibria",
     "Followed",
+    "Identification",
     "MeritSensitivities",
     "Merits",
     "Mode",

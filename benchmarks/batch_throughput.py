@@ -26,8 +26,8 @@ from ab_sim.accuracy.deviation import Deviation, Samples, deviation  # noqa: E40
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.integrate.side_by_side import LANES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
+from ab_sim.stepping.side_by_side import LANES  # noqa: E402
 from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 SCENE, SMOOTH = "thesis-hold", "effects.rolling_friction="

@@ -41,7 +41,7 @@ def page(report: dict[str, Any], costs: list[EffectCost]) -> str:
         "needs (`+`). All variants take turns, so that what the machine does besides hits them",
         "alike; a time is the CPU time of the thread in `Drive.advance` per step, over the scene's",
         "run from its start, at most 10,000 steps; bars are medians, whiskers quartiles. Runs",
-        "differ in their events (reversals, impacts), each of which costs some ten further steps.",
+        "differ in their events (reversals, impacts), each of which takes 3 to 5 more steps.",
         "Where a scene starts a ball at exactly 0, all balls start 2.5 rad further: cosines of 0",
         "are quick, and without effects it would stay there.",
         "",

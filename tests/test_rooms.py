@@ -39,6 +39,7 @@ ORDER = (
     ("analysis", "recording", "viewing"),
     ("batch", "bags"),
     ("studies", "design"),
+    ("identification",),
     ("formulas",),
     ("figures",),
     ("reports",),

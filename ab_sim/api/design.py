@@ -10,6 +10,7 @@ from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
 from ab_sim.design.cluster import Cluster
+from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.design.points import points_of
 from ab_sim.design.scores import Standard
 from ab_sim.design.search import Effort
@@ -201,13 +202,14 @@ def tune(
 
 def robust(
     scene: SceneLike,
-    spread: Mapping[str, str | Sequence[str]],
+    spread: Mapping[str, str | Sequence[str]] | None = None,
     merits: Iterable[str] = DEFAULT_MERITS,
     *,
     runs: int = 10_000,
     balanced: str | Iterable[str] = ("balanced",),
     until: float | None = None,
     against: SceneLike | None = None,
+    spread_from: Path | str | None = None,
     sobol: int | None = None,
     seed: int = 0,
     workers: int = 1,
@@ -222,7 +224,7 @@ def robust(
     ----------
     scene : Scene, str or Path
         The drawing, or its name, or its file.
-    spread : mapping of str
+    spread : mapping of str, optional
         By dotted key, how it differs: ``"5%"`` (normal, about the scene's value), ``"0.1 mm"`` (so,
         in its unit), ``"normal:MEAN,SD"``, ``"lognormal:MEDIAN,40%"``, ``"uniform:LOW,HIGH"``,
         ``"uniform:5%"``, ``"discrete:V,V"``; ``"random"`` of ``start.ball_angles``. Behind it
@@ -238,6 +240,9 @@ def robust(
         Half width of the share's interval, 0 to 1, until which it goes on.
     against : Scene, str or Path, optional
         Another design, run with the same draws.
+    spread_from : Path or str, optional
+        JSON of an identification: what is not known of a fitted scene, its values correlated as
+        they were found; ``spread`` acts beside it.
     sobol : int, optional
         Pairs of drives, a power of 2, that Sobol indices follow from, which takes so many runs more
         for each spread or group; 0 for none. Default: what half as many runs more pay for.
@@ -284,7 +289,8 @@ def robust(
     (True, (40,))
     """
     executors = executors_of(workers, scheduler)
-    tolerances = _tolerances(spread)
+    tolerances = [] if spread_from is None else fitted_tolerances(Path(spread_from))
+    tolerances += [] if spread is None else _tolerances(spread)
     bounds = [balanced] if isinstance(balanced, str) else balanced
     question = SpreadQuestion(
         runs,

@@ -13,10 +13,10 @@ from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, groupe
 from ab_sim.batch.run_columns import Split
 from ab_sim.batch.run_prepared import DoneRuns, run_prepared
 from ab_sim.drive.trajectory import column_of, whirl_of
-from ab_sim.integrate.side_by_side import LANES, LaneSamples
+from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
-SAMPLES_AT_ONCE = 2**23
-"""Numbers of samples that are in memory at a time, 64 MB: of so many runs that numpy's calls, which
+SAMPLES_AT_ONCE = 2**22
+"""Numbers of samples that are in memory at a time, 32 MB: of so many runs that numpy's calls, which
 are as many for one run as for all of them, count little."""
 
 _COPIED_AT_ONCE = 2**22

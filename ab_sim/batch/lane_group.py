@@ -3,7 +3,7 @@
 import functools
 import time
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,8 +12,13 @@ from ab_sim.batch.prepared_run import PreparedRun, StepPlanKey
 from ab_sim.compiling import BoundFunction, compiled
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import TURNS
-from ab_sim.integrate.side_by_side import (
+from ab_sim.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, has_motor
+from ab_sim.events.run import Run
+from ab_sim.kernels.code import Code, code_of
+from ab_sim.stepping.assemble import known_of, run_of
+from ab_sim.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
+from ab_sim.stepping.settle import SOUND, settle_address
+from ab_sim.stepping.side_by_side import (
     LANES,
     LanePlan,
     LaneRuns,
@@ -21,8 +26,7 @@ from ab_sim.integrate.side_by_side import (
     advance_side_by_side,
     stacked,
 )
-from ab_sim.kernels.code import code_of
-from ab_sim.kernels.constants import numbers_of
+from ab_sim.stepping.watch import size_of_seen, watch_address
 
 
 class LaneStarts(NamedTuple):
@@ -34,8 +38,10 @@ class LaneStarts(NamedTuple):
     """Magnitudes that no sound run reaches, shape (runs, states)."""
     state: np.ndarray
     """Shape (runs, states)."""
-    turns: np.ndarray
-    """Taken out of the balls' angles, shape (runs, balls)."""
+    discrete: np.ndarray
+    """Branches and turns, shape (runs, balls + 1, columns): see ``BallEvents.discrete``."""
+    contacts: np.ndarray
+    """Neighbours along the race, shape (runs, contacts, 2): see ``BallEvents.contacts``."""
 
     @classmethod
     def of(cls, runs: Sequence[PreparedRun]) -> "LaneStarts":
@@ -49,13 +55,26 @@ class LaneStarts(NamedTuple):
 
 
 def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
-    n, system = len(run.system.balls), run.system
+    system = run.system
     return (
-        numbers_of(system),
+        run.numbers,
         state_bounds(system, run.scene.solver.step),
         start_state(run.scene, system),
-        start_discrete_state(run.scene, system)[:n, TURNS],
+        start_discrete_state(run.scene, system),
+        system.contacts,
     )
+
+
+class _Work(NamedTuple):
+    """What eight runs along one kind of segments work with."""
+
+    lanes: LaneRuns
+    alone: tuple[Run, ...]
+    """Each by itself, of a scene with events; else none."""
+    advance: BoundFunction
+    """Takes the steps of a plan."""
+    code: Code
+    """Keeps the functions."""
 
 
 class LaneGroup:
@@ -68,7 +87,7 @@ class LaneGroup:
 
     def __init__(self, first: PreparedRun, every: int) -> None:
         self._first, self._every = first, every
-        self._made: dict[type, tuple[LaneRuns, BoundFunction]] = {}
+        self._made: dict[type, _Work] = {}
 
     def run(
         self, starts: LaneStarts, keys: Sequence[StepPlanKey], samples: LaneSamples
@@ -85,41 +104,81 @@ class LaneGroup:
         """
         kind, plan = _plan(tuple(keys), self._first.steps)
         if kind not in self._made:
-            runs = self._work(kind)
-            self._made[kind] = runs, compiled(advance_side_by_side).bind(runs)
-        runs, kernel = self._made[kind]
-        _begin(runs, starts)
+            self._made[kind] = self._work(kind)
+        work = self._made[kind]
+        _begin(work, starts)
         begin = time.thread_time()
-        kernel(plan, samples)
-        return runs.sound[1], time.thread_time() - begin
+        work.advance(plan, samples)
+        return work.lanes.sound, time.thread_time() - begin
 
-    def _work(self, kind: type) -> LaneRuns:
+    def _work(self, kind: type) -> _Work:
         """Work arrays, not at any start yet."""
+        system = self._first.system
+        code = code_of(system, kind)
+        lanes = self._lanes(code)
+        if not code.model.has_events:
+            return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
+        alone: Any = tuple(self._alone(code) for _ in range(LANES))
+        over_events = self._over_events(lanes, code, alone)
+        advance = compiled(advance_over_events, known_of(alone[0]))
+        return _Work(lanes, alone, advance.bind(over_events), code)
+
+    def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
+        contact, table = code.model.has_contact, alone[0].balls.table
+        return LanesOverEvents(
+            lanes,
+            has_contact=contact,
+            watch=0 if contact else watch_address(code, LANES),
+            seen=_room(size_of_seen(code)),
+            evaluate=code.address("evaluate", LANES) if contact else 0,
+            x=_room(len(alone[0].balls.x)),
+            motor=_room(len(alone[0].balls.motor)),
+            table=_room(table.size).reshape(*table.shape, LANES),
+            found=np.zeros(LANES),
+            again=np.zeros(LANES),
+            one=alone,
+        )
+
+    def _alone(self, code: Code) -> Run:
+        """One of the runs by itself."""
+        first, tableau = self._first, self._first.stepper.weights
+        states, system = layout_of(first.system).size, first.system
+        own = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
+        return run_of(
+            own,
+            code,
+            code.step(tableau.a, tableau.b, tableau.c),
+            first.scene.solver.step,
+            np.zeros(states),
+            start_discrete_state(first.scene, first.system),
+            np.zeros(states),
+        )
+
+    def _lanes(self, code: Code) -> LaneRuns:
         first = self._first
-        code, layout, n = code_of(first.system, kind), layout_of(first.system), first.balls
-        column = len(code.emission.roots["sample"])
-        tableau = first.stepper.weights
+        layout, n = layout_of(first.system), first.balls
+        column, motor = len(code.emission.roots["sample"]), has_motor(first.system.effects)
+        tableau, quaternion = first.stepper.weights, type(first.system.deck_model).UNIT_AT
         return LaneRuns(
             prepare=code.address("prepare", LANES),
-            slope=code.address("slope", LANES),
+            slope=0 if code.model.has_events else code.address("slope", LANES),
             step=code.step(tableau.a, tableau.b, tableau.c, LANES),
+            settle=settle_address(code, layout, quaternion, LANES),
             finish=code.address("finish", LANES),
             c=_room(code.size),
-            b=np.zeros(code.branches()),
+            b=_room(code.branches()),
             place=code.layout.place,
-            first_angle=layout.angles.start,
-            balls=n,
-            ball_column=column,
             step_length=first.scene.solver.step,
             every=self._every,
             bounds=_room(layout.size),
             state=_room(layout.size),
-            turns=_room(n),
-            sound=_room(2),
+            turns=_room(n + motor),
+            said=_room(2),
+            sound=np.zeros(LANES),
             slopes=_room(layout.size),
             trial=_room(layout.size),
-            row=_room(column + 2 * n),
-            times=_room(2),
+            row=_room(column + 2 * n + motor),
+            times=_room(4),
         )
 
 
@@ -127,14 +186,25 @@ def _room(lines: int) -> np.ndarray:
     return stacked([np.zeros(lines)] * LANES)
 
 
-def _begin(runs: LaneRuns, starts: LaneStarts) -> None:
+def _begin(work: _Work, starts: LaneStarts) -> None:
     """Put runs at their start."""
-    count = len(starts.constants)
-    places = runs.c[: runs.place], runs.bounds, runs.state, runs.turns
-    for place, column in zip(places, starts, strict=True):
+    lanes, count = work.lanes, len(starts.constants)
+    turns = starts.discrete[:, : len(lanes.turns), TURNS]
+    places = lanes.c[: lanes.place], lanes.bounds, lanes.state, lanes.turns
+    columns = starts.constants, starts.bounds, starts.state, turns
+    for place, column in zip(places, columns, strict=True):
         place[:, :count] = column.T
         place[:, count:] = column[-1:].T
-    runs.sound[0], runs.sound[1] = 1.0, 0.0
+    lanes.said[SOUND], lanes.sound[:] = 1.0, 0.0
+    for lane, run in enumerate(work.alone):
+        row, balls, n = min(lane, count - 1), run.balls, run.balls.number
+        constants = starts.constants[row]
+        run.scene.c[: len(constants)] = constants
+        columns_of_balls = constants[len(constants) - n * len(FORMULA_COLUMNS) :]
+        balls.constants[:, FORMULA_COLUMNS] = columns_of_balls.reshape(len(FORMULA_COLUMNS), n).T
+        balls.constants[:, FIRST_TURNS] = starts.discrete[row, :n, TURNS]
+        balls.contacts[:], balls.discrete[:] = starts.contacts[row], starts.discrete[row]
+        run.work.bounds[:], run.work.counts[:] = starts.bounds[row], 0
 
 
 @functools.lru_cache(maxsize=8)

@@ -8,9 +8,9 @@ import numpy as np
 
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.dynamics.system import ActiveSegment
-from ab_sim.integrate.side_by_side import LANES, LanePlan
 from ab_sim.spindle.speed_laws import RampAndCosine
 from ab_sim.spindle.step_ranges import StepRange
+from ab_sim.stepping.side_by_side import LANES, LanePlan
 
 
 def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type, LanePlan]:

@@ -3,6 +3,7 @@
 import functools
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,9 +15,9 @@ from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.system import has_events
-from ab_sim.integrate.choose import choose_stepper
-from ab_sim.kernels.constants import pattern
+from ab_sim.dynamics.system import System, has_events
+from ab_sim.integrate.choose import Choice, choose_stepper, top_speed
+from ab_sim.kernels.constants import numbers_of, pattern
 from ab_sim.scene import Scene
 from ab_sim.spindle import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
@@ -52,6 +53,22 @@ def cached_step_plan(key: StepPlanKey) -> StepPlan:
     return StepPlan.along(SpeedSchedule.of_scheduled(key.scheduled_segments), key.grid, 0)
 
 
+@dataclass(frozen=True)
+class _Asked:
+    """A scene whose stepper is to be chosen: equal to others for which it is the same."""
+
+    by: Any
+    """What the choice follows from."""
+    scene: Scene = field(compare=False)
+    system: System = field(compare=False)
+
+
+@functools.lru_cache(maxsize=64)
+def _chosen(asked: _Asked) -> Choice:
+    """The choice, made once for runs that differ in their start or profile only."""
+    return choose_stepper(asked.scene, asked.system)
+
+
 class PreparedRun:
     """A scene with the objects that its run needs.
 
@@ -62,7 +79,10 @@ class PreparedRun:
     def __init__(self, scene: Scene) -> None:
         self.scene, _ = resolve_accuracy(scene)
         self.system = system_of(self.scene)
-        choice = choose_stepper(self.scene, self.system)
+        self.numbers = numbers_of(self.system)
+        """Its raw constants, for the kernel."""
+        self._pattern = pattern(self.system)
+        choice = _chosen(_Asked(self._asked(), self.scene, self.system))
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
         self._led = is_led(self.scene)
         schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
@@ -73,17 +93,22 @@ class PreparedRun:
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
         # Where the profile decides while it runs, each drive is commanded for itself.
-        alike = not self._led and not has_events(self.system.effects)
-        self.fits_lane = self.stepper.takes_lanes and alike
-        self.takes_collocation_steps = self.stepper.collocation_steps and alike
+        smooth = not self._led and not has_events(self.system.effects)
+        self.fits_lane = self.stepper.takes_lanes and not self._led
+        self.takes_collocation_steps = self.stepper.collocation_steps and smooth
 
     @property
     def group_key(self) -> Any:
         """Runs with equal keys run on the same machine code, in one group."""
         names = tuple(self.scene.effects), tuple(self.scene.pickups)
-        constants = pattern(self.system)
         solver = self.stepper, self.scene.solver.step
-        return names, constants, self.scene.balls.count, solver, self.steps, self._led
+        return names, self._pattern, self.scene.balls.count, solver, self.steps, self._led
+
+    def _asked(self) -> Any:
+        """All that the choice of a stepper follows from."""
+        solver = self.scene.solver
+        named = solver.stepper, solver.step, tuple(sorted(solver.parameters.items()))
+        return self._pattern, self.balls, self.numbers.tobytes(), named, top_speed(self.scene)
 
     @property
     def channels(self) -> tuple[str, ...]:

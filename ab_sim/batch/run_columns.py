@@ -19,7 +19,7 @@ from ab_sim.batch.prepared_run import PreparedRun, StepPlanKey
 from ab_sim.dynamics.assemble import of_ball
 from ab_sim.dynamics.deck_models.planar import poles_of
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import FORMULA_COLUMNS, has_gravity
+from ab_sim.dynamics.system import FORMULA_COLUMNS, TURNS, has_contact, has_gravity, has_motor
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.neighbours import reduced, start_angles
 from ab_sim.equations.planar import Planar
@@ -81,11 +81,12 @@ class RunColumns:
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
         """What some of the runs begin with."""
-        _, bounds, state, turns = (np.repeat(each, len(rows), axis=0) for each in self._start)
+        starts = LaneStarts(*(np.repeat(each, len(rows), axis=0) for each in self._start))
         if _ANGLES in self._values:
             angles = layout_of(self.first.system).angles
-            state[:, angles], turns[:] = _reduced(self._values[_ANGLES][rows])
-        return LaneStarts(self._constants(rows), bounds, state, turns)
+            within, turns = _reduced(self._values[_ANGLES][rows])
+            starts.state[:, angles], starts.discrete[:, :-1, TURNS] = within, turns
+        return starts._replace(constants=self._constants(rows))
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
         """Their step plan, which is that of all."""
@@ -201,9 +202,9 @@ def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
 def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split | None:
     """Runs of a scene with other values, those that can be taken in columns.
 
-    These are runs without events of a deck in the plane, whose effects ask for nothing of a scene
-    as a whole; what varies are numbers of effects, the mass of all balls and where they start, the
-    race's radius, and masses and eccentricity of the rotor.
+    These are runs without contact or a motor of a deck in the plane, whose effects ask for nothing
+    of a scene as a whole; what varies are numbers of effects, the mass of all balls and where they
+    start, the race's radius, and masses and eccentricity of the rotor.
 
     Args:
         base: the scene without variations, prepared.
@@ -231,9 +232,12 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
 
 def _can_vary(base: PreparedRun) -> bool:
     scene = base.scene
-    if not isinstance(base.system.deck_model, Planar) or has_gravity(base.system.effects):
+    effects = base.system.effects
+    if not isinstance(base.system.deck_model, Planar) or has_gravity(effects):
         return False
-    if any(hasattr(effect, "check_scene") for effect in base.system.effects):
+    if has_contact(effects) or has_motor(effects):
+        return False
+    if any(hasattr(effect, "check_scene") for effect in effects):
         return False
     # A curve's steps depend on the cycle, and what readings depend on is not looked at here.
     ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)

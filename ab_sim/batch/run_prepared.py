@@ -13,7 +13,7 @@ from ab_sim.batch.prepared_run import (
 )
 from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
-from ab_sim.integrate.side_by_side import LANES, LaneSamples
+from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
 class DoneRuns(NamedTuple):

@@ -14,8 +14,8 @@ from ab_sim.batch.run_columns import split_of
 from ab_sim.batch.run_prepared import run_prepared
 from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied_scene
 from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.side_by_side import LANES
 from ab_sim.scene import Scene
+from ab_sim.stepping.side_by_side import LANES
 
 MOST_VALUES = 500_000_000
 """4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
@@ -32,9 +32,9 @@ def simulate_batch(
     """Run a scene's profile once for each variation, for the scene's duration.
 
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, go eight side by
-    side, with vector instructions. Runs of scenes with events (friction, contact, a motor), or
-    whose stepper takes no lanes (``generalized-alpha``; ``collocation``, whose own are for the
-    instants of one run), go one by one, and give what a Drive gives to the bit.
+    side, with vector instructions; one that has an event in a step (friction, contact, a motor)
+    takes it alone. Runs whose stepper takes no lanes (``generalized-alpha``; ``collocation``, whose
+    own are for the instants of one run) go one by one. All give what a Drive gives to the bit.
 
     Args:
         scene: what the runs have in common; an accuracy that it asks for is measured with it as it

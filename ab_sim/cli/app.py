@@ -9,6 +9,7 @@ import ab_sim
 from ab_sim.cli.analysis_commands import analysis_commands
 from ab_sim.cli.bag_commands import bag_commands
 from ab_sim.cli.design_commands import design_commands
+from ab_sim.cli.identify_commands import identify_commands
 from ab_sim.cli.key_commands import key_commands
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import (
@@ -335,5 +336,6 @@ app.add_typer(key_commands)
 app.add_typer(analysis_commands)
 app.add_typer(design_commands)
 app.add_typer(recording_commands)
+app.add_typer(identify_commands)
 app.add_typer(bag_commands)
 app.add_typer(node_commands, name="node")

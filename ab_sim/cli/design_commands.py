@@ -11,6 +11,7 @@ from ab_sim.cli.design_options import (
     RobustRunsOption,
     RobustSeedOption,
     RobustSobolOption,
+    RobustSpreadFromOption,
     RobustSpreadOption,
     RobustUntilOption,
     RobustWorstOption,
@@ -148,7 +149,8 @@ def tune(
 @design_commands.command()
 def robust(
     scene: SceneArgument,
-    spread: RobustSpreadOption,
+    spread: RobustSpreadOption = None,
+    spread_from: RobustSpreadFromOption = None,
     change: SetOption = None,
     runs: RobustRunsOption = 10_000,
     until: RobustUntilOption = None,
@@ -184,9 +186,9 @@ def robust(
     shared = workers, scheduler
     given = RobustOptions(
         runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst,
-        units,
+        units, spread_from,
     )  # fmt: skip
-    robust_command(scene, change or [], spread, given).run(json, plot)
+    robust_command(scene, change or [], spread or [], given).run(json, plot)
 
 
 @design_commands.command()

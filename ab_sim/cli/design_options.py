@@ -108,7 +108,7 @@ TunePlotOption = Annotated[
 
 # ab-sim robust
 RobustSpreadOption = Annotated[
-    list[str],
+    list[str] | None,
     typer.Option(
         metavar="KEY=SPREAD",
         help="How a key of built drives differs from the scene: 5% (normal, about the scene's "
@@ -116,6 +116,14 @@ RobustSpreadOption = Annotated[
         "uniform:LOW,HIGH, uniform:5%, discrete:V,V,...; start.ball_angles=random. Behind it: "
         "low=NUMBER, high=NUMBER (cut off there), 'per ball', group=NAME (one draw for the "
         "group). Repeatable, also of one key.",
+    ),
+]
+RobustSpreadFromOption = Annotated[
+    Path | None,
+    typer.Option(
+        metavar="FILE",
+        help="What is not known of a fitted scene, from the JSON of `ab-sim identify`: its "
+        "values, correlated as they were found. --spread acts beside it.",
     ),
 ]
 RobustRunsOption = Annotated[int, typer.Option(min=1, help="Drives; with --until, at least.")]

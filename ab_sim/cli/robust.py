@@ -12,6 +12,7 @@ from ab_sim.cli.runner import Command, Outcome, WholeLine, plotted
 from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.words import share_of, wanted_merits
 from ab_sim.design.bounds import bound_of
+from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.design.intervals import QuantileOfMerit
 from ab_sim.design.judged import CHANGING, FAILED, FAILURE
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
@@ -45,6 +46,7 @@ class RobustOptions(NamedTuple):
     csv: Path | None
     worst: Path | None
     units: str
+    spread_from: Path | None = None
 
 
 def robust_command(
@@ -61,7 +63,8 @@ def robust_command(
     executors = functools.partial(executor_of, *given.shared)
     executors()
     scene = load_scene(scene_name, changes)
-    tolerances = [tolerance_of(each) for each in spread]
+    tolerances = [] if given.spread_from is None else fitted_tolerances(given.spread_from)
+    tolerances += [tolerance_of(each) for each in spread]
     merits = wanted_merits(given.merits)
     question = SpreadQuestion(
         runs=given.runs,

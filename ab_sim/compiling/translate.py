@@ -227,10 +227,13 @@ class FunctionTranslator(Conditions):
         for k in range(len(items.kind.kinds)):
             item, begin, following = self.field(items, k), self.new("do"), self.new("next")
             self._unrolling += 1
-            self._assign(node.target, item)
             name = node.target.id if isinstance(node.target, ast.Name) else ""
-            if name and is_known(item) and not self._assigned_in(node.body, name):
-                self.bound[name] = item
+            stays = bool(name) and not self._assigned_in(node.body, name)
+            in_memory = isinstance(item, StoredRecord) and item.fixed
+            if not (stays and in_memory):
+                self._assign(node.target, item)
+            if stays and (in_memory or is_known(item)):
+                self.bound[name] = item  # another name for it, in this round
             self.go(begin)
             self._loop(node.body, begin, following, done)
             self._unrolling -= 1

@@ -97,4 +97,18 @@ class Discrete(NamedTuple):
         return np.floor(shares * self.choices).astype(np.int64)
 
 
-Distribution = Normal | LogNormal | Uniform | Discrete
+class Loading(NamedTuple):
+    """A multiple, of either sign, of a standard normal number that others share."""
+
+    size: float
+
+    def left(self) -> float:
+        """As of ``Normal``."""
+        return 1.0
+
+    def at(self, shares: np.ndarray) -> np.ndarray:
+        """As of ``Normal``."""
+        return self.size * Normal(0.0, 1.0).at(shares)
+
+
+Distribution = Normal | LogNormal | Uniform | Discrete | Loading

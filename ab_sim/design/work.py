@@ -15,7 +15,7 @@ from ab_sim.design.cluster import Cluster
 from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of
 from ab_sim.design.parts import Parts
 from ab_sim.design.points import Points
-from ab_sim.integrate.side_by_side import LANES
+from ab_sim.stepping.side_by_side import LANES
 from ab_sim.workers import Workers
 
 CHUNK_SECONDS = 1.5

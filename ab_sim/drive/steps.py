@@ -20,7 +20,7 @@ from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
 from ab_sim.kernels.tangent import lanes_for, tangent_address
-from ab_sim.stepping.assemble import NOWHERE, run_with
+from ab_sim.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.stepping.fixed_step import advance
 
 Advance = Callable[..., int]
@@ -109,17 +109,6 @@ class Steps:
             implicit = implicit_of(weights, code, len(self.state))
             run = run._replace(is_implicit=True, implicit=implicit)
         return run
-
-
-def known_of(run: Run) -> dict[str, bool]:
-    """What the driver's code may leave out: code for events takes long to make."""
-    return {
-        "has_events": run.has_events,
-        "is_implicit": run.is_implicit,
-        "has_friction": run.balls.has_friction,
-        "has_contact": run.balls.has_contact,
-        "has_motor": run.balls.has_motor,
-    }
 
 
 def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:

@@ -1,5 +1,7 @@
 """From a scene to the system that a kernel runs, its start, and its fastest decay rate."""
 
+import functools
+
 import numpy as np
 
 from ab_sim.dynamics import registry
@@ -181,6 +183,7 @@ def _motor_damping(system: System) -> float:
     return float(asked + over_effects(effects, "back_torque", 0.0, 1.0))
 
 
+@functools.lru_cache(maxsize=256)
 def place_on(scheduled: ScheduledSegment) -> ActiveSegment:
     """Where a kernel finds itself on a piece of a speed profile."""
     phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)

@@ -10,5 +10,6 @@ event_functions    smooth functions that are positive while a branch holds
 rows               balls in contact at one instant: an isotonic regression
 impact             balls that hit each other
 complementarity    the branches that hold just after an instant
+cubics             functions between two instants, by their values and rates there
 location           steps that are cut at events
 """

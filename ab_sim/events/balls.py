@@ -54,7 +54,11 @@ def row_start(balls: BallEvents) -> int:
 
 def gap(balls: BallEvents, k: int) -> float:
     """Distance along the race between the balls at contact k [m]; negative where they overlap."""
-    i, j = ball_at(balls, k), ball_at(balls, k + 1)
+    return gap_between(balls, k, ball_at(balls, k), ball_at(balls, k + 1))
+
+
+def gap_between(balls: BallEvents, k: int, i: int, j: int) -> float:
+    """The same, of the balls i and j there."""
     discrete, constants = balls.discrete, balls.constants
     turns = (discrete[j, TURNS] - constants[j, FIRST_TURNS]) - (
         discrete[i, TURNS] - constants[i, FIRST_TURNS]

@@ -16,11 +16,11 @@ from ab_sim.events.event_functions import (
     SLIDE,
     TOUCH,
     event_functions,
-    force_rounding,
     motor_functions,
 )
 from ab_sim.events.impact import collide
 from ab_sim.events.reactions import (
+    force_rounding,
     largest_friction,
     path_force_at,
     path_force_less_friction,
@@ -86,6 +86,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
         put_branches(balls)
         evaluate(run, time, run.state, work.slope)
     event_functions(balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    work.measured[0] = 0.0
 
 
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:

@@ -17,14 +17,23 @@ from ab_sim.compiling.kinds import Floats
 from ab_sim.events.balls import (
     around,
     ball_at,
-    gap,
+    gap_between,
     is_stuck,
-    moves_along,
     path_speed,
     row_start,
 )
-from ab_sim.events.reactions import largest_friction, path_force_less_friction, put_reactions
-from ab_sim.events.run import ASKED, DIRECTION, JOINED, LOADED, MASS, MOST, SPACING, BallEvents
+from ab_sim.events.reactions import ROUNDING, largest_friction, put_pushes
+from ab_sim.events.run import (
+    ASKED,
+    DIRECTION,
+    JOINED,
+    LOADED,
+    MOST,
+    PULL,
+    SIZE,
+    SPACING,
+    BallEvents,
+)
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
@@ -32,8 +41,6 @@ NEVER = 1e300
 """Value of what cannot happen."""
 TOUCHING = 1e-12
 """Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
-ROUNDING = 1e-12
-"""Relative size of a value that may be rounding."""
 RATE_ROUNDING = 1e-14
 """rad/s, of a rate that may be rounding."""
 
@@ -52,32 +59,20 @@ def event_functions(
         balls: with what the evaluation said.
         state: the state.
         slope: its time derivative.
-        value: where they go, shape (slots,).
+        value: where they go, shape (slots,); NEVER where there is no such law, as it was made.
         rounding: where it goes what rounding may make of each, same shape.
         rate: where the time derivatives go of those that are speeds or distances; NEVER for
             forces. Same shape.
     """
-    for slot in range(slots(balls.number)):
-        value[slot] = rate[slot] = NEVER
-        rounding[slot] = 0.0
-    put_reactions(balls)
     if balls.has_friction:
         friction_functions(balls, state, slope, value, rounding, rate)
         if balls.has_contact:
             add_leaning_balls(balls, value, rounding)
     if balls.has_contact:
+        put_pushes(balls)
         contact_functions(balls, state, value, rounding, rate)
     if balls.has_motor:
         motor_functions(balls, value, rounding)
-
-
-def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
-    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
-    # What tilts a deck acts through its weight at the ball, which is in the forces.
-    size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
-    if balls.has_friction:
-        size += abs(balls.force[i])
-    return ROUNDING * size
 
 
 def friction_functions(
@@ -88,19 +83,21 @@ def friction_functions(
     for i in range(n):
         force, direction = balls.force[i], balls.discrete[i, DIRECTION]
         loaded = balls.discrete[i, LOADED] == 1
-        pull = path_force_less_friction(balls, i, balls.x)
-        coarse = force_rounding(balls, i, pull, balls.x)
+        pull, coarse = balls.table[PULL, i], ROUNDING * balls.table[SIZE, i]
         value[LOAD * n + i] = force if loaded else -force
         rounding[LOAD * n + i] = coarse
         if direction == 0:
             left = largest_friction(balls, i)
             value[SLIDE * n + i] = left + pull
             value[HOLD * n + i] = left - pull
+            rate[SLIDE * n + i] = NEVER
             rounding[SLIDE * n + i] = rounding[HOLD * n + i] = coarse
-        elif loaded:
-            value[SLIDE * n + i] = direction * state[first + i]
-            rate[SLIDE * n + i] = direction * slope[first + i]
-            rounding[SLIDE * n + i] = RATE_ROUNDING
+            continue
+        value[HOLD * n + i] = NEVER
+        rounding[HOLD * n + i] = 0.0
+        value[SLIDE * n + i] = direction * state[first + i] if loaded else NEVER
+        rate[SLIDE * n + i] = direction * slope[first + i] if loaded else NEVER
+        rounding[SLIDE * n + i] = RATE_ROUNDING
 
 
 def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> None:
@@ -130,18 +127,19 @@ def contact_functions(
     balls: BallEvents, state: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
     """TOUCH."""
+    j = ball_at(balls, 0)
     for k in range(balls.number):
-        slot, i, j = TOUCH * balls.number + k, ball_at(balls, k), ball_at(balls, k + 1)
+        slot, i = TOUCH * balls.number + k, j
+        j = ball_at(balls, k + 1)
         if balls.discrete[k, JOINED] == 0:
-            value[slot] = gap(balls, k)
+            value[slot] = gap_between(balls, k, i, j)
             rounding[slot] = TOUCHING * balls.contacts[k, SPACING]
             rate[slot] = path_speed(balls, state, j) - path_speed(balls, state, i)
-        elif moves_along(balls, k):
-            value[slot] = balls.push[k]
-            for ball in range(2):
-                one = i if ball == 0 else j
-                pull = path_force_less_friction(balls, one, balls.x)
-                rounding[slot] += force_rounding(balls, one, pull, balls.x)
+        else:
+            stuck = is_stuck(balls, i) or is_stuck(balls, j)
+            value[slot] = NEVER if stuck else balls.push[k]
+            rate[slot] = NEVER
+            rounding[slot] = ROUNDING * (balls.table[SIZE, i] + balls.table[SIZE, j])
 
 
 def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:
@@ -153,4 +151,5 @@ def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:
         value[slot + 1] = most - asked
     else:
         value[slot] = limited * asked - most
+        value[slot + 1] = NEVER
     rounding[slot] = rounding[slot + 1] = ROUNDING * (most + abs(asked))

@@ -3,16 +3,16 @@
 Between two events the equations are smooth, so a stepper keeps its order if it never steps across
 one. A trial step that ends with a negative event function contains an event; its time is found by
 taking shorter trial steps, each of full order, until the function is zero. Shampine, Gladwell and
-Brankin (1991), ACM TOMS 17, put it that way, but interpolate; a step here costs a microsecond or
-two.
+Brankin (1991), ACM TOMS 17, put it that way, but interpolate; a step here costs a third of a
+microsecond or so.
 """
-
-import math
 
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.complementarity import solve_complementarity
-from ab_sim.events.event_functions import NEVER, ROUNDING, event_functions
-from ab_sim.events.run import Run, evaluate, take_step
+from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
+from ab_sim.events.event_functions import NEVER, event_functions
+from ab_sim.events.reactions import ROUNDING
+from ab_sim.events.run import Run, Workspace, evaluate, take_step
 
 BOUNCES = 60
 """Events per step, and 20 more per ball, after which balls that meet stay together.
@@ -20,6 +20,10 @@ BOUNCES = 60
 After twice as many the rest of the step is not located."""
 CLOSE = 1e-13
 """An event's time is known to this part of a step."""
+BESIDE = 0.3 * CLOSE
+"""How far beside where an event is expected it is looked for, part of a step."""
+FINE = 0.1
+"""The same, where it is more: its function is zero to this part of what rounding may make of it."""
 CROSSED = 2.0
 """A function has been crossed when it is this many times below zero what rounding may make of it.
 
@@ -31,6 +35,8 @@ DOUBT = 1e-3
 """Part of a force that a cubic through both ends of a step may be wrong by."""
 SHORTLY = 1e-5
 """Part of a step over which the rates of forces are measured."""
+FORCES = 1.0 / ROUNDING
+"""Of what rounding may make of a force that of which it is made."""
 ATTEMPTS = 200
 """Trial steps to one event at most."""
 
@@ -42,7 +48,7 @@ def check_branches(run: Run, time: float) -> None:
     hold no more; elsewhere this changes nothing, or a run would depend on how it is cut up.
     """
     work = run.work
-    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    look_at_start(run)
     if first_crossed(work.value, work.value, work.rounding) >= 0:
         solve_complementarity(run, time, -1, False)
 
@@ -60,13 +66,21 @@ def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
     Returns:
         Whether the workspace holds slope and event functions at its end.
     """
+    trial_step(run, begin, length, end)
+    return cut_at_events(run, begin, length, end)
+
+
+def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
+    """The same, after the whole step has been tried."""
     work, state = run.work, run.state
     bounces = BOUNCES + 20 * run.balls.number
     now, rest = begin, length
     for count in range(2 * bounces + 1):
-        slot, taken = trial_step(run, now, rest, end), rest
+        if count > 0:
+            trial_step(run, now, rest, end)
         if not within_bounds(work.trial, work.bounds):
             return False
+        slot, taken = first_crossed(work.value, work.value_ahead, work.rounding), rest
         if slot < 0:
             slot, taken = lowest_between(run, now, rest, end)
         if slot < 0:
@@ -99,15 +113,32 @@ def within_bounds(trial: Floats, bounds: Floats) -> bool:
     return True
 
 
-def trial_step(run: Run, now: float, length: float, end: float) -> int:
-    """Step, and evaluate the event functions at its end: the slot that is first crossed, or -1."""
+def trial_step(run: Run, now: float, length: float, end: float) -> None:
+    """Step, and evaluate the event functions at its end."""
     take_step(run, now, length)
+    look_at_end(run, end)
+
+
+def look_at_start(run: Run) -> None:
+    """The event functions at a step's start, right after ``evaluate`` there."""
     work = run.work
-    evaluate(run, end, work.trial, work.slope_ahead)
+    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    work.measured[0] = 0.0
+
+
+def look_at_end(run: Run, end: float) -> None:
+    """Evaluate the event functions at the end of a trial step."""
+    evaluate(run, end, run.work.trial, run.work.slope_ahead)
+    put_functions_at_end(run)
+
+
+def put_functions_at_end(run: Run) -> None:
+    """The event functions at the end of a trial step, right after ``evaluate`` there."""
+    work = run.work
     event_functions(
         run.balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
     )
-    return first_crossed(work.value, work.value_ahead, work.rounding)
+    work.measured[1] = 0.0
 
 
 def left(value: Floats, rounding: Floats, slot: int) -> float:
@@ -144,49 +175,73 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
     fall so far.
     """
     work = run.work
-    value, ahead, rounding = work.value, work.value_ahead, work.rounding
-    measured = False
-    for slot in range(value.size):
-        if value[slot] > 1e200 or ahead[slot] > 1e200:
-            continue
-        rate, rate_ahead, doubt = work.rate[slot], work.rate_ahead[slot], 0.0
-        if rate >= NEVER:
-            size = rounding[slot] / ROUNDING
-            if min(value[slot], ahead[slot]) > NEAR * size:
-                continue
-            if not measured:
-                measured = True
-                brief = SHORTLY * length
-                put_force_rates(run, now, brief, run.state, work.slope, value, 0)
-                put_force_rates(run, end, brief, work.trial, work.slope_ahead, ahead, 1)
-            rate, rate_ahead = work.force_rate[0, slot], work.force_rate[1, slot]
-            doubt = DOUBT * size
-        part, lowest = minimum_of_cubic(
-            value[slot], ahead[slot], rate * length, rate_ahead * length
-        )
-        if part == 0.0 or lowest >= doubt - rounding[slot]:
-            continue
+    slot, part = next_dip(run, now, length, end, 0)
+    while slot >= 0:
         trial_step(run, now, part * length, now + part * length)
-        if left(work.value_ahead, rounding, slot) < 0.0:
+        if left(work.value_ahead, work.rounding, slot) < 0.0:
             return slot, part * length
         trial_step(run, now, length, end)
+        slot, part = next_dip(run, now, length, end, slot + 1)
     return -1, length
 
 
-def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float, float]:
-    """Where in 0 .. 1 a cubic with these ends and slopes is lowest, and how low; (0, ..) if not."""
-    if r0 >= 0.0 or r1 <= 0.0:
-        return 0.0, g0
-    # g0 + r0 x + p x^2 + q x^3; its minimum is where the derivative rises through zero.
-    p = 3.0 * (g1 - g0) - 2.0 * r0 - r1
-    q = 2.0 * (g0 - g1) + r0 + r1
-    root = p * p - 3.0 * q * r0
-    if root < 0.0:
-        return 0.0, g0
-    x = -r0 / (p + math.sqrt(root))
-    if not 0.0 < x < 1.0:
-        return 0.0, g0
-    return x, g0 + x * (r0 + x * (p + x * q))
+def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
+    """Whether a step is to be looked at more closely, from what the workspace holds of its ends."""
+    work = run.work
+    if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
+        return True
+    slot, _ = next_dip(run, now, length, end, 0)
+    return slot >= 0
+
+
+def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tuple[int, float]:
+    """The first slot, from one on, whose function may dip below zero within a step; where, or -1.
+
+    Measures the rates of forces at both ends where that is called for.
+    """
+    work = run.work
+    for slot in range(first, work.value.size):
+        if is_far(work, slot):
+            continue
+        if work.rate[slot] >= NEVER and work.measured[1] != SHORTLY * length:
+            put_rates_at_ends(run, now, length, end)
+        part = dip(work, length, slot)
+        if part != 0.0:
+            return slot, part
+    return -1, 0.0
+
+
+def is_far(work: Workspace, slot: int) -> bool:
+    """Whether a function is beyond reach at both ends of a step, or cannot reach zero at all."""
+    value, ahead = work.value[slot], work.value_ahead[slot]
+    if value > 1e200 or ahead > 1e200:
+        return True
+    if work.rate[slot] < NEVER:
+        return False
+    return min(value, ahead) > NEAR * FORCES * work.rounding[slot]
+
+
+def dip(work: Workspace, length: float, slot: int) -> float:
+    """The part of a step after which a function may be below zero though its ends are not; or 0."""
+    is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
+    change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
+    change_ahead = (work.force_rate[1, slot] if is_force else work.rate_ahead[slot]) * length
+    part, lowest = minimum_of_cubic(work.value[slot], work.value_ahead[slot], change, change_ahead)
+    if part == 0.0:
+        return 0.0
+    doubt = 0.0
+    if is_force:
+        # What hardly changes at both ends hardly changes between them.
+        doubt = min(DOUBT * FORCES * rounding, abs(change) + abs(change_ahead))
+    return 0.0 if lowest >= doubt - rounding else part
+
+
+def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
+    """Rates of the functions at both ends of a step, measured, into ``force_rate``."""
+    work, brief = run.work, SHORTLY * length
+    if work.measured[0] != brief:
+        put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
+    put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
 
 
 def put_force_rates(
@@ -200,6 +255,7 @@ def put_force_rates(
     event_functions(run.balls, near[0], near[1], values[0], values[1], values[2])
     for slot in range(value.size):
         work.force_rate[line, slot] = (values[0, slot] - value[slot]) / shortly
+    work.measured[line] = shortly
 
 
 def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
@@ -208,38 +264,63 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
     Returns:
         How far into the step it is [s], with the state there in ``trial``, and its slot.
     """
-    work, rounding = run.work, run.work.rounding
+    work, rounding, start = run.work, run.work.rounding, run.work.value
     low, high = 0.0, length
-    at_low = max(left(work.value, rounding, slot), 0.0)
-    at_high = left(work.value_ahead, rounding, slot)
-    side = 0
+    at_low, at_high = max(left(start, rounding, slot), 0.0), left(work.value_ahead, rounding, slot)
+    rate_low, rate_high = (
+        rate_at_start(run, now, length, slot),
+        rate_at(run, now + high, length, slot),
+    )
+    beside, rate = BESIDE * length, rate_high
     for attempt in range(ATTEMPTS):
-        x = high
-        if high - low > CLOSE * length and attempt < ATTEMPTS - 1:
-            # Illinois' regula falsi, with a bisection now and then against a stubborn end. What
-            # starts at zero first has to be found where it has risen, for the crossing behind that.
-            x = (low * at_high - high * at_low) / (at_high - at_low)
-            if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
-                x = 0.25 * high
-            elif attempt % 8 == 7 or not low < x < high:
-                x = 0.5 * (low + high)
-        trial_step(run, now, x, now + x)
-        if x == high:
+        if high - low <= CLOSE * length:
             break
+        x = crossing(low, high, at_low, at_high, rate_low, rate_high) + beside
+        if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
+            # What starts at zero rises first: it is the crossing behind that.
+            back = landing(rate_low * high, at_high, rate_high * high)
+            x = back * high + beside if back < 1.0 else 0.25 * high
+        if attempt % 8 == 7 or not low < x < high:
+            x = 0.5 * (low + high)
+        trial_step(run, now, x, now + x)
         here = left(work.value_ahead, rounding, slot)
+        other = other_crossed(work.value_ahead, rounding, slot)
+        if here >= 0.0 and other < 0:
+            # If it is still not reached where it was expected, that is rounding: look further.
+            beside = 8.0 * beside if 0.0 < x - low <= 2.0 * beside else BESIDE * length
+            rate = rate_at(run, now + x, length, slot)
+            low, at_low, rate_low = x, here, rate
+            continue
+        # Of several that have been crossed here, one may have been before: look before it.
+        beside = BESIDE * length if other < 0 else -BESIDE * length
         if here >= 0.0:
-            other = other_crossed(work.value_ahead, rounding, slot)
-            if other < 0:
-                low, at_low = x, here
-                if side == 1:
-                    at_high *= 0.5
-                side = 1
-                continue
             # Another function has been crossed before: that one, then. At ``low`` none has been.
             slot, here = other, left(work.value_ahead, rounding, other)
-            at_low = max(left(work.value, rounding, slot), 0.0) if low == 0.0 else -here
-            side = 0
-        elif side == -1:
-            at_low *= 0.5
-        high, at_high, side = x, here, -1
+            at_low, rate_low = -here, NEVER
+            if low == 0.0:
+                at_low = max(left(start, rounding, slot), 0.0)
+                rate_low = rate_at_start(run, now, length, slot)
+        elif other < 0 and -here <= max(-rate * CLOSE * length, FINE * rounding[slot]):
+            return x, slot
+        rate = rate_at(run, now + x, length, slot)
+        high, at_high, rate_high = x, here, rate
+    trial_step(run, now, high, now + high)
     return high, slot
+
+
+def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
+    """Rate of an event function at a step's start."""
+    work = run.work
+    if work.rate[slot] < NEVER:
+        return work.rate[slot]
+    put_force_rates(run, now, SHORTLY * length, run.state, work.slope, work.value, 0)
+    return work.force_rate[0, slot]
+
+
+def rate_at(run: Run, time: float, length: float, slot: int) -> float:
+    """Rate of an event function at a trial step's end; what was evaluated there is lost by this."""
+    work = run.work
+    if work.rate_ahead[slot] < NEVER:
+        return work.rate_ahead[slot]
+    put_force_rates(run, time, SHORTLY * length, work.trial, work.slope_ahead, work.value_ahead, 1)
+    return work.force_rate[1, slot]

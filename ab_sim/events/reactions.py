@@ -7,11 +7,17 @@ from ab_sim.events.run import (
     FRICTION,
     GRIP,
     INERTIA,
+    JOINED,
     LOAD,
+    MASS,
     PATH_ACCELERATION,
     PATH_FORCE,
+    PULL,
     BallEvents,
 )
+
+ROUNDING = 1e-12
+"""Relative size of a force that may be rounding."""
 
 
 def put_normal_forces(balls: BallEvents, x: Floats) -> None:
@@ -40,24 +46,33 @@ def path_force_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
     return pull
 
 
+def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
+    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
+    # What tilts a deck acts through its weight at the ball, which is in the forces.
+    size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
+    if balls.has_friction:
+        size += abs(balls.force[i])
+    return ROUNDING * size
+
+
 def largest_friction(balls: BallEvents, i: int) -> float:
     """On ball i [N]; after ``put_normal_forces``."""
     return balls.table[GRIP, i] * max(balls.force[i], 0.0)
 
 
-def put_reactions(balls: BallEvents) -> None:
-    """Fill in ``force`` and ``push``, as far as the balls have such, right after ``evaluate``."""
-    if balls.has_friction:
-        put_normal_forces(balls, balls.x)
-    if balls.has_contact:
-        begin, push = row_start(balls), 0.0
-        for place in range(balls.number):
-            k = around(balls, begin + place)
-            if moves_along(balls, k):
-                # What arrives from behind, and what the ball itself does not need.
-                i = ball_at(balls, k)
-                push += path_force_less_friction(balls, i, balls.x)
-                push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
-            else:
-                push = 0.0
-            balls.push[k] = push
+def put_pushes(balls: BallEvents) -> None:
+    """Fill in ``push`` of balls in contact, right after ``evaluate``."""
+    begin, push = row_start(balls), 0.0
+    for place in range(balls.number):
+        k = around(balls, begin + place)
+        if balls.discrete[k, JOINED] == 0:
+            push = balls.push[k] = 0.0
+            continue
+        if moves_along(balls, k):
+            # What arrives from behind, and what the ball itself does not need.
+            i = ball_at(balls, k)
+            push += balls.table[PULL, i]
+            push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]
+        else:
+            push = 0.0
+        balls.push[k] = push

@@ -23,7 +23,11 @@ LOAD, INERTIA, PATH_FORCE, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION
 of friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of
 friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0,
 whole turns left out [m]; path acceleration g [m/s^2]."""
-COUPLING = 9
+NORMAL, PULL, SIZE = 9, 10, 11
+"""Further lines: the normal force N [N]; force along the race but for a ball's neighbours' pushes,
+and for friction that holds it [N]; sum of the magnitudes of what these are made of, of which
+rounding is a part [N]."""
+COUPLING = 12
 """The first of K lines; K of PRESS follow. With N the race's normal force,
 
     mu g = PATH_FORCE + COUPLING.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
@@ -70,7 +74,7 @@ class BallEvents(NamedTuple):
     branches: Floats
     """The same as the scene reads it, see ``balls.put_branches``."""
     table: Table
-    """Shape (9 + 2 K, n), lines as above."""
+    """Shape (12 + 2 K, n), lines as above."""
     block: Table
     """Equations of what carries the balls, these held on the race: upper triangle of the matrix,
     and forces in the last column; shape (K, K + 1). At impacts."""
@@ -79,7 +83,7 @@ class BallEvents(NamedTuple):
     motor: Floats
     """Shape (3,)."""
     force: Floats
-    """N, the race's normal force on each ball [N]; shape (n,)."""
+    """N, the race's normal force on each ball [N]: the table's line NORMAL."""
     push: Floats
     """Force along the race between the balls at a contact [N]; shape (n,)."""
     accelerations: int
@@ -132,6 +136,9 @@ class Workspace(NamedTuple):
     """Event functions, rounding and rates there; shape (3, slots)."""
     force_rate: Table
     """Rates of the event functions that are forces, at a step's start and end; shape (2, slots)."""
+    measured: Floats
+    """How long after a step's start and end these rates were measured [s]; 0 where they were not;
+    shape (2,)."""
     counts: Integers
     """Events met; steps with events too many to locate and instants at which no branches were found
     for all laws; shape (2,)."""

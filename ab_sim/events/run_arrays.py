@@ -6,9 +6,9 @@ import numpy as np
 
 from ab_sim.dynamics.system import System, has_contact, has_friction, has_motor
 from ab_sim.events.balls import put_branches
-from ab_sim.events.event_functions import slots
+from ab_sim.events.event_functions import NEVER, slots
 from ab_sim.events.rows import WIDTH
-from ab_sim.events.run import COUPLING, BallEvents, Workspace
+from ab_sim.events.run import COUPLING, NORMAL, BallEvents, Workspace
 
 
 def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
@@ -20,18 +20,18 @@ def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
     """
     n, states = len(system.balls), type(system.deck_model).STATES
     every, contact = type(system.deck_model).UNKNOWNS + 1, has_contact(system.effects)
-    driven = has_motor(system.effects)
+    driven, table = has_motor(system.effects), aligned((COUPLING + 2 * every, n))
     return BallEvents(
         number=n,
         constants=np.ascontiguousarray(system.balls),
         contacts=np.ascontiguousarray(system.contacts),
         discrete=discrete,
         branches=aligned((n + n * (n if contact else 1) + 1,)),
-        table=aligned((COUPLING + 2 * every, n)),
+        table=table,
         block=aligned((every, every + 1)),
         x=aligned((every,)),
         motor=aligned((3,)),
-        force=aligned((n,)),
+        force=table[NORMAL],
         push=aligned((n,)),
         accelerations=every,
         free=every if driven else every - 1,
@@ -55,6 +55,10 @@ def branches_of(system: System, discrete: np.ndarray) -> np.ndarray:
 def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (0, 0)) -> Workspace:
     """A workspace for balls, states with such bounds, and a stepper with such a memory."""
     states, size = (len(bounds),), (slots(balls.number),)
+    functions, near_value = [aligned(size) for _ in range(4)], aligned((3, *size))
+    for each in (*functions, near_value[0], near_value[2]):
+        each[:] = NEVER
+    value, value_ahead, rate, rate_ahead = functions
     return Workspace(
         slope=aligned(states),
         trial=aligned(states),
@@ -62,15 +66,16 @@ def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (
         memory=aligned(memory),
         smooth=np.full(1, math.nan),
         bounds=np.array(bounds),
-        value=aligned(size),
-        value_ahead=aligned(size),
-        rate=aligned(size),
-        rate_ahead=aligned(size),
+        value=value,
+        value_ahead=value_ahead,
+        rate=rate,
+        rate_ahead=rate_ahead,
         rounding=aligned(size),
         rows=aligned((balls.number, WIDTH)),
         near=aligned((2, *states)),
-        near_value=aligned((3, *size)),
+        near_value=near_value,
         force_rate=aligned((2, *size)),
+        measured=np.zeros(2),
         counts=np.zeros(2, np.int64),
     )
 

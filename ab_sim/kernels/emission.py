@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
+from math import pi
 
 from ab_sim.kernels.constants import PLACE_FIELDS, ConstantsLayout
 from ab_sim.kernels.model import Evaluated, Model
@@ -57,6 +58,10 @@ class Emission:
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
             self.derived.append(x)
             self.size += n if x.each else 1
+        if model.has_events:
+            # Of what is lowered, and not lowered with it: the other formulas keep their rounding.
+            accelerations = self.roots["accelerations"]
+            self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
     @cached_property
     def derived(self) -> list[Expression]:
@@ -135,15 +140,26 @@ class Emission:
             if n or not is_ball:
                 body.store(x, MemorySlot(pointer, at[k]), each=is_ball)
 
-    def store_row(self, body: Body, pointer: str) -> None:
-        """Write a sample's row, the balls' angles and rates behind the deck's channels."""
-        model, roots = self.model, self.roots["sample"]
+    def store_row(self, body: Body, pointer: str, turned: bool) -> None:
+        """Write a sample's row, the balls' angles and rates behind the deck's channels.
+
+        With ``turned``, whole turns are added, which are behind the pointer of that name.
+        """
+        model, roots = self.model, list(self.roots["sample"])
+        angles = model.graph.input("theta", each=True)
+        if turned:
+            body.places |= {
+                "turns": MemorySlot("turns", 0),
+                "turn": MemorySlot("turns", model.count),
+            }
+            angles = angles + model.graph.input("turns", each=True) * (2.0 * pi)
+            if model.has_motor:
+                roots[0] = roots[0] + model.graph.input("turn") * (2.0 * pi)
         for k, x in enumerate(roots):
             body.store(x, MemorySlot(pointer, k))
         first = len(roots)
         if model.count:
-            for k, name in enumerate(("theta", "rate")):
-                each = model.graph.input(name, each=True)
+            for k, each in enumerate((angles, model.graph.input("rate", each=True))):
                 body.store(each, MemorySlot(pointer, first + k, stride=2))
         if model.has_motor:
             torque = self.roots["torque"][0]
@@ -158,11 +174,15 @@ class Emission:
         return into
 
     def finish(self, lanes: int = 1) -> Function:
-        """``finish(c, b, y, k, row, time, profile_time)``: slope and sample at a step's end."""
-        names = ["time", "profile_time"]
-        into, body = self.function("finish", ["y", "k", "row"], names, state="y", lanes=lanes)
+        """``finish(c, b, y, k, row, time, profile_time)``: slope and sample at a step's end.
+
+        In lanes ``finish(c, b, t, y, k, turns, row)``, with the whole turns of balls and of a
+        motor's spindle added.
+        """
+        names, pointers = ["time", "profile_time"], ["y", "k", *["turns"] * (lanes > 1), "row"]
+        into, body = self.function("finish", pointers, names, state="y", lanes=lanes)
         self.store_slope(body, self.roots["slope"], "k")
-        self.store_row(body, "row")
+        self.store_row(body, "row", lanes > 1)
         return into
 
     def evaluate(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:

@@ -198,6 +198,20 @@ class Model:
         ]
         return [self.lifted(x) for x in columns]
 
+    def with_forces(
+        self, columns: Sequence[Expression], x: Sequence[Expression]
+    ) -> list[Expression]:
+        """The columns of ``table``, and between them those that follow from the accelerations."""
+        load, _, pull, friction, *others = columns
+        coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]
+        normal = load if self.has_friction else self.lifted(0.0)
+        for r, each in enumerate(x):
+            pull = pull + coupling[r] * each
+            normal = normal + press[r] * each if self.has_friction else normal
+        pull = pull - friction * normal
+        size = abs(pull) + self.balls.mass * (abs(x[0]) + abs(x[1])) + abs(normal)
+        return [*columns[:9], normal, pull, size, *columns[9:]]
+
     def block(self, arrow: Arrow) -> list[Expression]:
         """The equations' block, forces in its last column, line by line."""
         lines = [[*line, f] for line, f in zip(arrow.block, arrow.force, strict=True)]

@@ -144,7 +144,8 @@ def _table(code: Code) -> list[Expression]:
     model, at = code.model, code.model.motion()
     found = model.evaluated(at)
     accelerations = [model.lifted(x) for x in found.solved.x]
-    return [*accelerations, *code.emission.motor(found), *model.table(at, found)]
+    table = model.with_forces(model.table(at, found), accelerations)
+    return [*accelerations, *code.emission.motor(found), *table]
 
 
 def _impact(code: Code) -> list[Expression]:

@@ -18,7 +18,7 @@ from ab_sim.reports.summary import CAPTION, Row
 
 HEIGHT = 270
 """Pixels of a panel of height 1."""
-_STYLE = """
+STYLE = """
 body { font-family: sans-serif; margin: 1.5em; color: #222; }
 table { border-collapse: collapse; margin-bottom: 0.5em; }
 th, td { text-align: left; padding: 0.25em 1.2em 0.25em 0.3em; border-bottom: 1px solid #ccc; }
@@ -61,49 +61,51 @@ def report_page(
         OSError: it cannot be written.
     """
     title = "Report: " + ", ".join(grid.names)
-    heads = "".join(f"<th>{_shown(name)}</th>" for name in ("", *grid.names))
+    heads = "".join(f"<th>{shown(name)}</th>" for name in ("", *grid.names))
     table = "".join(
-        f"<tr><th>{_shown(label)}</th>"
-        + "".join(f"<td>{_shown(cell)}</td>" for cell in cells)
+        f"<tr><th>{shown(label)}</th>"
+        + "".join(f"<td>{shown(cell)}</td>" for cell in cells)
         + "</tr>\n"
         for label, cells in rows
     )
     said = "".join(
-        f"<p><b>{_shown(name)}</b>: {_shown(note)}</p>\n"
+        f"<p><b>{shown(name)}</b>: {shown(note)}</p>\n"
         for name, each in zip(grid.names, notes, strict=True)
         for note in each
     )
     columns = f"grid-template-columns: repeat({len(grid.names)}, minmax(0, 1fr))"
-    body = "".join(f"<h2>{_shown(name)}</h2>\n" for name in grid.names)
+    body = "".join(f"<h2>{shown(name)}</h2>\n" for name in grid.names)
     for panels, limits, own in zip(grid.rows, grid.limits, grid.own, strict=True):
         for panel, each in zip(panels, limits, strict=True):
             body += "<div></div>\n" if panel is None else _division(panel, each, own)
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{_shown(title)}</title>\n<style>{_STYLE}</style>\n"
-        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{_shown(title)}</h1>\n"
-        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{_shown(CAPTION)}</p>\n{said}"
+        f"<title>{shown(title)}</title>\n<style>{STYLE}</style>\n"
+        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n"
+        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{shown(CAPTION)}</p>\n{said}"
         f'<div class="runs" style="{columns}">\n{body}</div>\n<script>{_SCRIPT}</script>'
         "</body></html>\n"
     )
     write_whole(path, text.encode())
 
 
-def _shown(text: str) -> str:
+def shown(text: str) -> str:
+    """A text from outside, as it stands in a page."""
     return html.escape(visible(text))
 
 
 def _division(panel: Panel, limits: Limits, own: bool) -> str:
-    figure = _figure(panel, limits)
+    figure = panel_figure(panel, limits)
     drawn = figure.to_html(
         full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
     )
     kind = "time" if panel.across == TIME else "other"
-    title = _shown(grid_title(panel, own))
+    title = shown(grid_title(panel, own))
     return f'<div class="{kind}"><h3>{title}</h3>{drawn}</div>\n'
 
 
-def _figure(panel: Panel, limits: Limits) -> Any:
+def panel_figure(panel: Panel, limits: Limits) -> Any:
+    """A panel as Plotly draws it, on axes of these limits."""
     figure = go.Figure()
     if panel.heat is not None:
         figure.add_heatmap(

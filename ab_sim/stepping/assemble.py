@@ -86,3 +86,14 @@ def run_with(
         is_implicit=False,
         implicit=NOT_IMPLICIT,
     )
+
+
+def known_of(run: Run) -> dict[str, bool]:
+    """What the driver's code may leave out: code for events takes long to make."""
+    return {
+        "has_events": run.has_events,
+        "is_implicit": run.is_implicit,
+        "has_friction": run.balls.has_friction,
+        "has_contact": run.balls.has_contact,
+        "has_motor": run.balls.has_motor,
+    }

@@ -170,6 +170,8 @@ def take_over_end(work: Workspace) -> None:
     for slot in range(work.value.size):
         work.value[slot] = work.value_ahead[slot]
         work.rate[slot] = work.rate_ahead[slot]
+        work.force_rate[0, slot] = work.force_rate[1, slot]
+    work.measured[0], work.measured[1] = work.measured[1], 0.0
 
 
 def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:

@@ -13,6 +13,7 @@ from ab_sim.events.event_functions import MOTOR, TOUCH
 from ab_sim.events.location import (
     BOUNCES,
     CLOSE,
+    first_crossed,
     locate,
     lowest_between,
     trial_step,
@@ -46,7 +47,8 @@ def step_over_events_with_tangents(own: Tangents, begin: float, length: float, e
     now, rest, slot = begin, length, -1
     copy(own.length, own.rest)
     for _ in range(BOUNCES + 20 * run.balls.number):
-        slot = trial_step(run, now, rest, end)
+        trial_step(run, now, rest, end)
+        slot = first_crossed(run.work.value, run.work.value_ahead, run.work.rounding)
         taken = rest
         if not within_bounds(work.trial, work.bounds):
             return False

@@ -160,7 +160,7 @@ def seam_change(own: Tangents, k: int, block: int, lane: int) -> float:
 
 
 def push_change(own: Tangents, k: int, lane: int) -> float:
-    """Of the push between the balls at contact k [N], see ``reactions.put_reactions``."""
+    """Of the push between the balls at contact k [N], see ``reactions.put_pushes``."""
     balls, n, push = own.run.balls, own.run.balls.number, 0.0
     begin = row_start(balls)
     for place in range(n):

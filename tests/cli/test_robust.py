@@ -86,7 +86,7 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((), "Missing option"),
+        ((), "nothing is spread; name a key"),
         (("--spread", "balls.masss=5%"), "did you mean 'balls.mass'"),
         (("--spread", "balls.mass=5 mm"), "is a length"),
         (("--spread", "balls.mass=five"), "'five' is no number"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.compiling import Cube, Floats, Integers, IntegerTable, Table, compiled, scratch
+from ab_sim.compiling.translate import Module
 from tests.compiling.ways import same
 
 
@@ -138,6 +139,32 @@ def address_sum(out: Floats) -> None:
     small[0] = large[2, 4] = 1.0
     inner = Inner(small, 1.0, True)
     out[0] = inner.values[0] + large[2][4]
+
+
+class Several(NamedTuple):
+    inner: tuple[Inner, Inner]
+    both: tuple[Outer, Outer]
+
+
+def each_of_several(several: Several) -> float:
+    total, k = 0.0, 0
+    for inner in several.inner:
+        inner.values[k] += of_inner(inner, 1)
+        for outer in several.both:
+            total += outer.count * outer.second.scale + inner.values[k]
+        k += 1
+    for inner in several.inner:
+        again = inner
+        inner = again  # it may be assigned to, too
+        total += sum_of(inner)
+    return total
+
+
+def test_records_of_a_tuple_are_not_copied_in_a_loop() -> None:
+    several = Several((outer(1).first, outer(2).second), (outer(3), outer(4)))
+    same(each_of_several, several)
+    lines = Module(each_of_several, {}).text().splitlines()
+    assert len(lines) < 400, "with copies it has 600"
 
 
 def test_records_in_records() -> None:

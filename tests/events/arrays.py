@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.events.run import COUPLING, MOBILITY, ORDER, ROLLING_MASS, BallEvents
+from ab_sim.events.run import COUPLING, MOBILITY, NORMAL, ORDER, ROLLING_MASS, BallEvents
 
 
 def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
@@ -12,17 +12,18 @@ def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:
     constants, contacts = np.zeros((n, 10)), np.zeros((n, 2))
     constants[:, [ROLLING_MASS, MOBILITY]] = 1.0
     contacts[:, ORDER] = np.arange(n)
+    table = np.zeros((COUPLING + 2 * size, n))
     balls = BallEvents(
         number=n,
         constants=constants,
         contacts=contacts,
         discrete=np.zeros((n + 1, 4), np.int64),
         branches=np.zeros(n + n * n + 1),
-        table=np.zeros((COUPLING + 2 * size, n)),
+        table=table,
         block=np.zeros((size, size + 1)),
         x=np.zeros(size),
         motor=np.zeros(3),
-        force=np.zeros(n),
+        force=table[NORMAL],
         push=np.zeros(n),
         accelerations=size,
         free=size - 1,

@@ -7,7 +7,11 @@ import pytest
 
 from ab_sim.events.balls import put_branches
 from ab_sim.events.impact import solve_jumps
-from ab_sim.events.reactions import put_reactions
+from ab_sim.events.reactions import (
+    path_force_less_friction,
+    put_normal_forces,
+    put_pushes,
+)
 from ab_sim.events.run import (
     COUPLING,
     DIRECTION,
@@ -20,6 +24,7 @@ from ab_sim.events.run import (
     ORDER,
     PATH_ACCELERATION,
     PATH_FORCE,
+    PULL,
     ROLLING_MASS,
     BallEvents,
 )
@@ -159,10 +164,13 @@ def test_reactions_are_those_of_the_dense_solution(friction: bool, contact: bool
         balls = random_balls(random, 3, friction=friction, contact=contact, motor=True)
         want = densely(balls)
         balls.x[:], balls.table[PATH_ACCELERATION] = want.deck, want.balls
-        put_reactions(balls)
+        put_normal_forces(balls, balls.x)
+        for i in range(N):
+            balls.table[PULL, i] = path_force_less_friction(balls, i, balls.x)
         if friction:
             np.testing.assert_allclose(balls.force, want.normal, atol=1e-11)
         if contact:
+            put_pushes(balls)
             np.testing.assert_allclose(balls.push, want.pushes, atol=1e-11)
 
 

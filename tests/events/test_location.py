@@ -1,12 +1,19 @@
 """Events are found in their order and at their time, however many there are in a step."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 
 from ab_sim.events.balls import put_branches
-from ab_sim.events.location import BOUNCES, check_branches, minimum_of_cubic, step_over_events
+from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
+from ab_sim.events.event_functions import NEVER
+from ab_sim.events.location import (
+    BOUNCES,
+    check_branches,
+    step_over_events,
+)
 from ab_sim.events.run import DIRECTION, JOINED, LOADED, Run, evaluate
 from tests.events.track import passing_points, run_on_track
 
@@ -142,3 +149,48 @@ def test_the_minimum_of_a_cubic_is_its_lowest_value_within() -> None:
             found += 1
             assert lowest == pytest.approx(values.min(), abs=1e-7)
     assert found > 50
+
+
+def test_where_a_cubic_is_zero() -> None:
+    """One that rises and falls again, one that falls all along, and a straight line."""
+    for root in (0.2, 0.5, 0.93):
+        low, high = 2.0, 5.0
+
+        def rising(x: float, root: float = root) -> float:
+            return (1.0 + 0.3 * x) * (root - x) * (x + 0.05)
+
+        def slope(x: float, function: Any) -> float:
+            return float((function(x + 1e-6) - function(x - 1e-6)) / 2e-6 / 3.0)
+
+        ends = rising(0.0), rising(1.0)
+        rates = slope(0.0, rising), slope(1.0, rising)
+        found = crossing(low, high, *ends, *rates)
+        assert found == pytest.approx(low + 3.0 * root, abs=1e-7)
+        line = crossing(low, high, root, root - 1.0, NEVER, -1.0 / 3.0)
+        assert line == pytest.approx(low + 3.0 * root)
+        # x = root is where the inverse cubic is that the ends and rates say.
+        inverse = crossing(low, high, 1.0 * root, root - 1.0, -1.0 / 3.0, -1.0 / 3.0)
+        assert inverse == pytest.approx(low + 3.0 * root)
+        # Zero at the start, up, and down again at the root.
+        back = landing(root * 0.7, 0.7 * (root - 1.0), 0.7 * (root - 2.0))
+        assert back == pytest.approx(root)
+    assert landing(1.0, 1.0, 1.0) == landing(-1.0, -1.0, -1.0) == 1.0, "it does not come down"
+
+
+def test_an_event_takes_three_trial_steps() -> None:
+    """Of a ball that comes to rest; where several do, it takes some more."""
+    steps = 0
+    run = run_on_track([0.0, 2.0], [1.0, 3.0], friction=0.7, load=lambda t, y: 9.0 + np.sin(y[0]))
+    run.balls.discrete[:2, DIRECTION] = 1
+    inner = run.scene.step
+
+    def counted(*arguments: Any) -> None:
+        nonlocal steps
+        steps += 1
+        inner(*arguments)  # type: ignore[operator]
+
+    run = run._replace(scene=run.scene._replace(step=counted))
+    for k in range(10):
+        go(run, 0.1 * k, 0.1)
+    assert run.work.counts[0] == 2 and np.all(run.state[2:] == 0.0)
+    assert steps <= 10 + 2 * 4, "two to find it, one for the rest of the step, and one to spare"

@@ -16,11 +16,14 @@ from ab_sim.events.run import (
     LOADED,
     MASS,
     MOBILITY,
+    NORMAL,
     PATH,
     PATH_ACCELERATION,
     PATH_FORCE,
+    PULL,
     RACE_RADIUS,
     ROLLING_MASS,
+    SIZE,
     SPACING,
     Run,
     SceneFunctions,
@@ -72,6 +75,8 @@ def run_on_track(
         table[FRICTION] = b[:n] * friction
         table[CURVE], table[ALONG], table[PATH] = 1.0, y[:n], y[n:]
         forces = table[PATH_FORCE] - table[FRICTION] * table[LOAD]
+        table[NORMAL], table[PULL] = table[LOAD], forces
+        table[SIZE] = abs(forces) + (abs(table[LOAD]) if load else 0.0)
         rows = b[n : n + n * n].reshape(n, n) if contact else np.diag(b[n : 2 * n])
         table[PATH_ACCELERATION] = rows @ forces
         slope[:n], slope[n:] = y[n:], table[PATH_ACCELERATION]

@@ -36,7 +36,6 @@ def test_the_firmware_balances_each_drive(drive: Path, tmp_path: Path) -> None:
     assert len(trials) == 5
 
 
-@pytest.mark.skipif(not (FOLDER / "c" / "adaptive.c").exists(), reason="no adaptive start-up in C")
 def test_the_adaptive_one_balances_most_drives(drive: Path, tmp_path: Path) -> None:
     made = make(tmp_path, drive, "TESTS=adaptive", "AB_SIM=false", "CFLAGS=-O2 -Wall -Werror")
     assert made.returncode == 0, made.stdout + made.stderr

@@ -193,6 +193,9 @@ class Merit(Generic[T]):
         """
         if self.plain is _as_it_is and self.unit not in ("e", "mm/s"):
             return list(values)
+        if self.unit == "e" and None not in values and np.all(eccentricities > 0.0):
+            found: list[Any] = (np.array(values, float) / eccentricities).tolist()
+            return found
         each = zip(values, eccentricities.tolist(), strict=True)
         return [self.as_reported(value, e) for value, e in each]
 

@@ -1,5 +1,6 @@
 """A deck in the plane, from a scene."""
 
+import functools
 import math
 from typing import Any
 
@@ -141,6 +142,7 @@ def spindle_inertia(system: System) -> float:
     return float(rotor_moment(system.effects) + body.unbalance * body.eccentricity + held)
 
 
+@functools.lru_cache(maxsize=64)
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
     """Where the deck hangs at rest under gravity, from the suspension's unloaded position [m]."""
     if not has_gravity(effects):

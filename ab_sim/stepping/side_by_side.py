@@ -1,22 +1,23 @@
 """Fixed steps of eight runs at once, each in a lane of its own."""
 
-from math import pi
 from typing import NamedTuple
 
 import numpy as np
 
 from ab_sim.compiling.kinds import Cube, Floats, IntegerTable, Table, call
+from ab_sim.stepping.settle import SOUND
 
 LANES = 8
 """Runs side by side: numbers that fill a vector of AVX-512, or two of AVX2."""
-TWO_PI_REST = 2.4492935982947064e-16
-"""2 pi less the floating-point number nearest to it."""
 FIRST, STEPS, FINISHES = 0, 1, 2
 """Columns of a plan's rows: steps taken before; steps, or 1 for the part of one; whether its
 last part ends a step, which is then recorded."""
 START, OFFSET, LENGTH = 0, 1, 2
 """Lines of the times of a row [s]: when its segment of the schedule begins, where it begins in its
-step, and the length of each of its steps or parts."""
+step, and the length of each of its steps or parts; 0 where a run has no further part."""
+BEGIN, TAKEN, END, ON_PROFILE = 0, 1, 2, 3
+"""Lines of ``LaneRuns.times`` [s]: when a step begins, its length, when it ends, and when its
+sample is on the profile."""
 
 
 class LanePlan(NamedTuple):
@@ -36,23 +37,19 @@ class LaneRuns(NamedTuple):
     prepare: int
     """prepare(c), in lanes, as all of these functions."""
     slope: int
-    """slope(c, b, t, y, k)."""
+    """slope(c, b, t, y, k); of runs without events."""
     step: int
     """step(c, b, t, y, k, trial); begin and length behind t."""
+    settle: int
+    """settle(t, y, trial, bounds, turns, said): see ``settle``; length behind t."""
     finish: int
-    """finish(c, b, t, y, k, row); time and the profile's time behind t."""
+    """finish(c, b, t, y, k, turns, row); time and the profile's time behind t."""
     c: Table
     """Constants, shape (constants, 8)."""
-    b: Floats
-    """Branches: none."""
+    b: Table
+    """Branches, shape (numbers, 8)."""
     place: int
     """Where in c the place on the speed profile begins."""
-    first_angle: int
-    """Where in the state theta_0 lies."""
-    balls: int
-    """n."""
-    ball_column: int
-    """Where in a row the first ball's angle is."""
     step_length: float
     """s."""
     every: int
@@ -62,9 +59,11 @@ class LaneRuns(NamedTuple):
     state: Table
     """Shape (states, 8)."""
     turns: Table
-    """Taken out of the balls' angles, shape (n, 8)."""
-    sound: Table
-    """1 while a run is within its bounds, and how many steps it was: shape (2, 8)."""
+    """Taken out of the balls' angles and of a motor's spindle's, shape (n or n + 1, 8)."""
+    said: Table
+    """Shape (2, 8), lines as of ``settle``."""
+    sound: Floats
+    """How many steps each was within its bounds, shape (8,)."""
     slopes: Table
     """Shape (states, 8)."""
     trial: Table
@@ -72,7 +71,7 @@ class LaneRuns(NamedTuple):
     row: Table
     """Of the sample at hand, shape (numbers, 8)."""
     times: Table
-    """Shape (2, 8)."""
+    """Shape (4, 8), lines as above."""
 
 
 class LaneSamples(NamedTuple):
@@ -100,80 +99,81 @@ class LaneSamples(NamedTuple):
 
 
 def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -> None:
-    """Take the steps of a plan with eight runs, recording every so many.
+    """Take the steps of a plan with eight runs without events, recording every so many.
 
     Args:
-        runs: without events; state and turns are the last at the end.
+        runs: state and turns are the last at the end.
         plan: where they go.
         samples: of each run; their channels are those of ``fixed_step.record``.
     """
-    c, b, times, state, turns = runs.c, runs.b, runs.times, runs.state, runs.turns
+    c, b, times, state = runs.c, runs.b, runs.times, runs.state
     for s in range(plan.rows.shape[0]):
-        first, finishes = plan.rows[s, FIRST], plan.rows[s, FINISHES]
-        for j in range(plan.places.shape[1]):
-            for lane in range(LANES):
-                c[runs.place + j, lane] = plan.places[s, j, lane]
-        call(runs.prepare, c)
-        for lane in range(LANES):
-            times[0, lane] = local_time(runs, plan, s, first, lane)
+        enter(runs, plan, s)
         call(runs.slope, c, b, times, state, runs.slopes)
         for k in range(plan.rows[s, STEPS]):
-            for lane in range(LANES):
-                times[0, lane] = local_time(runs, plan, s, first + k, lane)
-                times[1, lane] = plan.times[s, LENGTH, lane]
+            put_times(runs, plan, s, k)
             call(runs.step, c, b, times, state, runs.slopes, runs.trial)
-            take_over(runs)
-            take_out_turns(runs)
-            for lane in range(LANES):
-                # To the bit what a single run has.
-                if times[1, lane] == runs.step_length:
-                    times[0, lane] = local_time(runs, plan, s, first + k + 1, lane)
-                else:
-                    times[0, lane] += times[1, lane]
-                start = plan.times[s, START, lane]
-                times[1, lane] = (first + k + 1) * runs.step_length - start
-            if finishes != 0:
-                for lane in range(LANES):
-                    runs.sound[1, lane] += runs.sound[0, lane]
-            if finishes != 0 and (first + k + 1) % runs.every == 0:
-                call(runs.finish, c, b, times, state, runs.slopes, runs.row)
-                for i in range(runs.balls):
-                    for lane in range(LANES):
-                        at = runs.ball_column + 2 * i
-                        runs.row[at, lane] += 2.0 * pi * turns[i, lane]
-                put_sample(runs, samples, first + k + 1)
+            settle(runs)
+            if not recorded(runs, plan, samples, s, k):
+                call(runs.slope, c, b, times[END:], state, runs.slopes)
+
+
+def enter(runs: LaneRuns, plan: LanePlan, s: int) -> None:
+    """Begin a row of a plan."""
+    for j in range(plan.places.shape[1]):
+        for lane in range(LANES):
+            runs.c[runs.place + j, lane] = plan.places[s, j, lane]
+    call(runs.prepare, runs.c)
+    for lane in range(LANES):
+        runs.times[TAKEN, lane] = plan.times[s, LENGTH, lane]
+        runs.times[BEGIN, lane] = local_time(runs, plan, s, 0, lane)
+
+
+def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
+    """Times of a row's k-th step: to the bit what a single run has.
+
+    A run whose step has ended before keeps when it did.
+    """
+    first, times = plan.rows[s, FIRST] + k + 1, runs.times
+    for lane in range(LANES):
+        length = times[TAKEN, lane]
+        if length > 0.0:
+            times[BEGIN, lane] = local_time(runs, plan, s, k, lane)
+            if length == runs.step_length:
+                times[END, lane] = local_time(runs, plan, s, k + 1, lane)
             else:
-                call(runs.slope, c, b, times, state, runs.slopes)
+                times[END, lane] = times[BEGIN, lane] + length
+            times[ON_PROFILE, lane] = first * runs.step_length - plan.times[s, START, lane]
 
 
-def local_time(runs: LaneRuns, plan: LanePlan, s: int, steps: int, lane: int) -> float:
-    """Since the piece of the profile began [s], after so many steps."""
-    since = steps * runs.step_length - plan.times[s, START, lane]
+def settle(runs: LaneRuns) -> None:
+    """The trial states become the states, as far as runs take the step."""
+    length, state, trial = runs.times[TAKEN:], runs.state, runs.trial
+    call(runs.settle, length, state, trial, runs.bounds, runs.turns, runs.said)
+
+
+def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> float:
+    """Since the piece of the profile began [s], after so many steps of a row."""
+    since = (plan.rows[s, FIRST] + k) * runs.step_length - plan.times[s, START, lane]
     return since + plan.times[s, OFFSET, lane]
 
 
-def take_over(runs: LaneRuns) -> None:
-    """The trial states become the states; see whether they are sound."""
-    for j in range(runs.state.shape[0]):
-        for lane in range(LANES):
-            value = runs.trial[j, lane]
-            runs.state[j, lane] = value
-            # Written so that a NaN is not within bounds.
-            inside = 1.0 if abs(value) < runs.bounds[j, lane] else 0.0
-            runs.sound[0, lane] = runs.sound[0, lane] * inside
+def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> bool:
+    """Record what follows a row's k-th step, if it ends there and is to be; whether it was.
 
-
-def take_out_turns(runs: LaneRuns) -> None:
-    """Count whole turns of balls apart; a ball makes at most one in a step."""
-    for i in range(runs.balls):
-        for lane in range(LANES):
-            angle = runs.state[runs.first_angle + i, lane]
-            turn = 0.0
-            if abs(angle) > 2.0 * pi:
-                turn = 1.0 if angle > 0.0 else -1.0
-            within = (angle - turn * (2.0 * pi)) - turn * TWO_PI_REST
-            runs.state[runs.first_angle + i, lane] = within
-            runs.turns[i, lane] += turn
+    Fills in the slopes, too.
+    """
+    if plan.rows[s, FINISHES] == 0:
+        return False
+    for lane in range(LANES):
+        runs.sound[lane] += runs.said[SOUND, lane]
+    steps = plan.rows[s, FIRST] + k + 1
+    if steps % runs.every != 0:
+        return False
+    at, turns = runs.times[END:], runs.turns
+    call(runs.finish, runs.c, runs.b, at, runs.state, runs.slopes, turns, runs.row)
+    put_sample(runs, samples, steps)
+    return True
 
 
 def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:

@@ -1,0 +1,225 @@
+"""What is wrong with a recording, in one message each, before anything is fitted to it."""
+
+import math
+
+import numpy as np
+
+from ab_sim.errors import InputError, exact
+
+FEWEST = 50
+"""Samples."""
+FEWEST_TURNS = 2.0
+PER_TURN = 4.0
+"""Samples that a turn of the spindle needs at its fastest."""
+GAP = 20
+"""Sampling intervals without a sample that are no gap yet."""
+MOST_LEFT_OUT = 0.05
+"""Of the samples of a signal, that may be no numbers."""
+FLAT = 3
+"""Samples in a row at the largest value that look clipped; so many such places are."""
+CLIPPED = 3
+BACKWARD = 4.0
+"""Times as much whirl against the spindle as with it: axes are swapped."""
+CIRCULATING = 0.2
+"""Of the spindle's speed: slower balls than that are not heard of."""
+TURNS_OFF = 0.08
+"""By which the strongest frequency may be off the spindle's, as a share of it."""
+
+
+def check_time(time: np.ndarray, name: str) -> None:
+    """Refuse times that are no times of one run.
+
+    Raises:
+        InputError: says what is wrong, where, and what to do.
+    """
+    if len(time) < FEWEST:
+        raise InputError(
+            f"{name}: has {len(time)} samples; must be at least {FEWEST}; record for longer"
+        )
+    if not np.isfinite(time).all():
+        row = int(np.flatnonzero(~np.isfinite(time))[0])
+        raise InputError(f"{name}: time: row {row} is no finite number; remove it")
+    steps = np.diff(time)
+    if (steps == 0.0).all():
+        raise InputError(f"{name}: time: never changes; is it the right column?")
+    if (steps < 0.0).any():
+        row = int(np.flatnonzero(steps < 0.0)[0]) + 1
+        raise InputError(
+            f"{name}: time: goes back at row {row}, from {exact(float(time[row - 1]))} to "
+            f"{exact(float(time[row]))} s; are there two drives or two runs in one file? give "
+            "each a file of its own"
+        )
+    if (steps == 0.0).any():
+        row = int(np.flatnonzero(steps == 0.0)[0]) + 1
+        raise InputError(
+            f"{name}: time: {exact(float(time[row]))} s stands there twice, at row {row}; are "
+            "there two drives in one file? keep one sample for each time"
+        )
+    usual = float(np.median(steps))
+    row = int(np.argmax(steps))
+    if steps[row] > GAP * usual:
+        raise InputError(
+            f"{name}: time: no samples for {float(steps[row]):.4g} s after "
+            f"{exact(float(time[row]))} s; what the spindle did there is not known; give the part "
+            "before the gap, or the part behind it, as a file of its own"
+        )
+
+
+def check_finite(values: np.ndarray, what: str, name: str) -> None:
+    """Refuse a spindle that is not known at every sample.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    if not np.isfinite(values).all():
+        row = int(np.flatnonzero(~np.isfinite(values))[0])
+        raise InputError(
+            f"{name}: {what}: row {row} is no finite number, and runs have to follow the spindle; "
+            "fill it in, or cut the recording there"
+        )
+
+
+def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> None:
+    """Refuse a spindle that cannot be followed.
+
+    Args:
+        time: of the samples [s].
+        speed: rad/s.
+        what: the column that says so.
+        name: of the recording.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    check_finite(speed, what, name)
+    top = float(np.max(np.abs(speed)))
+    turns = float(np.sum(np.abs(speed[:-1]) * np.diff(time))) / (2.0 * math.pi)
+    if turns < FEWEST_TURNS:
+        raise InputError(
+            f"{name}: {what}: the spindle makes {turns:.2g} turns; must be at least "
+            f"{FEWEST_TURNS:g}: record for longer, or see whether the unit is right"
+        )
+    between = float(np.median(np.diff(time)))
+    if 2.0 * math.pi / (top * between) < PER_TURN:
+        raise InputError(
+            f"{name}: {what}: at {top:.4g} rad/s there are "
+            f"{2.0 * math.pi / (top * between):.2g} samples in a turn; must be at least "
+            f"{PER_TURN:g}: sample faster, or see whether the units of time and speed are right"
+        )
+
+
+def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: str) -> None:
+    """Refuse a speed and an angle that are not of one spindle, or not over this time.
+
+    Args:
+        time: of the samples [s].
+        speed: rad/s.
+        angle: rad, unwrapped.
+        name: of the recording.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    turned = float(angle[-1] - angle[0])
+    said = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
+    ratio = turned / said if said else math.inf
+    if abs(ratio - 1.0) > TURNS_OFF:
+        raise InputError(
+            f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; see "
+            "whether the sampling rate, and the units of time, speed and angle, are right"
+        )
+
+
+def check_signal(signal: np.ndarray, what: str, name: str) -> None:
+    """Refuse a signal that says nothing, or not what the sensor felt.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    there = np.isfinite(signal)
+    missing = len(signal) - int(there.sum())
+    if missing > MOST_LEFT_OUT * len(signal):
+        raise InputError(
+            f"{name}: {what}: {missing} of {len(signal)} samples are no finite numbers; at most "
+            f"{100 * MOST_LEFT_OUT:g} % may be; is the sensor connected?"
+        )
+    values = signal[there]
+    low, high = float(values.min()), float(values.max())
+    if low == high:
+        raise InputError(
+            f"{name}: {what}: is {exact(low)} all the time; is the sensor connected, and is it "
+            "the right column?"
+        )
+    for end in (low, high):
+        at = values == end
+        runs = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
+        lengths = runs[1::2] - runs[::2]
+        if int((lengths >= FLAT).sum()) >= CLIPPED:
+            raise InputError(
+                f"{name}: {what}: is clipped: it stays at {exact(end)} for {FLAT} samples or more "
+                f"at {int((lengths >= FLAT).sum())} places; record with a larger range"
+            )
+
+
+def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> str:
+    """Refuse a whirl that is not the spindle's: wrong rate, wrong unit of speed, swapped axes.
+
+    Args:
+        angle: of the spindle at each sample [rad].
+        whirl: the two signals as x + i y, finite; of one signal, real.
+        with_balls: whether there are balls: those that circulate whirl slower than the spindle.
+        name: of the recording.
+
+    Returns:
+        What has to be said of it; empty if nothing.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    centred = whirl - whirl.mean()
+    window = np.hanning(len(centred))
+    if np.iscomplexobj(whirl):
+        forward = _share(centred * np.exp(-1j * angle) * window)
+        backward = _share(centred * np.exp(1j * angle) * window)
+        if backward > BACKWARD * forward and backward > 0.2:
+            raise InputError(
+                f"{name}: the deck whirls against the spindle; are the signals' axes swapped, or "
+                "is one reversed (direction in the mapping), or the sign of the speed?"
+            )
+    strength, factor = _best_factor(centred, angle, window)
+    if strength < 0.3 or abs(factor - 1.0) < TURNS_OFF:
+        return ""
+    said = (
+        f"the vibration follows {factor:.3g} times the spindle's speed, where an unbalance follows "
+        "it once"
+    )
+    if with_balls and CIRCULATING < factor < 1.0:
+        return f"{said}: balls circulate, or the sampling rate is wrong"
+    raise InputError(
+        f"{name}: {said}; see whether the sampling rate and the unit of the speed (rad/s, rpm, Hz) "
+        "are right"
+    )
+
+
+FACTORS = np.concatenate([[1.0], 1.0 / np.array([60, 2 * math.pi, 9.5493]), [60, 6.2832, 9.5493]])
+"""Of speeds with a wrong unit; and of sampling rates that are off, see ``_best_factor``."""
+
+
+def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> tuple[float, float]:
+    """Which multiple of the spindle's angle the vibration turns with, and how clearly."""
+    factors = np.unique(np.concatenate([FACTORS, np.geomspace(0.2, 5.0, 400)]))
+    factors = factors[np.argsort(np.abs(np.log(factors)))]
+    shares = np.array([_share(centred * np.exp(-1j * f * angle) * window) for f in factors])
+    best = int(np.argmax(shares))
+    if shares[best] < 2.0 * shares[0]:
+        return 0.0, 1.0
+    return float(shares[best]), float(factors[best])
+
+
+def _share(turned: np.ndarray) -> float:
+    """Part of a signal, on axes that turn with the spindle, that changes slowly there."""
+    spectrum = np.abs(np.fft.fft(turned)) ** 2
+    slow = max(3, len(turned) // 200)
+    kept = float(spectrum[: slow + 1].sum() + spectrum[-slow:].sum())
+    whole = float(spectrum.sum())
+    return kept / whole if whole > 0.0 else 0.0

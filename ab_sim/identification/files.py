@@ -1,0 +1,108 @@
+"""Which files an identification is given, and how each is read."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import NamedTuple
+
+from ab_sim.errors import InputError, nearest
+from ab_sim.identification.inputs import check_kinds, measured_of
+from ab_sim.identification.mapping import Mapping as ColumnMapping
+from ab_sim.identification.mapping import number_of, read_mapping_file
+from ab_sim.identification.measured import NUISANCES, Measured
+from ab_sim.quoting import short
+from ab_sim.scene.model import Scene
+
+MOST_MASS = 1e3
+"""kg."""
+
+
+class Files(NamedTuple):
+    """Recordings by their files."""
+
+    recordings: Sequence[Path]
+    without_balls: Sequence[Path] = ()
+    """Further ones, made without balls."""
+    hold_out: Sequence[Path] = ()
+    """That are judged and not fitted."""
+    maps: Sequence[Path] = ()
+    """One for all, one for each of all that were given, in this order, or none."""
+    signal: str | None = None
+    """See ``usual_mapping``."""
+    free: Sequence[str] = ()
+    """Of ``NUISANCES``, of each recording."""
+    trial_masses: Mapping[str, float] = {}
+    """Clamped to the deck, by the recording's name without ending [kg]."""
+
+
+def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measured]]:
+    """Recordings to be fitted, and those to be judged.
+
+    Raises:
+        InputError: one of them cannot be used; says why and what to do.
+        RecordingError: one cannot be read.
+    """
+    for what in files.free:
+        if what not in NUISANCES:
+            raise InputError(
+                f"free {what}: must be some of {', '.join(NUISANCES)}{nearest(what, NUISANCES)}"
+            )
+    paths = [*files.recordings, *files.without_balls, *files.hold_out]
+    for path in paths:
+        if paths.count(path) > 1:
+            raise InputError(f"{path}: is given twice; give each recording once")
+    mappings = _mappings(files, paths)
+    bare = len(files.recordings)
+    outside = bare + len(files.without_balls)
+    found = []
+    for k, (path, mapping) in enumerate(zip(paths, mappings, strict=True)):
+        balls = False if bare <= k < outside else None
+        measured = measured_of(path, scene, mapping, files.signal, balls)
+        free = tuple(dict.fromkeys((*measured.free, *files.free)))
+        mass = files.trial_masses.get(measured.name, measured.trial_mass)
+        if not 0.0 <= mass < MOST_MASS:
+            raise InputError(
+                f"{measured.name}: trial mass = {mass} kg: must be at least 0, below {MOST_MASS:g}"
+            )
+        found.append(replace(measured, free=free, trial_mass=mass))
+    check_kinds(found)
+    names = [each.name for each in found]
+    for name in files.trial_masses:
+        if name not in names:
+            raise InputError(
+                f"trial mass {name}: there is no such recording{nearest(name, names)}; there are "
+                + ", ".join(names)
+            )
+    return found[:outside], found[outside:]
+
+
+def _mappings(files: Files, paths: Sequence[Path]) -> list[ColumnMapping | None]:
+    """Of each file; none for recordings and bags, whose columns are known."""
+    if len(files.maps) not in (0, 1, len(paths)):
+        raise InputError(
+            f"--map: {len(files.maps)} mappings for {len(paths)} recordings; give one for all, or "
+            "one for each"
+        )
+    read = [read_mapping_file(path) for path in files.maps]
+    if not read:
+        return [None] * len(paths)
+    each: list[ColumnMapping | None] = list(read if len(read) == len(paths) else read * len(paths))
+    return [
+        mapping if path.suffix.lower() in (".csv", ".parquet") else None
+        for path, mapping in zip(paths, each, strict=True)
+    ]
+
+
+def trial_masses_of(texts: Sequence[str]) -> dict[str, float]:
+    """What is written ``NAME=MASS``, by the recording's name without ending [kg].
+
+    Raises:
+        InputError: it is not written so.
+    """
+    found = {}
+    for text in texts:
+        name, equals, mass = (part.strip() for part in text.partition("="))
+        if not (name and equals and mass):
+            raise InputError(f"--trial-mass {short(text)}: must be NAME=MASS, e.g. 'run-2=5 g'")
+        found[Path(name).stem] = number_of(mass, "kg", f"--trial-mass {short(text)}")
+    return found

@@ -1,0 +1,293 @@
+"""What a drive with given numbers would have made of a recording: runs, and their derivatives."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ab_sim.analysis.comparison import without_balls
+from ab_sim.analysis.sensitivity import sensitivities
+from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.design.draws import value_of
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.dynamics.assemble import start_state
+from ab_sim.dynamics.layout import layout_of
+from ab_sim.equations.planar import Planar
+from ab_sim.errors import AbSimError, SceneError
+from ab_sim.identification.measured import DISPLACEMENT, Measured
+from ab_sim.identification.runs import AlikeRuns
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sensors import Sampled
+from ab_sim.sensing import Pickup
+
+MOTOR = "motor"
+ON_GRID = 1e-6
+"""Of a step: as near as that a sample's time is that of a step."""
+STEP_SHARE = 1e-6
+"""Of a parameter's scale: by so much it is moved for a difference."""
+Values = Mapping[str, Any]
+"""Of a scene, by dotted key."""
+
+
+class KeyPlace(NamedTuple):
+    """Where a number of a scene stands: its key, and which one of a list."""
+
+    key: str
+    entry: int | None = None
+
+    def put(self, values: dict[str, Any], value: float) -> None:
+        """Set it among values, of which a list is not shared."""
+        if self.entry is None:
+            values[self.key] = value
+        else:
+            listed = list(values[self.key])
+            listed[self.entry] = value
+            values[self.key] = listed
+
+
+class SimulatedSignals(NamedTuple):
+    """What a recording would have been."""
+
+    values: np.ndarray
+    """Shape (samples, axes), as measured, but for gain and offset."""
+    slope: np.ndarray
+    """Its derivative by time, per second; zeros where nobody asked."""
+    derivatives: np.ndarray
+    """By each place, shape (places, samples, axes)."""
+
+
+class RecordedDrive:
+    """Runs of a scene under the circumstances of a recording: its spindle, sensor and times.
+
+    Args:
+        scene: whose numbers vary; balls included.
+        measured: the recording.
+
+    Raises:
+        SceneError: the scene cannot be run like that; says why.
+    """
+
+    def __init__(self, scene: Scene, measured: Measured) -> None:
+        self.measured = measured
+        self.step = _step(scene, measured)
+        self.scene = _followed(scene, measured, self.step)
+        self._runs = AlikeRuns(_prepared(self.scene_with({}), scene.name))
+        self.steps = self._runs.first.steps
+        at = measured.time / self.step
+        aligned = bool(np.all(np.abs(at - np.rint(at)) < ON_GRID))
+        self._grid = np.rint(at).astype(np.int64) - 1 if aligned else None
+        self._cosine = np.cos(measured.axes)
+        self._sine = np.sin(measured.axes)
+
+    @property
+    def side_by_side(self) -> bool:
+        """Whether its runs go so."""
+        return self._runs.first.fits_lane
+
+    def scene_with(self, values: Values) -> Scene:
+        """The scene of a run.
+
+        Raises:
+            SceneError: values that no scene can have.
+        """
+        changed = changed_scene(self.scene, values, "fit") if values else self.scene
+        found = changed if self.measured.with_balls else without_balls(changed)
+        return _heavier(found, self.measured.trial_mass) if self.measured.trial_mass else found
+
+    def signals(
+        self,
+        values: Values,
+        places: Sequence[KeyPlace] = (),
+        moves: Sequence[float] = (),
+        delay: float = 0.0,
+        slope: bool = False,
+        central: bool = True,
+    ) -> SimulatedSignals | None:
+        """A run and its derivatives; None where it diverges or cannot be.
+
+        By differences; across events by exact tangents, where these are there.
+
+        Args:
+            values: of the scene.
+            places: of the numbers by which it is differentiated.
+            moves: by how much each is moved, up and down; the step of a difference.
+            delay: by which the signals are late [s].
+            slope: whether the derivative by time is wanted.
+            central: whether differences are taken to both sides.
+        """
+        exact = self._exact(values, places) if central else None
+        every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)
+        for place, move in zip(places, moves, strict=True) if exact is None else ():
+            now = _number_at(values, place, self.scene)
+            for way in ways:
+                moved = _with_list(values, place, self.scene)
+                place.put(moved, now + way * move)
+                every.append(moved)
+        try:
+            runs = self._run(every)
+        except AbSimError:
+            return None
+        if runs is None:
+            return None
+        shown, slopes = self._at_times(runs, delay, slope)
+        if exact is not None:
+            return SimulatedSignals(shown[0], slopes, self._at_times(exact, delay, False)[0])
+        sides = shown[1:].reshape(len(places), len(ways), *shown.shape[1:])
+        widths = len(ways) * np.asarray(moves, float).reshape(-1, 1, 1)
+        other = sides[:, 1] if central else shown[0]
+        return SimulatedSignals(shown[0], slopes, (sides[:, 0] - other) / widths)
+
+    def _exact(self, values: Values, places: Sequence[KeyPlace]) -> np.ndarray | None:
+        """Derivatives on the sensor's axes at each step, shape (places, steps, axes).
+
+        None where differences serve as well, as without events, or there are none: of a deck in
+        space, and where what varies is not the run's own scene.
+        """
+        measured, first = self.measured, self._runs.first
+        own = measured.with_balls and not measured.trial_mass
+        if (
+            not places
+            or not own
+            or first.fits_lane
+            or not isinstance(first.system.deck_model, Planar)
+        ):
+            return None
+        channels = ("x", "y") if measured.kind == DISPLACEMENT else ("ax", "ay")
+        keys = [p.key if p.entry is None else f"{p.key}.{p.entry}" for p in places]
+        try:
+            found = sensitivities(self.scene_with(values), keys, channels)
+        except AbSimError:
+            return None
+        across = found.derivatives[:, :, 1 : self.steps + 1].transpose(1, 2, 0)
+        if measured.sensor is not None:
+            pickup = Pickup(noiseless(measured.sensor, self.step), self.step)
+            felt = []
+            for each in across:
+                pickup.reset(np.zeros(2))
+                felt.append(pickup.process(1, each))
+            across = np.array(felt)
+        return across[..., :1] * self._cosine + across[..., 1:2] * self._sine
+
+    def _run(self, every: Sequence[Values]) -> np.ndarray | None:
+        """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
+        prepared = [self._runs.prepared(self.scene_with(values)) for values in every]
+        samples = self._runs.samples(prepared)
+        if samples is None:
+            return None
+        found = np.empty((len(every), self.steps, len(self.measured.axes)))
+        for k, run in enumerate(prepared):
+            found[k] = self._sensed(run, Trajectory(run.channels, samples[k]))
+        return found if bool(np.isfinite(found).all()) else None
+
+    def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
+        """On the sensor's axes, shape (steps, axes)."""
+        sensor, deck = self.measured.sensor, run.system.deck_model
+        first = taken.channels.index(type(deck).CHANNELS[0])
+        shown = taken.samples[:, first : first + len(type(deck).CHANNELS)]
+        across = self._felt(run, shown)
+        if sensor is not None:
+            pickup = Pickup(noiseless(sensor, self.step), self.step)
+            start = start_state(run.scene, run.system)[layout_of(run.system).deck]
+            # As if the drive had hung there at rest for ever.
+            pickup.reset(self._felt(run, deck.at_rest(start))[0])
+            across = pickup.process(1, across)
+        return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
+
+    def _felt(self, run: PreparedRun, shown: np.ndarray) -> np.ndarray:
+        """What a sensor senses across the shaft, shape (steps, 2)."""
+        deck, sensor = run.system.deck_model, self.measured.sensor
+        if self.measured.kind == DISPLACEMENT:
+            names = type(deck).CHANNELS
+            return shown[:, [names.index("x"), names.index("y")]]
+        point = (0.0, 0.0, 0.0) if sensor is None else sensor.position
+        felt = deck.specific_force(run.system.effects, shown.T, point)
+        return np.stack([np.broadcast_to(each, len(shown)) for each in felt[:2]], axis=1)
+
+    def _at_times(
+        self, runs: np.ndarray, delay: float, slope: bool
+    ) -> tuple[np.ndarray, np.ndarray]:
+        if self._grid is not None and delay == 0.0 and not slope:
+            return runs[:, self._grid], np.zeros(runs.shape[2:])
+        time = self.step * np.arange(1, self.steps + 1)
+        spline = CubicSpline(time, runs, axis=1)
+        at = np.maximum(self.measured.time - delay, 0.0)
+        slopes = spline(at, 1)[0] if slope else np.zeros(runs.shape[2:])
+        return spline(at), slopes
+
+
+def _heavier(scene: Scene, mass: float) -> Scene:
+    """With a mass clamped to the deck, which is not eccentric."""
+    key = "mass" if scene.rotor.total_mass is None else "total_mass"
+    changes = {
+        f"rotor.{key}": getattr(scene.rotor, key) + mass,
+        "rotor.eccentric_mass": scene.eccentric_mass,
+    }
+    return changed_scene(scene, changes, "trial mass")
+
+
+def noiseless(sensor: Sampled, step: float) -> Sampled:
+    """What is left of a sensor is its low-pass; its axes and samples are those of the recording."""
+    digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
+    return sensor.model_copy(update={**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step})
+
+
+def _step(scene: Scene, measured: Measured) -> float:
+    if measured.step is not None:
+        return measured.step
+    between = float(np.median(np.diff(measured.time)))
+    parts = max(1, math.ceil(between / scene.solver.step - ON_GRID))
+    step = round(between / parts, 9)
+    return step if step > 0 and abs(step * parts / between - 1.0) < 1e-9 else scene.solver.step
+
+
+def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
+    """The scene whose spindle does what was recorded."""
+    pieces = measured.schedule.segments[:-1]
+    first = pieces[0].segment
+    changes: dict[str, Any] = {
+        "profile": {
+            "kind": "segments",
+            "segments": [
+                {
+                    "duration": piece.end - piece.start,
+                    "acceleration": float(piece.segment.acceleration(0.0)),
+                }
+                for piece in pieces
+            ],
+        },
+        "start.speed": float(first.speed(0.0)),
+        "start.angle": float(pieces[0].start_angle),
+        "spindle.max_speed": 1e5,
+        "spindle.max_acceleration": 1e6,
+        "sensors": {},
+        "probes": {},
+        "solver.step": step,
+        "duration": max(measured.duration, step),
+    }
+    if MOTOR in scene.effects:
+        others = scene.as_mapping()["effects"]
+        assert isinstance(others, dict)
+        changes["effects"] = {name: each for name, each in others.items() if name != MOTOR}
+    return changed_scene(scene, changes, measured.name)
+
+
+def _prepared(scene: Scene, name: str) -> PreparedRun:
+    try:
+        return PreparedRun(scene)
+    except SceneError as error:
+        raise SceneError(f"{name}: cannot be run as it was recorded: {error}") from error
+
+
+def _number_at(values: Values, place: KeyPlace, scene: Scene) -> float:
+    there = values[place.key] if place.key in values else value_of(scene, place.key)
+    return float(there if place.entry is None else there[place.entry])
+
+
+def _with_list(values: Values, place: KeyPlace, scene: Scene) -> dict[str, Any]:
+    found = dict(values)
+    if place.entry is not None and place.key not in found:
+        found[place.key] = value_of(scene, place.key)
+    return found

@@ -1,0 +1,50 @@
+"""Recordings that are not fitted: whether the fitted scene does better on them than before."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.residuals import noises_of, total_z, whiteness_over
+from ab_sim.identification.result import HeldOut, RecordingFit
+from ab_sim.identification.stages import StagedFit, Tell
+
+
+def held_out(
+    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell
+) -> tuple[HeldOut, list[RecordingFit]]:
+    """Judge a fit by other recordings, of which only what is their own is fitted.
+
+    Args:
+        problem: that was fitted.
+        values: of its parameters [SI].
+        recordings: the others.
+        seed: of their start angles.
+        tell: progress.
+    """
+    count = len(problem.common)
+    noise = noises_of(recordings)
+    shares, comparisons = [], []
+    for common in (problem.start[:count], values[:count]):
+        changed = [
+            each._replace(start=float(value))
+            for each, value in zip(problem.common, common, strict=True)
+        ]
+        other = Problem(problem.scene, changed, recordings, noise)
+        found = StagedFit(other, range(count), seed, tell).run()
+        shown = [other.simulated(k, found.values) for k in range(len(recordings))]
+        comparisons = [
+            RecordingFit(measured, each, True)
+            for measured, each in zip(recordings, shown, strict=True)
+            if each is not None
+        ]
+        shares.append(_share(comparisons) if len(comparisons) == len(shown) else np.inf)
+    judged = whiteness_over(other, found.values)
+    return HeldOut(shares[0], shares[1], total_z(judged)), comparisons
+
+
+def _share(comparisons: Sequence[RecordingFit]) -> float:
+    """R.m.s. of residuals, of the signals'."""
+    parts = [np.nanmean(each.residuals**2) / each.measured.rms**2 for each in comparisons]
+    return float(np.sqrt(np.mean(parts)))

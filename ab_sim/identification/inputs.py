@@ -1,0 +1,239 @@
+"""From files to recordings as the fit takes them."""
+
+import math
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from pydantic import ValidationError
+
+from ab_sim.errors import InputError, nearest
+from ab_sim.identification.checks import (
+    check_agree,
+    check_finite,
+    check_sense,
+    check_signal,
+    check_speed,
+    check_time,
+)
+from ab_sim.identification.mapping import (
+    AXES,
+    ColumnOf,
+    Mapping,
+    factor_of,
+    kind_of_unit,
+    number_of,
+    usual_mapping,
+)
+from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, UNITS, Measured
+from ab_sim.identification.speed_profile import schedule_from
+from ab_sim.identification.tables import Table, read_table
+from ab_sim.quoting import short
+from ab_sim.scene.model import Scene
+from ab_sim.scene.probes import ProximityProbe
+from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
+
+SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
+"""Of a scene, by section: what reads accelerations, and what displacements."""
+STANDS = 1e-3
+"""Of the top speed: slower than that a spindle stands."""
+RUN_BEGINS = 1
+"""A recording of ab_sim that begins at this step or before has its run's start."""
+
+
+def measured_of(
+    path: Path,
+    scene: Scene,
+    mapping: Mapping | None = None,
+    signal: str | None = None,
+    with_balls: bool | None = None,
+) -> Measured:
+    """A recording, checked.
+
+    Args:
+        path: see ``read_table``.
+        scene: of the drive; its sensors may be named by the mapping.
+        mapping: of its columns; None: those of ab_sim's own recordings.
+        signal: which of these is fitted, see ``usual_mapping``.
+        with_balls: None: as the mapping says, or the recorded scene.
+
+    Raises:
+        InputError: it cannot be used; says why and what to do.
+        RecordingError: it cannot be read.
+    """
+    table = read_table(path)
+    if mapping is None:
+        recorded = table.description.get("scene") or {}
+        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        found = usual_mapping(list(table.columns), sensors, probes, signal)
+        if isinstance(found, str):
+            raise InputError(
+                f"{path}: {found}: it is no recording of ab_sim; say what its columns are by --map"
+            )
+        mapping = found
+    return _Reader(table, scene, mapping).measured(with_balls)
+
+
+class _Reader:
+    def __init__(self, table: Table, scene: Scene, mapping: Mapping) -> None:
+        self._table, self._scene, self._mapping = table, scene, mapping
+        self._name = table.name
+
+    def measured(self, with_balls: bool | None) -> Measured:
+        mapping, name = self._mapping, self._name
+        kind = self._kind()
+        signals = np.column_stack(
+            [self._numbers(each, UNITS[kind], f"signals.{k}")
+             for k, each in enumerate(mapping.signals)]
+        )  # fmt: skip
+        time = self._time(len(signals))
+        check_time(time, name)
+        own, step, first = self._run(time)
+        time = time - (0.0 if own else time[0])
+        speed = self._optional(mapping.speed, "rad/s", "speed")
+        angle = self._optional(mapping.angle, "rad", "angle")
+        if angle is not None:
+            check_finite(angle, "angle", name)
+            # Of an encoder that counts one turn only, the turns have to be found.
+            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
+            check_speed(time, np.gradient(angle, time), "angle", name)
+        if speed is not None:
+            check_speed(time, speed, "speed", name)
+        if speed is not None and angle is not None:
+            check_agree(time, speed, angle, name)
+        for k, each in enumerate(mapping.signals):
+            check_signal(signals[:, k], f"signals.{k} ({each.column})", name)
+        schedule = schedule_from(time - time[0], speed, angle, name)
+        if time[0] > 0.0:
+            schedule = schedule.moved(float(time[0]))
+        axes = self._axes()
+        turned = np.array([schedule.angle(float(t)) for t in time])
+        there = np.isfinite(signals).all(axis=1)
+        if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
+            whirl: np.ndarray = signals[there, 0]
+        else:
+            across = np.array([[math.cos(a), math.sin(a)] for a in axes])
+            x, y = np.linalg.solve(across, signals[there].T)
+            whirl = x + 1j * y
+        balls = mapping.balls if with_balls is None else with_balls
+        if with_balls is None and (known := self._table.description.get("balls")) is not None:
+            balls = bool(known)
+        note = check_sense(turned[there], whirl, balls, name)
+        sensor = self._sensor()
+        kept = time > 1e-12
+        if sensor is not None and step is not None:
+            every = steps_per_sample(sensor.sample_rate, step)
+            kept &= np.rint(time / step).astype(np.int64) % every == 0
+        speeds = np.array([schedule.speed(0.0), schedule.top_speed])
+        rests = mapping.at_rest
+        free = dict.fromkeys((*mapping.free, *(() if angle is not None else (DISC_ANGLE,))))
+        return Measured(
+            name=name,
+            time=time[kept],
+            signals=signals[kept],
+            axes=axes,
+            kind=kind,
+            schedule=schedule,
+            angle_known=angle is not None,
+            with_balls=balls and self._scene.balls.count > 0,
+            sensor=sensor,
+            step=step,
+            delay=number_of(mapping.delay, "s", f"{name}: delay"),
+            free=tuple(free),
+            trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
+            at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
+            notes=(*self._table.notes, *((note,) if note else ())),
+        )
+
+    def _kind(self) -> str:
+        kind = self._mapping.kind_of_signals
+        if kind is None:
+            units = [self._table.units.get(each.column) for each in self._mapping.signals]
+            kind = next((kind_of_unit(unit) for unit in units if unit), None)
+        if kind is None:
+            said = self._mapping.signals[0]
+            unit = said.unit or self._table.units.get(said.column)
+            raise InputError(
+                f"{self._name}: signals.0 ({said.column}): "
+                + (f"unit {unit!r} is neither of a displacement nor of an acceleration"
+                   if unit else "has no unit")
+                + "; say so: {unit: mm} or {unit: m/s^2}"
+            )  # fmt: skip
+        return kind
+
+    def _numbers(self, asked: ColumnOf, si: str, said: str) -> np.ndarray:
+        unit = asked.unit if asked.unit is not None else self._table.units.get(asked.column)
+        factor = factor_of(unit, si, f"{self._name}: {said}")
+        return factor * self._table.column(asked.column, said)
+
+    def _optional(self, asked: ColumnOf | None, si: str, said: str) -> np.ndarray | None:
+        return None if asked is None else self._numbers(asked, si, said)
+
+    def _time(self, count: int) -> np.ndarray:
+        mapping = self._mapping
+        if mapping.time is not None:
+            return self._numbers(mapping.time, "s", "time")
+        assert mapping.sampling is not None
+        rate = number_of(mapping.sampling, "Hz", f"{self._name}: sampling")
+        if not 0.0 < rate < math.inf:
+            raise InputError(f"{self._name}: sampling = {rate} Hz: must be more than 0")
+        return np.arange(count) / rate
+
+    def _run(self, time: np.ndarray) -> tuple[bool, float | None, float]:
+        """Whether the run's own start is known; the step that it was made with."""
+        step = self._table.description.get("step")
+        if not isinstance(step, float) or "step" not in self._table.columns:
+            return False, None, 0.0
+        first = float(self._table.columns["step"][0])
+        return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step, first
+
+    def _axes(self) -> tuple[float, ...]:
+        found = []
+        turned = 0.0
+        sensor = self._sensor()
+        if sensor is not None:
+            turned = sensor.axis_angle
+        for k, each in enumerate(self._mapping.signals):
+            said = f"{self._name}: signals.{k}.direction"
+            given = each.direction
+            found.append(turned + AXES[k] if given is None else number_of(given, "rad", said))
+        return tuple(found)
+
+    def _sensor(self) -> Sampled | None:
+        asked = self._mapping.sensor
+        if asked is None:
+            return None
+        if isinstance(asked, dict):
+            kind = Accelerometer if self._kind() == ACCELERATION else ProximityProbe
+            try:
+                return kind.model_validate(asked)
+            except ValidationError as error:
+                found = error.errors(include_url=False)[0]
+                key = ".".join(map(str, ("sensor", *found["loc"])))
+                near = nearest(key.partition(".")[2], kind.model_fields)
+                raise InputError(
+                    f"{self._name}: {key} = {short(found['input'])}: {found['msg']}{near}"
+                ) from None
+        recorded = self._table.description.get("scene") or {}
+        for section, known in SENSORS.items():
+            if asked in (recorded.get(section) or {}):
+                return known.model_validate(recorded[section][asked])
+        if asked in self._scene.pickups:
+            return self._scene.pickups[asked]
+        raise InputError(
+            f"{self._name}: sensor = {asked!r}: the scene has "
+            + (", ".join(self._scene.pickups) or "no sensors")
+            + "; give its parameters: {bandwidth: 200}"
+        )
+
+
+def check_kinds(found: Sequence[Measured]) -> None:
+    """Refuse recordings that have nothing to do with each other.
+
+    Raises:
+        InputError: two have the same name.
+    """
+    names = [each.name for each in found]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"{name}: two recordings are called so; give each another file name")

@@ -1,0 +1,200 @@
+"""What the columns of somebody else's table are: a mapping, as YAML."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any, Literal
+
+from pydantic import Field, ValidationError, model_validator
+
+from ab_sim.errors import InputError, nearest
+from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, UNITS
+from ab_sim.limited_yaml import read_yaml_file
+from ab_sim.quoting import short
+from ab_sim.scene.section import Section
+from ab_sim.scene.units import has_unit, in_si
+
+AXES = (0.0, 1.5707963267948966)
+"""Directions of the first and the second signal, unless told: the deck's x and y."""
+
+
+class ColumnOf(Section):
+    """A column, and the unit of its numbers."""
+
+    column: str = Field(description="its name")
+    unit: str | None = Field(
+        default=None, description="of its numbers; default: as the file says, else SI"
+    )
+
+
+class SignalColumn(ColumnOf):
+    """A column of the vibration."""
+
+    direction: str | float | None = Field(
+        default=None, description="of its axis, from the deck's x; default: x, then y"
+    )
+
+
+class Mapping(Section):
+    """What a table's columns are."""
+
+    time: ColumnOf | None = Field(default=None, description="when samples were taken")
+    sampling: str | float | None = Field(
+        default=None, description="sampling rate, where there is no column of the time, Hz"
+    )
+    speed: ColumnOf | None = Field(default=None, description="the spindle's speed, rad/s")
+    angle: ColumnOf | None = Field(default=None, description="the spindle's angle, rad")
+    signals: tuple[SignalColumn, ...] = Field(
+        description="displacement or acceleration along one or two axes", min_length=1, max_length=2
+    )
+    kind: Literal["displacement", "acceleration"] | None = Field(
+        default=None, description="what the signals are of; default: as their unit says"
+    )
+    sensor: str | dict[str, Any] | None = Field(
+        default=None,
+        description="what they went through: a sensor or probe of the scene, or the parameters of "
+        "one, {bandwidth: 200}",
+    )
+    delay: str | float = Field(default=0.0, description="by which the signals are late, s")
+    free: tuple[Literal["gain", "bias", "delay", "disc_angle"], ...] = Field(
+        default=(), description="what of the recording is not known, and fitted"
+    )
+    balls: bool = Field(default=True, description="whether the balls were in the race")
+    trial_mass: str | float = Field(
+        default=0.0, description="clamped to the deck for this recording, kg"
+    )
+    at_rest: bool | None = Field(
+        default=None, description="whether it begins at rest; default: as the speed says"
+    )
+
+    @model_validator(mode="after")
+    def _whole(self) -> "Mapping":
+        if (self.time is None) == (self.sampling is None):
+            raise ValueError("give exactly one of time (a column) and sampling (a rate)")
+        if self.speed is None and self.angle is None:
+            raise ValueError("give speed or angle of the spindle, or both: the fit follows it")
+        return self
+
+    @property
+    def kind_of_signals(self) -> str | None:
+        """As it is said, or as units say; None if neither does."""
+        if self.kind is not None:
+            return self.kind
+        for signal in self.signals:
+            if signal.unit is not None:
+                return kind_of_unit(signal.unit)
+        return None
+
+
+def read_mapping_file(path: Path) -> Mapping:
+    """A mapping from its file.
+
+    Raises:
+        InputError: it cannot be read, or is no mapping; names the key and what is allowed.
+    """
+    try:
+        raw = read_yaml_file(path)
+    except OSError as error:
+        raise InputError(f"--map {path}: cannot be read: {error.strerror}") from error
+    except ValueError as error:
+        raise InputError(f"--map {path}: {error}") from error
+    return mapping_of(raw, f"--map {path}")
+
+
+def mapping_of(raw: Any, said: str) -> Mapping:
+    """A mapping from plain values.
+
+    Raises:
+        InputError: as of ``read_mapping_file``.
+    """
+    if not isinstance(raw, dict):
+        raise InputError(f"{said}: must be a mapping with time, speed or angle, and signals")
+    try:
+        return Mapping.model_validate(raw)
+    except ValidationError as error:
+        found = error.errors(include_url=False)[0]
+        key = ".".join(map(str, found["loc"]))
+        if found["type"] == "extra_forbidden":
+            last = str(found["loc"][-1])
+            raise InputError(
+                f"{said}: {key}: there is no such key{nearest(last, Mapping.model_fields)}"
+            ) from None
+        what = found["msg"].removeprefix("Value error, ")
+        value = "" if not key else f" = {short(found['input'])}"
+        raise InputError(f"{said}: {key or 'it'}{value}: {what}") from None
+
+
+def kind_of_unit(unit: str) -> str | None:
+    """What is measured in a unit; None: neither of the two."""
+    for kind, own in UNITS.items():
+        if unit == own:
+            return kind
+        try:
+            in_si(f"1 {unit}", own)
+        except ValueError:
+            continue
+        return kind
+    return None
+
+
+def factor_of(unit: str | None, si: str, said: str) -> float:
+    """By what numbers in a unit are multiplied to be SI.
+
+    Raises:
+        InputError: it is no unit of that.
+    """
+    if unit is None or unit == si:
+        return 1.0
+    try:
+        return in_si(f"1 {unit}", si)
+    except ValueError as error:
+        raise InputError(f"{said}: unit {unit!r} {error}") from None
+
+
+def number_of(value: str | float, si: str, said: str) -> float:
+    """A number, SI or with its unit.
+
+    Raises:
+        InputError: it is none.
+    """
+    if isinstance(value, str):
+        try:
+            return in_si(value, si) if has_unit(value) else float(value)
+        except ValueError as error:
+            why = error if has_unit(value) else f"must be a number, in {si} or with a unit"
+            raise InputError(f"{said} = {short(value)}: {why}") from None
+    return float(value)
+
+
+def usual_mapping(
+    names: Sequence[str], sensors: Sequence[str], probes: Sequence[str], wanted: str | None
+) -> Mapping | str:
+    """Of a table with the columns of ab_sim's own recordings; a text says why it is none.
+
+    Args:
+        names: of the columns.
+        sensors: accelerometers whose readings are among them.
+        probes: of the displacement, too.
+        wanted: ``DISPLACEMENT``, ``ACCELERATION``, or a sensor's name; None: the first sensor, else
+            the first probe, else the displacement.
+    """
+    lacking = [name for name in ("time", "speed") if name not in names]
+    if lacking:
+        return f"it has no column {' and '.join(lacking)}"
+    if wanted is None:
+        usual = DISPLACEMENT if "x" in names else ACCELERATION
+        wanted = next(iter((*sensors, *probes)), usual)
+    pairs = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
+    pair = pairs.get(wanted, (f"{wanted}_1", f"{wanted}_2"))
+    if not {*pair} <= {*names}:
+        return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"
+    kind = DISPLACEMENT if wanted in (DISPLACEMENT, *probes) else ACCELERATION
+    return Mapping.model_validate(
+        {
+            "time": {"column": "time"},
+            "speed": {"column": "speed"},
+            "angle": {"column": "angle"} if "angle" in names else None,
+            "signals": [{"column": name, "unit": UNITS[kind]} for name in pair],
+            "kind": kind,
+            "sensor": wanted if wanted in (*sensors, *probes) else None,
+        }
+    )

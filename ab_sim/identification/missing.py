@@ -1,0 +1,198 @@
+"""Which effect would explain what a fit leaves: each that the scene does not have is tried once."""
+
+import math
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.errors import AbSimError
+from ab_sim.identification.forward import MOTOR, KeyPlace
+from ab_sim.identification.parameters import FitParameter
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.residuals import total_z, whiteness_over
+from ab_sim.identification.result import TriedEffect
+from ab_sim.identification.stages import Fitted, Tell, minimise
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+from ab_sim.scene.registry import effect_classes, effect_parameters
+
+SIZES = 10.0 ** np.arange(-12.0, 13.0)
+"""Of a parameter whose size nobody knows: the one that changes the signals as much as the noise."""
+TRIAL_STEPS = 15
+STEEL = 7800.0
+"""kg/m^3: of balls whose radius the scene does not give, where an effect needs it."""
+EQUAL, UNEQUAL = "suspension", "unequal_suspension"
+"""Of which a scene has one or the other."""
+APART, TINY = 0.01, 1e-9
+"""Shares by which unequal springs begin apart; a damping that is not 0."""
+ALIKE = 2.0
+"""Noise variances by which the sums of squares of effects may differ that explain the same."""
+LIMIT = 1e3
+"""Of a parameter, in units of the size at which it begins to be seen."""
+
+
+class _Trial(NamedTuple):
+    """A scene with one effect more."""
+
+    scene: Scene
+    common: tuple[FitParameter, ...]
+    """What is fitted of it, what was fitted before and is still there being first."""
+    more: tuple[FitParameter, ...]
+    """Of these, the effect's own."""
+
+
+def tried_effects(
+    problem: Problem, values: np.ndarray, free: Sequence[int], tell: Tell
+) -> tuple[TriedEffect, ...]:
+    """Effects by how much they explain, the best first.
+
+    Args:
+        problem: with its noise.
+        values: of its parameters, as fitted [SI].
+        free: numbers of those that were fitted.
+        tell: progress.
+    """
+    names = [name for name in effect_classes() if name not in problem.scene.effects]
+    names = [name for name in names if name != MOTOR]
+    # What further iterations gain without any effect is not an effect's merit.
+    without = minimise(problem, values, free, TRIAL_STEPS)
+    before = _z(problem, without.values)
+    found = []
+    for done, name in enumerate(names):
+        tell(f"tried with {name}", done, len(names))
+        try:
+            trial = _trial(problem, without.values, name)
+            found.append(_tried(problem, without, free, name, trial, before))
+        except AbSimError as error:
+            reason = str(error).splitlines()[0]
+            found.append(TriedEffect(name, 0.0, 0.0, before, {}, reason))
+    count = math.log(sum(measured.count for measured in problem.recordings))
+    # As by the Bayesian information criterion: each further parameter has to be worth it.
+    return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
+
+
+def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:
+    """Names of the effects that explain as much as the first, which is one of them.
+
+    Friction of the race and of rolling are the same law where balls are equal, for instance.
+    """
+    able = [each for each in tried if not each.failure]
+    return [
+        each.name
+        for each in able
+        if len(each.values) == len(able[0].values) and able[0].drop - each.drop < ALIKE
+    ]
+
+
+def _tried(
+    problem: Problem, without: Fitted, free: Sequence[int], name: str, trial: _Trial,
+    before: float,
+) -> TriedEffect:  # fmt: skip
+    whole = Problem(trial.scene, trial.common, problem.recordings, problem.noise)
+    known = dict(zip(problem.names, without.values.tolist(), strict=True))
+    begin = np.array([known.get(each.name, each.start) for each in whole.parameters])
+    fitted = {problem.names[j] for j in free} | {each.name for each in trial.more}
+    numbers = [j for j, each in enumerate(whole.parameters) if each.name in fitted]
+    own = [whole.names.index(each.name) for each in trial.more]
+    fits = [minimise(whole, begin, numbers, TRIAL_STEPS)]
+    if own and trial.more[0].low < 0.0:
+        begin[own[0]] = -begin[own[0]]
+        fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
+    best = min(fits, key=lambda fit: fit.cost)
+    after, drop = _z(whole, best.values), 2.0 * (without.cost - best.cost)
+    explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
+    return TriedEffect(
+        name, min(max(explains, 0.0), 1.0), drop, after,
+        {whole.names[j]: float(best.values[j]) for j in own},
+    )  # fmt: skip
+
+
+def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
+    """The scene with an effect, whose parameters begin where they are just seen."""
+    if name == UNEQUAL and EQUAL in problem.scene.effects:
+        return _unequal(problem, values)
+    fields = {
+        field: about
+        for field, about in effect_parameters(effect_classes()[name]).items()
+        if about.get("type") == "number" and about.get("default", 0.0) == 0.0
+    }
+    given = {field: max(0.0, _least(about)) for field, about in fields.items()
+             if "default" not in about}  # fmt: skip
+    scene = _with_effect(problem.scene, name, given)
+    other = Problem(scene, problem.common, problem.recordings, problem.noise)
+    more = [
+        FitParameter(
+            f"effects.{name}.{field}", str(about.get("unit", "1")), size, size,
+            max(-LIMIT * size, _least(about)), min(LIMIT * size, about.get("maximum", np.inf)),
+            KeyPlace(f"effects.{name}.{field}"),
+        )
+        for field, about in fields.items()
+        if (size := _size(other, values, f"effects.{name}.{field}", _least(about)))
+    ]  # fmt: skip
+    return _Trial(scene, (*problem.common, *more), tuple(more))
+
+
+def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
+    """A suspension of unequal springs instead of the one there is."""
+    scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
+    equal, rest = scene.effects[EQUAL], scene.as_mapping()["effects"]
+    assert isinstance(rest, dict)
+    k, c = equal.stiffness, max(equal.damping, TINY)
+    starts = {
+        "stiffness_1": (k * (1 + APART), "N/m"), "stiffness_2": (k * (1 - APART), "N/m"),
+        "damping_1": (c, "N s/m"), "damping_2": (c, "N s/m"),
+    }  # fmt: skip
+    own = {name: start for name, (start, _) in starts.items()} | {"axis_angle": 0.5}
+    effects = {name: each for name, each in rest.items() if name != EQUAL} | {UNEQUAL: own}
+    more = [
+        FitParameter(f"effects.{UNEQUAL}.{name}", unit, start, start, 0.0, 10.0 * start,
+                  KeyPlace(f"effects.{UNEQUAL}.{name}"))
+        for name, (start, unit) in starts.items()
+    ]  # fmt: skip
+    axis = f"effects.{UNEQUAL}.axis_angle"
+    more.append(FitParameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, KeyPlace(axis)))
+    kept = [each for each in problem.common if not each.name.startswith(f"effects.{EQUAL}.")]
+    return _Trial(
+        changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}"),
+        (*kept, *more), tuple(more),
+    )  # fmt: skip
+
+
+def _least(about: dict[str, Any]) -> float:
+    found: float = about.get("minimum", about.get("exclusiveMinimum", -np.inf))
+    return found
+
+
+def _with_effect(scene: Scene, name: str, parameters: dict[str, float]) -> Scene:
+    changes: dict[str, Any] = {f"effects.{name}": parameters}
+    if effect_classes()[name].uses_ball_radius and scene.balls.radius is None and scene.balls.count:
+        changes["balls.radius"] = [
+            (3.0 * mass / (4.0 * math.pi * STEEL)) ** (1.0 / 3.0) for mass in scene.balls.masses
+        ]
+    return changed_scene(scene, changes, f"with {name}")
+
+
+def _size(problem: Problem, values: np.ndarray, key: str, least: float) -> float:
+    """At which a parameter is seen: where signals change by about their noise; 0: at none."""
+    best, nearest = 0.0, math.inf
+    bare = [problem.simulated(k, values) for k in range(len(problem.recordings))]
+    for size in SIZES[SIZES >= least].tolist():
+        changes = []
+        for k, (shown, noise) in enumerate(zip(bare, problem.noise, strict=True)):
+            moved = problem.simulated(k, values, {key: size})
+            if shown is None or moved is None:
+                return best
+            changes.append(float(np.sqrt(np.mean((moved - shown) ** 2))) / noise)
+        change = max(changes)
+        if change > 0.0 and abs(math.log(change)) < nearest:
+            best, nearest = size, abs(math.log(change))
+        if change > 100.0:
+            break
+    return best
+
+
+def _z(problem: Problem, values: np.ndarray) -> float:
+    if any(problem.simulated(k, values) is None for k in range(len(problem.recordings))):
+        return math.inf
+    return total_z(whiteness_over(problem, values))

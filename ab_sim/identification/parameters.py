@@ -1,0 +1,211 @@
+"""What a fit varies: keys of the scene, and what each recording has of its own."""
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.design.draws import value_of
+from ab_sim.design.variables import Range, variable_of
+from ab_sim.errors import InputError, exact
+from ab_sim.identification.forward import KeyPlace
+from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN, Measured
+from ab_sim.quoting import short
+from ab_sim.scene.bounds import Bounds, bounds_at
+from ab_sim.scene.keys import scene_keys
+from ab_sim.scene.model import Scene
+
+WITHIN = 10.0
+"""A number of one sign is looked for within this factor, unless told otherwise."""
+ANGLES, RATES = "start.ball_angles", "start.ball_rates"
+POSITION, VELOCITY = "start.deck.position", "start.deck.velocity"
+_REFUSED = {
+    "spindle": "the spindle does what was recorded",
+    "profile": "the spindle does what was recorded",
+    "start": "each recording has a start of its own, which is fitted by itself",
+    "solver": "it is no property of the drive",
+    "accuracy": "it is no property of the drive",
+    "probes": "what a probe does to a recording is fitted by itself (gain, bias, delay)",
+    "sensors": "what the sensor does to a recording is fitted by itself (gain, bias, delay)",
+    "duration": "it is no property of the drive",
+    "effects.motor": "the spindle's speed is as recorded, and no torque was measured",
+}
+
+
+class FitParameter(NamedTuple):
+    """A number that a fit may vary."""
+
+    name: str
+    """The key; of a recording's own, with the recording's name: ``gain of run-1``."""
+    unit: str
+    start: float
+    scale: float
+    """What counts as a large change."""
+    low: float
+    high: float
+    place: KeyPlace | None
+    """In a scene; None of gain, bias and delay."""
+    recording: int | None = None
+    """Whose own it is; None of what all have in common."""
+    nuisance: str = ""
+    """``GAIN``, ``BIAS`` and so on; empty of one with a place in the scene."""
+    axis: int = 0
+    """Of a bias."""
+
+
+def fitted_parameters(
+    scene: Scene, keys: Sequence[str], bounds: Mapping[str, tuple[float, float]]
+) -> list[FitParameter]:
+    """Of a scene's keys.
+
+    Args:
+        scene: has their start values.
+        keys: dotted; those with a number for each ball have its number behind: ``balls.mass.0``.
+        bounds: of some of them [SI].
+
+    Raises:
+        InputError: a key is none that can be fitted; says why and what to do.
+    """
+    if not keys:
+        raise InputError("nothing to fit: name keys, e.g. --fit effects.suspension.stiffness")
+    for key in keys:
+        if keys.count(key) > 1:
+            raise InputError(f"fit {key}: is named twice; name each key once")
+    for key in bounds:
+        if key not in keys:
+            raise InputError(f"bounds {key}: is not fitted; add it to --fit, or leave it out")
+    return [_fitted(scene, key, bounds.get(key)) for key in keys]
+
+
+def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitParameter:
+    place = _place(scene, key)
+    row = scene_keys(place.key)[0]
+    for section, why in _REFUSED.items():
+        if key == section or key.startswith(f"{section}."):
+            raise InputError(f"fit {key}: cannot be fitted: {why}; leave it out")
+    if row.range.startswith("whole") or row.unit == "-":
+        raise InputError(f"fit {key}: cannot be fitted: it is no continuous number; leave it out")
+    now = value_of(scene, place.key)
+    if now is None:
+        raise InputError(
+            f"fit {key}: the scene {scene.name} gives none to begin with; write it there, or "
+            f"--set {place.key}=..."
+        )
+    if isinstance(now, list) and place.entry is None:
+        raise InputError(
+            f"fit {key}: is a list of {len(now)}; fit its entries, {key}.0 to {key}.{len(now) - 1}"
+        )
+    start = float(now if place.entry is None else now[place.entry])
+    low, high = _limits(scene, place, start, given, key)
+    scale = abs(start) if start else 0.25 * (high - low)
+    return FitParameter(key, row.unit, start, scale, low, high, place)
+
+
+def _place(scene: Scene, key: str) -> KeyPlace:
+    above, _, last = key.rpartition(".")
+    if last.isdecimal() and isinstance(now := value_of(scene, above), list):
+        if int(last) >= len(now):
+            raise InputError(f"fit {key}: there are {len(now)}, counted from 0")
+        return KeyPlace(above, int(last))
+    return KeyPlace(key)
+
+
+def _limits(
+    scene: Scene, place: KeyPlace, start: float, given: tuple[float, float] | None, key: str
+) -> tuple[float, float]:
+    allowed = bounds_at(scene, place.key) or Bounds()
+    lowest = max(allowed.least, allowed.above)
+    highest = min(allowed.most, allowed.below)
+    if given is not None:
+        low, high = given
+        if not low <= start <= high:
+            raise InputError(
+                f"bounds {key} = {exact(low)}..{exact(high)}: the scene's value "
+                f"{exact(start)} lies outside; change either (--set {place.key}=...)"
+            )
+        if low < lowest or high > highest:
+            raise InputError(
+                f"bounds {key} = {exact(low)}..{exact(high)}: the scene takes "
+                f"{exact(lowest)} to {exact(highest)} only"
+            )
+        return low, high
+    if start == 0.0:
+        raise InputError(
+            f"fit {key}: begins at 0, which says nothing of its size; give --bounds "
+            f"{key}=LOW..HIGH, or another value in the scene"
+        )
+    ends = sorted((start / WITHIN, start * WITHIN))
+    return max(ends[0], lowest), min(ends[1], highest)
+
+
+def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
+    """What is written ``KEY=LOW..HIGH``, with units or in SI.
+
+    Raises:
+        InputError: it is not written so.
+    """
+    found: dict[str, tuple[float, float]] = {}
+    for text in texts:
+        key = text.partition("=")[0].strip()
+        whole = key.rstrip("0123456789").rstrip(".") if key[-1:].isdecimal() else key
+        read = variable_of(f"{whole}={text.partition('=')[2]}")
+        if not isinstance(read, Range) or read.log:
+            raise InputError(f"--bounds {short(text)}: must be KEY=LOW..HIGH")
+        if key in found:
+            raise InputError(f"--bounds {key}: is given twice")
+        found[key] = (read.low, read.high)
+    return found
+
+
+def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
+    """What a recording has of its own.
+
+    Args:
+        scene: what is fitted.
+        measured: the recording.
+        number: which one it is.
+    """
+
+    def own(
+        what: str, unit: str, start: float, scale: float, reach: float, place: KeyPlace | None,
+        nuisance: str = "", axis: int = 0,
+    ) -> FitParameter:  # fmt: skip
+        return FitParameter(
+            f"{what} of {measured.name}", unit, start, scale, start - reach, start + reach, place,
+            number, nuisance, axis,
+        )  # fmt: skip
+
+    found = []
+    balls = scene.balls.count if measured.with_balls else 0
+    for ball in range(balls):
+        angle = 2.0 * math.pi * ball / max(balls, 1)
+        found.append(
+            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, KeyPlace(ANGLES, ball))
+        )
+    if not measured.at_rest:
+        top = max(measured.schedule.top_speed, 1.0)
+        for ball in range(balls):
+            place = KeyPlace(RATES, ball)
+            found.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
+        length = scene.whirl_unit[0]
+        for axis, name in enumerate("xy"):
+            place = KeyPlace(POSITION, axis)
+            found.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
+        for axis, name in enumerate("xy"):
+            place = KeyPlace(VELOCITY, axis)
+            scale = length * top
+            found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
+    if DISC_ANGLE in measured.free:
+        angle = measured.schedule.angle(0.0)
+        found.append(own("disc angle", "rad", angle, 1.0, np.inf, KeyPlace("start.angle")))
+    if GAIN in measured.free:
+        found.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
+    if BIAS in measured.free:
+        for axis in range(measured.signals.shape[1]):
+            what = f"{BIAS} {axis + 1}"
+            found.append(own(what, measured.unit, 0.0, measured.rms, np.inf, None, BIAS, axis))
+    if DELAY in measured.free:
+        between = float(np.median(np.diff(measured.time)))
+        found.append(own(DELAY, "s", measured.delay, between, 50 * between, None, DELAY))
+    return found

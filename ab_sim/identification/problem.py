@@ -1,0 +1,241 @@
+"""What a fit makes small: measured less simulated, over all recordings, in units of their noise."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ab_sim.design.draws import value_of
+from ab_sim.identification.colour import whitened, whitening_of
+from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, SimulatedSignals
+from ab_sim.identification.measured import BIAS, DELAY, GAIN, Measured
+from ab_sim.identification.parameters import (
+    ANGLES,
+    POSITION,
+    RATES,
+    VELOCITY,
+    FitParameter,
+    own_parameters,
+)
+from ab_sim.scene.model import Scene
+from ab_sim.stepping.side_by_side import LANES
+
+BEYOND = 1e3
+"""Of the signals' size: what stands for the residuals of a run that cannot be."""
+
+
+class Problem:
+    """Residuals and their derivatives by parameters, each in units of its scale.
+
+    Args:
+        scene: what is fitted.
+        common: its parameters that all recordings share.
+        recordings: what was measured.
+        noise: standard deviation of each recording's signals.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        common: Sequence[FitParameter],
+        recordings: Sequence[Measured],
+        noise: Sequence[float],
+    ) -> None:
+        self.scene, self.common = scene, tuple(common)
+        self.recordings, self.noise = tuple(recordings), tuple(noise)
+        own = [
+            each
+            for number, measured in enumerate(recordings)
+            for each in own_parameters(scene, measured, number)
+        ]
+        self.parameters = (*self.common, *own)
+        self._drives = [RecordedDrive(scene, measured) for measured in recordings]
+        self._taps = [whitening_of(measured) for measured in recordings]
+        whole = [whitened(*each) for each in zip(self._taps, self._measured, strict=True)]
+        self._there = [np.isfinite(each) for each in whole]
+        self.runs = 0
+        """That were made."""
+
+    @property
+    def _measured(self) -> list[np.ndarray]:
+        return [measured.signals for measured in self.recordings]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Of all parameters."""
+        return tuple(each.name for each in self.parameters)
+
+    @property
+    def start(self) -> np.ndarray:
+        """Where the scene is, in SI units."""
+        return np.array([each.start for each in self.parameters])
+
+    @property
+    def scales(self) -> np.ndarray:
+        """Of the parameters."""
+        return np.array([each.scale for each in self.parameters])
+
+    def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":
+        """Of some of the recordings, or of their beginnings.
+
+        Its parameters are the common ones and those of these recordings, numbered anew.
+        """
+        chosen = [self.recordings[k] for k in recordings]
+        if until is not None:
+            chosen = [measured.until(until * measured.duration) for measured in chosen]
+        return Problem(self.scene, self.common, chosen, [self.noise[k] for k in recordings])
+
+    def with_noise(self, noise: Sequence[float]) -> "Problem":
+        """The same with other standard deviations."""
+        found = object.__new__(Problem)
+        found.__dict__.update(self.__dict__)
+        found.noise = tuple(noise)
+        return found
+
+    def residuals(self, values: np.ndarray) -> np.ndarray:
+        """Of all that was measured, in units of noise; shape (numbers,)."""
+        found = []
+        for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
+            found.append(self.left(k, values)[there] / noise)
+        return np.concatenate(found)
+
+    def left(self, number: int, values: np.ndarray) -> np.ndarray:
+        """Measured less simulated, whitened, where noise has a colour; shape (samples, axes).
+
+        NaN where nothing was measured, or the filter that whitens has not seen enough.
+        """
+        return self._left(number, self._signals(number, values, ()), values)
+
+    def derivatives(
+        self, values: np.ndarray, free: Sequence[int], central: bool = True
+    ) -> np.ndarray:
+        """Of the residuals by some parameters; see ``both``."""
+        return self.both(values, free, central)[1]
+
+    def both(
+        self, values: np.ndarray, free: Sequence[int], central: bool = True
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Residuals, and their derivatives by parameters in units of these parameters' scales.
+
+        Args:
+            values: of all parameters [SI].
+            free: numbers of those by which it is differentiated.
+            central: whether differences are taken to both sides, or to one in half as many runs.
+
+        Returns:
+            Of shapes (numbers,) and (numbers, free parameters).
+        """
+        residuals, blocks = [], []
+        for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
+            own = self._own_of(k, free)
+            signals = self._signals(k, values, own, central)
+            residuals.append(self._left(k, signals, values)[there] / noise)
+            block = np.zeros((int(there.sum()), len(free)))
+            if signals is not None:
+                for j, column in zip(own, self._columns(k, signals, values, own), strict=True):
+                    block[:, free.index(j)] = whitened(self._taps[k], column)[there]
+            blocks.append(-block / noise)
+        return np.concatenate(residuals), np.concatenate(blocks) * self.scales[list(free)]
+
+    def costs_no_more(self, free: Sequence[int], central: bool) -> bool:
+        """Whether ``both`` takes no longer than ``residuals``: all runs go side by side at once."""
+        sides = 2 if central else 1
+        return all(
+            drive.side_by_side and sides * len(self._own_of(k, free)) < LANES
+            for k, drive in enumerate(self._drives)
+        )
+
+    def _own_of(self, number: int, free: Sequence[int]) -> list[int]:
+        return [j for j in free if self.parameters[j].recording in (None, number)]
+
+    def _left(
+        self, number: int, signals: SimulatedSignals | None, values: np.ndarray
+    ) -> np.ndarray:
+        measured = self.recordings[number].signals
+        if signals is None:
+            return BEYOND * whitened(self._taps[number], measured)
+        shown = self._shown(number, signals, values)
+        return whitened(self._taps[number], measured - shown)
+
+    def simulated(
+        self, number: int, values: np.ndarray, also: Mapping[str, Any] | None = None
+    ) -> np.ndarray | None:
+        """What a recording would have been, gain and bias included; shape (samples, axes).
+
+        Args:
+            number: of the recording.
+            values: of all parameters [SI].
+            also: further values of the scene, by dotted key.
+        """
+        signals = self._signals(number, values, (), also=also)
+        return None if signals is None else self._shown(number, signals, values)
+
+    def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
+        """Values by dotted key, of a recording or of what all have in common."""
+        found: dict[str, Any] = {}
+        if number is not None:
+            measured = self.recordings[number]
+            balls = self.scene.balls.count if measured.with_balls else 0
+            if balls:
+                found[ANGLES] = [0.0] * balls
+                if not measured.at_rest:
+                    found[RATES] = [0.0] * balls
+            if not measured.at_rest:
+                found[POSITION], found[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
+        for each, value in zip(self.parameters, values.tolist(), strict=True):
+            if each.place is not None and each.recording in (None, number):
+                if each.place.entry is not None and each.place.key not in found:
+                    found[each.place.key] = value_of(self.scene, each.place.key)
+                each.place.put(found, value)
+        return found
+
+    def _signals(
+        self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
+        also: Mapping[str, Any] | None = None,
+    ) -> SimulatedSignals | None:  # fmt: skip
+        drive, measured = self._drives[number], self.recordings[number]
+        places = [(j, self.parameters[j].place) for j in free]
+        moved = [(j, place) for j, place in places if place is not None]
+        delays = self._own(number, DELAY, values)
+        self.runs += 1 + (2 if central else 1) * len(moved)
+        return drive.signals(
+            {**self.scene_values(values, number), **(also or {})},
+            [place for _, place in moved],
+            [STEP_SHARE * self.parameters[j].scale for j, _ in moved],
+            delays[0] if delays else measured.delay,
+            bool(delays),
+            central,
+        )
+
+    def _own(self, number: int, nuisance: str, values: np.ndarray) -> list[float]:
+        return [
+            float(value)
+            for each, value in zip(self.parameters, values, strict=True)
+            if each.recording == number and each.nuisance == nuisance
+        ]
+
+    def _shown(self, number: int, signals: SimulatedSignals, values: np.ndarray) -> np.ndarray:
+        gain, bias = self._own(number, GAIN, values), self._own(number, BIAS, values)
+        shown = signals.values * gain[0] if gain else signals.values
+        return shown + np.array(bias) if bias else shown
+
+    def _columns(
+        self, number: int, signals: SimulatedSignals, values: np.ndarray, own: Sequence[int]
+    ) -> list[np.ndarray]:
+        """Derivatives of what is shown by parameters, each of shape (samples, axes)."""
+        gains = self._own(number, GAIN, values)
+        gain, derivatives = (gains[0] if gains else 1.0), iter(signals.derivatives)
+        found = []
+        for j in own:
+            each = self.parameters[j]
+            if each.place is not None:
+                found.append(gain * next(derivatives))
+            elif each.nuisance == GAIN:
+                found.append(signals.values)
+            elif each.nuisance == DELAY:
+                found.append(-gain * signals.slope)
+            else:
+                column = np.zeros(signals.values.shape)
+                column[:, each.axis] = 1.0
+                found.append(column)
+        return found

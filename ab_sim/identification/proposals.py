@@ -1,0 +1,169 @@
+"""Which recording to make next: standard ones, by what they would add to what is known."""
+
+import math
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.errors import AbSimError
+from ab_sim.identification.knowledge import UNKNOWN, beyond, shared_numbers
+from ab_sim.identification.measured import BIAS, GAIN, Measured
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.result import Proposal
+from ab_sim.identification.stages import Tell
+from ab_sim.scene.load import changed_scene
+from ab_sim.spindle import Ramp, SpeedSchedule
+
+RAMP, SLOW, HOLD, COAST = 4.0, 16.0, 8.0, 12.0
+"""How long the standard recordings last [s]."""
+ABOVE = 2.0
+"""Of the critical speed: how fast they go."""
+NEAR = 1.05
+"""Of the critical speed: where it is held."""
+TRIAL = 0.05
+"""Of the mass that moves: a trial mass."""
+REACH = 1.96
+"""Standard deviations of half an interval of 95 %."""
+
+
+class _Standard(NamedTuple):
+    name: str
+    words: str
+    pieces: tuple[tuple[float, Ramp], ...]
+    with_balls: bool = True
+    trial_mass: float = 0.0
+
+
+def proposals_for(
+    problem: Problem, values: np.ndarray, free: Sequence[int], tell: Tell
+) -> tuple[Proposal, ...]:
+    """Standard recordings, the best first: by how many parameters they open, then by the intervals.
+
+    Args:
+        problem: with its noise.
+        values: of its parameters, as fitted [SI].
+        free: numbers of those that were fitted; others that recordings share were held, and are
+            not known.
+        tell: progress.
+    """
+    shared, count = shared_numbers(problem), len(problem.common)
+    known = _information(problem, values)
+    fitted = [k for k in range(count) if k in free]
+    lanes = [k for k, j in enumerate(shared) if j in free]
+    whole, given = _deviations(known), _deviations(known[:, lanes])
+    worst = fitted[int(np.argmax(given[: len(fitted)]))] if fitted else 0
+    found = []
+    standards = _standards(problem, values)
+    for done, standard in enumerate(standards):
+        tell(f"what a further {standard.name} would add", done, len(standards))
+        try:
+            added = _added(problem, values, standard)
+        except AbSimError:
+            continue
+        both = np.concatenate([known, np.zeros((len(added), len(shared)))])
+        both[len(known) :, :count] = added[:, :count]
+        then = _deviations(both)
+        opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
+        if not opens:
+            then = _deviations(both[:, lanes])
+        found.append(
+            Proposal(
+                standard.name, standard.words, problem.parameters[worst].name,
+                REACH * float(np.max(given[: len(fitted)], initial=0.0)),
+                REACH * float(np.max(then[: len(fitted) + len(opens)], initial=0.0)),
+                tuple(problem.parameters[k].name for k in opens),
+            )
+        )  # fmt: skip
+    return tuple(sorted(found, key=lambda each: (-len(each.opens), each.then, each.name)))
+
+
+def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """Sensitivities of what recordings share, what is their own being fitted along."""
+    shared = shared_numbers(problem)
+    own = [j for j in range(len(problem.parameters)) if j not in shared]
+    jacobian = problem.derivatives(values, list(range(len(problem.parameters))))
+    return beyond(jacobian[:, own], jacobian[:, shared])
+
+
+def _deviations(sensitivities: np.ndarray) -> np.ndarray:
+    """Standard deviations of parameters, in their scales; infinite of what is open."""
+    size = np.linalg.norm(sensitivities, axis=0)
+    used = size > 0.0
+    found = np.full(len(size), np.inf)
+    if not used.any():
+        return found
+    _, singular, rows = np.linalg.svd(sensitivities[:, used] / size[used], full_matrices=False)
+    good = singular > 1e-7 * float(singular[0])
+    variance = ((rows[good] / singular[good, None]) ** 2).sum(axis=0)
+    # What has a part in a direction that nothing tells is not known.
+    open_part = (rows[~good] ** 2).sum(axis=0) if (~good).any() else np.zeros(int(used.sum()))
+    deviations = np.sqrt(variance) / size[used]
+    found[used] = np.where(open_part > 1e-6, np.inf, deviations)
+    return found
+
+
+def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
+    scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
+    tops = [measured.schedule.top_speed for measured in problem.recordings]
+    critical = scene.critical_speed
+    limit = scene.spindle.max_speed
+    top = min(max(tops), limit) if critical is None else min(ABOVE * critical, limit)
+    near = 0.5 * top if critical is None else min(NEAR * critical, limit)
+    trial = TRIAL * scene.total_mass
+    ramp, slow = _ramp(top, RAMP), _ramp(top, SLOW)
+    to = f"to {top:.4g} rad/s in"
+    found = [
+        _Standard("ramp", f"run up {to} {RAMP:g} s", ramp),
+        _Standard("slow ramp", f"run up {to} {SLOW:g} s", slow),
+        _Standard(
+            "hold", f"run up to {near:.4g} rad/s in 1 s, hold it for {HOLD:g} s",
+            (*_ramp(near, 1.0), (HOLD, Ramp(near, 0.0))),
+        ),
+        _Standard(
+            "coast-down", f"from {top:.4g} rad/s, reached in 1 s, down to 0 in {COAST:g} s",
+            (*_ramp(top, 1.0), (COAST, Ramp(top, -top / COAST))),
+        ),
+        _Standard(
+            "trial mass", f"clamp {1e3 * trial:.3g} g to the deck, run up {to} {RAMP:g} s",
+            ramp, trial_mass=trial,
+        ),
+    ]  # fmt: skip
+    if scene.balls.count:
+        words = f"take the balls out, run up {to} {RAMP:g} s"
+        found.append(_Standard("ramp without balls", words, ramp, with_balls=False))
+    else:
+        found = [each._replace(with_balls=False) for each in found]
+    return found
+
+
+def _ramp(top: float, duration: float) -> tuple[tuple[float, Ramp], ...]:
+    return ((duration, Ramp(0.0, top / duration)),)
+
+
+def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndarray:
+    """What a standard recording would tell of the parameters that recordings share."""
+    like = problem.recordings[0]
+    duration = sum(length for length, _ in standard.pieces)
+    end = standard.pieces[-1]
+    between = float(np.median(np.diff(like.time)))
+    time = between * np.arange(1, math.floor(duration / between) + 1)
+    measured = Measured(
+        name=standard.name,
+        time=time,
+        signals=np.zeros((len(time), len(like.axes))),
+        axes=like.axes,
+        kind=like.kind,
+        schedule=SpeedSchedule(standard.pieces, float(end[1].speed(end[0]))),
+        angle_known=True,
+        with_balls=standard.with_balls,
+        sensor=like.sensor,
+        step=like.step,
+        delay=like.delay,
+        free=tuple(what for what in like.free if what in (GAIN, BIAS)),
+        trial_mass=standard.trial_mass,
+    )
+    other = Problem(problem.scene, problem.common, [measured], [problem.noise[0]])
+    begin = other.start
+    begin[: len(problem.common)] = values[: len(problem.common)]
+    return _information(other, begin)

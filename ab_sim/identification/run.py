@@ -1,0 +1,277 @@
+"""An identification from its files to its verdict."""
+
+import math
+from collections.abc import Mapping as Dictionary
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.errors import InputError, Interrupted
+from ab_sim.identification.holding_out import held_out
+from ab_sim.identification.intervals import HELD, Intervals, intervals_of
+from ab_sim.identification.intervals import OPEN as NOT_KNOWN
+from ab_sim.identification.knowledge import Knowledge, OpenDirection, knowledge_of
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.missing import as_good_as_the_best, tried_effects
+from ab_sim.identification.parameters import fitted_parameters
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.proposals import proposals_for
+from ab_sim.identification.residuals import NOISELESS, Whiteness, noises_of, whiteness_over
+from ab_sim.identification.result import (
+    FITS,
+    INTERRUPTED,
+    MISSING,
+    NO_BETTER,
+    OPEN,
+    HeldOut,
+    Identification,
+    Proposal,
+    RecordingFit,
+    TriedEffect,
+)
+from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+LOOKS = 2
+"""Draws of start angles from which it is asked what can be known."""
+EXPLAINS = 0.7
+"""Of z, that an effect has to take away to explain it."""
+FAR_OFF = 300.0
+"""Times as large or small as simulated: a wrong unit."""
+
+
+class Question(NamedTuple):
+    """What is asked."""
+
+    fit: tuple[str, ...]
+    """Keys of the scene."""
+    bounds: Dictionary[str, tuple[float, float]] = {}
+    seed: int = 0
+    hold_open: bool = True
+    """Whether what recordings cannot tell is held."""
+    propose: bool = True
+    """Whether the next recording is looked for."""
+
+
+def run_identification(
+    scene: Scene,
+    recordings: Sequence[Measured],
+    question: Question,
+    held_out: Sequence[Measured] = (),
+    tell: Tell = lambda *_: None,
+) -> Identification:
+    """Fit a scene to recordings, and say how far to believe it.
+
+    Args:
+        scene: where to begin.
+        recordings: what was measured, with balls or without.
+        question: what is asked.
+        held_out: recordings that are not fitted, but judged.
+        tell: called with what is done now, done, of all; of what it raises ``Interrupted`` leaves
+            the best so far, marked as such.
+
+    Raises:
+        InputError: it cannot be; says why and what to do.
+        SceneError: the scene cannot be run as it was recorded.
+    """
+    scene, _ = resolve_accuracy(scene)
+    if not recordings:
+        raise InputError("no recordings: give one or several")
+    work = _Work(scene, recordings, question, held_out, tell)
+    return work.run()
+
+
+class _Work:
+    def __init__(
+        self, scene: Scene, recordings: Sequence[Measured], question: Question,
+        held_out: Sequence[Measured], tell: Tell,
+    ) -> None:  # fmt: skip
+        self._scene, self._question, self._tell = scene, question, tell
+        self._recordings, self._held_out = recordings, held_out
+        common = fitted_parameters(scene, question.fit, question.bounds)
+        self._problem = Problem(scene, common, recordings, noises_of(recordings))
+        self._check_sizes()
+
+    def run(self) -> Identification:
+        problem, question = self._problem, self._question
+        knowledge = self._knowledge()
+        held = list(knowledge.held) if question.hold_open else []
+        search = StagedFit(problem, held, question.seed, self._tell)
+        interrupted = False
+        values, open_after = search.best, Knowledge((), (), (), ())
+        free = [j for j in range(len(problem.parameters)) if j not in held]
+        try:
+            values = _within_a_turn(problem, search.run().values)
+            problem = problem.with_noise(self._left(problem, values))
+            values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
+            problem = problem.with_noise(self._left(problem, values))
+            if question.hold_open:
+                open_after = knowledge_of(problem, values, held)
+                held = sorted({*held, *open_after.held})
+            free = [j for j in free if j not in held]
+            intervals = intervals_of(problem, values, free, self._tell)
+        except (Interrupted, KeyboardInterrupt):
+            interrupted = True
+            values = search.best
+            problem = problem.with_noise(self._left(problem, values))
+            intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
+        intervals = _marked(intervals, problem, held)
+        comparisons = [
+            RecordingFit(measured, shown, False)
+            for k, measured in enumerate(problem.recordings)
+            if (shown := problem.simulated(k, values)) is not None
+        ]
+        whiteness = whiteness_over(problem, values)
+        tried: tuple[TriedEffect, ...] = ()
+        outside: HeldOut | None = None
+        proposals: tuple[Proposal, ...] = ()
+        try:
+            if not interrupted:
+                if not all(each.white for each in whiteness):
+                    tried = tried_effects(problem, values, free, self._tell)
+                if self._held_out:
+                    others = self._held_out
+                    outside, more = held_out(problem, values, others, question.seed, self._tell)
+                    comparisons += more
+                if question.propose:
+                    proposals = proposals_for(problem, values, free, self._tell)
+        except (Interrupted, KeyboardInterrupt):
+            interrupted = True
+        opened = dict.fromkeys((*knowledge.open, *open_after.open))
+        verdict, reasons = _verdict(interrupted, whiteness, tried, outside, tuple(opened))
+        reasons += [
+            f"{each.name} is at its bound: look further (--bounds), or at what the scene lacks"
+            for each in intervals.estimates
+            if each.at_bound and not each.own
+        ]
+        fitted = changed_scene(
+            self._scene, {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"},
+            "the fitted scene",
+        )  # fmt: skip
+        notes = [
+            f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
+        ]
+        return Identification(
+            fitted, self._scene, verdict, tuple(reasons), intervals,
+            knowledge._replace(open=tuple(opened)), whiteness, tuple(comparisons), tried, outside,
+            proposals, tuple(notes), problem.runs, question.seed,
+        )  # fmt: skip
+
+    def _check_sizes(self) -> None:
+        """Refuse signals that are far from what the scene does: their unit is wrong."""
+        for k, measured in enumerate(self._recordings):
+            shown = self._problem.simulated(k, self._problem.start)
+            if shown is None:
+                continue
+            size = float(np.sqrt(np.mean((shown - shown.mean(axis=0)) ** 2)))
+            ratio = measured.rms / size if size > 0.0 else 1.0
+            if not 1.0 / FAR_OFF < ratio < FAR_OFF:
+                raise InputError(
+                    f"{measured.name}: its signals' r.m.s. is {measured.rms:.3g} {measured.unit}, "
+                    f"{ratio:.2g} times what the scene {self._scene.name} gives; is their unit "
+                    "right? if so, begin with a scene that is nearer"
+                )
+
+    def _knowledge(self) -> Knowledge:
+        """What is open wherever the balls may have started."""
+        problem, found = self._problem, []
+        numbers = np.random.default_rng([self._question.seed, 0])
+        for look in range(LOOKS):
+            self._tell("what can be known", look, LOOKS)
+            values = problem.start
+            for j, each in enumerate(problem.parameters):
+                if each.recording is not None and each.unit == "rad":
+                    values[j] += numbers.uniform(0.0, 2.0 * np.pi)
+            found.append(knowledge_of(problem, values))
+        first = found[0]
+        always = tuple(j for j in first.held if all(j in each.held for each in found))
+        names = {problem.parameters[j].name for j in always}
+        return first._replace(
+            held=always, open=tuple(each for each in first.open if each.held in names)
+        )
+
+    def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
+        """Standard deviation of each recording's residuals."""
+        found = []
+        for k, measured in enumerate(problem.recordings):
+            left = problem.left(k, values)
+            # Of outliers no more than their number counts.
+            spread = float(np.nanmedian(np.abs(left))) / 0.6745
+            rms = float(np.sqrt(np.nanmean(left**2)))
+            found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
+        return found
+
+
+def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """Start angles without the whole turns that a search has gone through."""
+    turned = values.copy()
+    for j, each in enumerate(problem.parameters):
+        if each.recording is not None and each.unit == "rad":
+            turned[j] = math.remainder(float(values[j]), 2.0 * math.pi)
+    return turned
+
+
+def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:
+    """What is held because it is open says so."""
+    names = {problem.parameters[j].name for j in held}
+    estimates = tuple(
+        each._replace(how=NOT_KNOWN) if each.how == HELD and each.name in names else each
+        for each in intervals.estimates
+    )
+    return intervals._replace(estimates=estimates)
+
+
+def _verdict(
+    interrupted: bool, whiteness: Sequence[Whiteness], tried: Sequence[TriedEffect],
+    outside: HeldOut | None, opened: Sequence[OpenDirection],
+) -> tuple[str, list[str]]:  # fmt: skip
+    reasons: list[str] = []
+    verdict = FITS
+    for each in opened:
+        verdict = OPEN
+        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
+    if outside is not None:
+        said = (
+            f"on held-out data the residuals' r.m.s. is {outside.after:.3g} of the signals', with "
+            f"the scene as it was {outside.before:.3g}"
+        )
+        reasons.append(said)
+        if not outside.better:
+            verdict = NO_BETTER
+    for one in whiteness:
+        if not one.judged:
+            reasons.append(
+                f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"
+            )
+        elif not one.white:
+            verdict = MISSING
+            reasons.append(
+                f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4"
+            )
+            reasons += [f"{one.recording}: {sign}" for sign in one.signs]
+        else:
+            reasons.append(
+                f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
+                f"{100 * one.share:.3g} % of the signals"
+            )
+    if verdict == MISSING:
+        best = next((each for each in tried if not each.failure), None)
+        if best is not None and best.explains > EXPLAINS:
+            names = " or ".join(as_good_as_the_best(tried))
+            reasons.append(
+                f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
+                f"falls by {best.drop:.4g} noise variances"
+            )
+        elif best is not None:
+            reasons.append(
+                f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
+                f"with which z = {best.z:.1f}"
+            )
+        reasons.append("intervals are of chance only, and do not count what is missing")
+    if interrupted:
+        verdict = INTERRUPTED
+        reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
+    return verdict, reasons

@@ -1,0 +1,149 @@
+"""From recorded spindle speed or angle to a profile of accelerations, which a run can follow.
+
+A spindle's speed is taken for straight pieces, the kind of profile that scenes have. Where they
+meet is found first: each piece goes on as far as a straight line keeps within the tolerance. Then
+speed, or angle where it was recorded, is fitted by a spline with those knots: a linear one of the
+speed, or a quadratic one of the angle, whose derivative is piecewise linear.
+"""
+
+import numpy as np
+from scipy.interpolate import BSpline, make_lsq_spline
+from scipy.optimize import least_squares
+
+from ab_sim.errors import InputError
+from ab_sim.spindle import Ramp, SpeedSchedule
+
+MOST_PIECES = 400
+"""More would be noise, or a curve resolved beyond what the balls notice."""
+FINEST = 1e-10
+"""Of the largest speed: what rounding leaves of a recording of a simulation."""
+MOST_MOVED, ENOUGH = 12, 4000
+"""Knots that are moved to where they fit best; samples that this takes."""
+NOISE = 4.5
+"""Standard deviations of a tachometer's noise that count as a straight line."""
+FEWEST = 3
+"""Samples of a piece."""
+
+
+def schedule_from(
+    time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None, name: str
+) -> SpeedSchedule:
+    """The profile that a recorded spindle has followed.
+
+    Args:
+        time: of the samples [s], rising from 0.
+        speed: rad/s, or None where only the angle was recorded.
+        angle: rad, unwrapped, or None where only the speed was recorded.
+        name: of the recording, for messages.
+
+    Raises:
+        InputError: there is neither; or nothing that a spindle does.
+    """
+    # Where pieces meet, differences of an angle mix them.
+    mixed = speed is None
+    if speed is None:
+        if angle is None:
+            raise InputError(f"{name}: neither the spindle's speed nor its angle was recorded")
+        speed = np.gradient(angle, time, edge_order=2)
+    knots, noisy = _knots(time, speed)
+    if noisy or mixed:
+        knots = _refined(time, *((speed, 1) if angle is None else (angle, 2)), knots)
+    if angle is not None:
+        fitted = _spline(time, angle, knots, 2).derivative()
+        start_angle = float(_spline(time, angle, knots, 2)(0.0))
+    else:
+        fitted, start_angle = _spline(time, speed, knots, 1), 0.0
+    speeds = fitted(knots)
+    pieces = [
+        (float(t1 - t0), Ramp(float(w0), float((w1 - w0) / (t1 - t0))))
+        for t0, t1, w0, w1 in zip(knots[:-1], knots[1:], speeds[:-1], speeds[1:], strict=True)
+    ]
+    return SpeedSchedule(pieces, float(speeds[-1]), 0.0, start_angle)
+
+
+def _spline(time: np.ndarray, values: np.ndarray, knots: np.ndarray, degree: int) -> BSpline:
+    ends = [knots[0]] * degree, [knots[-1]] * degree
+    return make_lsq_spline(time, values, np.concatenate([ends[0], knots, ends[1]]), degree)
+
+
+def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarray) -> np.ndarray:
+    """Knots moved to where the spline fits best: lines through noise do not meet there."""
+    inner = knots[1:-1]
+    if not 0 < len(inner) <= MOST_MOVED:
+        return knots
+    thin = max(1, len(time) // ENOUGH)
+    some, of = time[::thin], values[::thin]
+    between = float(some[1] - some[0])
+    reach = 0.45 * np.minimum(np.diff(knots)[:-1], np.diff(knots)[1:])
+    reach = np.maximum(reach - FEWEST * between, 0.0)
+
+    def left(places: np.ndarray) -> np.ndarray:
+        whole = np.concatenate([knots[:1], places, knots[-1:]])
+        found: np.ndarray = _spline(some, of, whole, degree)(some) - of
+        return found
+
+    held = reach <= between
+    low, high = inner - np.where(held, between, reach), inner + np.where(held, between, reach)
+    best = least_squares(
+        left, inner, bounds=(low, high), x_scale=between, diff_step=[1e-3] * len(inner), max_nfev=40
+    )
+    return np.concatenate([knots[:1], best.x, knots[-1:]])
+
+
+def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Where straight pieces of the speed meet, both ends included; and whether there is noise."""
+    top = float(np.max(np.abs(speed)))
+    # Of white noise the second difference has six times the variance; a straight line has none.
+    bend = np.diff(speed, 2)
+    noise = float(np.median(np.abs(bend))) / 0.6745 / np.sqrt(6.0) if len(bend) else 0.0
+    tolerance = max(FINEST * top, NOISE * noise, 1e-300)
+    while True:
+        lines = _lines(time, speed, tolerance)
+        if len(lines) <= MOST_PIECES:
+            break
+        tolerance *= 4.0
+    knots = [time[0]]
+    for (a0, b0, _, j), (a1, b1, i, _) in zip(lines[:-1], lines[1:], strict=True):
+        meet = (a0 - a1) / (b1 - b0) if b1 != b0 else np.inf
+        # Lines through noise may meet elsewhere; then between the two samples.
+        inside = time[j - 1] <= meet <= time[min(i + 1, len(time) - 1)]
+        meet = meet if inside else 0.5 * (time[j] + time[i])
+        if np.count_nonzero((time >= knots[-1]) & (time <= meet)) >= FEWEST:
+            knots.append(float(meet))
+    if len(knots) > 1 and np.count_nonzero(time >= knots[-1]) < FEWEST:
+        knots.pop()
+    return np.array([*knots, float(time[-1])]), tolerance > 10.0 * FINEST * top
+
+
+def _lines(
+    time: np.ndarray, speed: np.ndarray, tolerance: float
+) -> list[tuple[float, float, int, int]]:
+    """Value at 0 and slope of the straight pieces, and their first and last sample."""
+    found, first = [], 0
+    while first < len(time):
+        reach, far = min(first + FEWEST, len(time)), len(time)
+        step = FEWEST
+        while reach < far and _line(time, speed, first, reach)[2] <= tolerance:
+            step *= 2
+            reach = min(first + step, far)
+        low, high = max(first + step // 2, min(first + FEWEST, far)), reach
+        if _line(time, speed, first, reach)[2] <= tolerance:
+            low = reach
+        while high - low > 1:
+            middle = (low + high) // 2
+            good = _line(time, speed, first, middle)[2] <= tolerance
+            low, high = (middle, high) if good else (low, middle)
+        begin, slope, _ = _line(time, speed, first, low)
+        found.append((begin, slope, first, low - 1))
+        first = low
+    return found
+
+
+def _line(time: np.ndarray, speed: np.ndarray, i: int, j: int) -> tuple[float, float, float]:
+    """The line through samples i to j - 1, and its largest error."""
+    t, w = time[i:j], speed[i:j]
+    middle, mean = float(t.mean()), float(w.mean())
+    square = float(((t - middle) ** 2).sum())
+    slope = float(((t - middle) * (w - mean)).sum() / square) if square else 0.0
+    worst = float(np.max(np.abs(w - mean - slope * (t - middle))))
+    return mean - slope * middle, slope, worst

@@ -1,0 +1,302 @@
+"""The fit: from recordings without balls over many start angles to all that is free at once."""
+
+import math
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from ab_sim.identification.problem import Problem
+
+Function = Callable[[np.ndarray], np.ndarray]
+Tell = Callable[[str, int, int], None]
+"""Called with what is done now, done, of all; what it raises ends the work."""
+STARTS = 24
+"""Random starts of each recording with balls."""
+HORIZONS = ((0.2, 24), (0.4, 10), (0.7, 4), (1.0, 2))
+"""Parts of a recording that are fitted one after the other, and how many starts each begins with:
+over a whole run the ball angles have many wrong minima, over its beginning few."""
+SCAN = 64
+"""Points looked at before the first fit of what the recordings without balls tell."""
+NEAR = 2.0
+"""Starts lie within this factor of the scene's values, as far as bounds allow."""
+SETTLED = 0.1
+"""Of a parameter's scale: known better than this after the recordings without balls, it is held
+while ball angles are looked for."""
+SEARCH_STEPS, LAST_STEPS = 12, 60
+"""Iterations of a search, and of the last fit, at most."""
+SOFT = 4.0
+"""Residuals beyond this many standard deviations count less (Huber's loss)."""
+
+
+class Fitted(NamedTuple):
+    """Where a minimisation has ended."""
+
+    values: np.ndarray
+    """Of all parameters [SI]."""
+    cost: float
+    """Half the sum of squares, in units of noise; of a robust loss where one was asked for."""
+    converged: bool
+
+
+def minimise(
+    problem: Problem,
+    values: np.ndarray,
+    free: Sequence[int],
+    steps: int,
+    robust: bool = False,
+    central: bool = False,
+) -> Fitted:
+    """Least squares over some parameters, within their bounds.
+
+    Args:
+        problem: has the residuals.
+        values: where to begin [SI].
+        free: numbers of the parameters that vary.
+        steps: iterations at most.
+        robust: whether outliers count less.
+        central: see ``Problem.derivatives``.
+    """
+    free = list(free)
+    if not free:
+        found = problem.residuals(values)
+        return Fitted(values.copy(), 0.5 * float(found @ found), True)
+    scales = problem.scales[free]
+    low = np.array([problem.parameters[j].low for j in free]) / scales
+    high = np.array([problem.parameters[j].high for j in free]) / scales
+
+    def whole(scaled: np.ndarray) -> np.ndarray:
+        found = values.copy()
+        found[free] = scaled * scales
+        return found
+
+    start = np.clip(values[free] / scales, low, high)
+    inside = np.where(np.isfinite(high - low), 1e-9 * (high - low), 0.0)
+
+    points = _Points(problem, whole, free, central)
+    result = least_squares(
+        points.residuals if robust else points.short,
+        np.clip(start, low + inside, high - inside),
+        jac=points.jacobian if robust else points.short_jacobian,
+        bounds=(low, high),
+        x_scale="jac",
+        loss="huber" if robust else "linear",
+        f_scale=SOFT,
+        max_nfev=steps,
+        ftol=1e-10,
+        xtol=1e-10,
+        gtol=1e-10,
+    )
+    return Fitted(whole(result.x), float(result.cost), bool(result.status > 0))
+
+
+class _Points:
+    """What a minimisation asks at its points, of which the last two are remembered.
+
+    Args:
+        problem: has the residuals.
+        whole: makes values of all parameters of those that vary, in units of scales.
+        free, central: see ``Problem.both``.
+    """
+
+    def __init__(
+        self, problem: Problem, whole: Function, free: Sequence[int], central: bool
+    ) -> None:
+        self._problem, self._whole, self._free = problem, whole, free
+        self._central = central
+        self._at_once = problem.costs_no_more(free, central)
+        self._known: dict[bytes, tuple[np.ndarray, np.ndarray | None]] = {}
+
+    def residuals(self, scaled: np.ndarray) -> np.ndarray:
+        """Of all that was measured."""
+        return self._at(scaled, self._at_once)[0]
+
+    def jacobian(self, scaled: np.ndarray) -> np.ndarray:
+        """Their derivatives."""
+        found = self._at(scaled, True)[1]
+        assert found is not None
+        return found
+
+    def short(self, scaled: np.ndarray) -> np.ndarray:
+        """The same sum of squares with as few numbers as there are parameters, and one more.
+
+        An orthogonal transformation, of which the last axis lies along the residuals: thousands
+        of numbers would be decomposed in each iteration otherwise.
+        """
+        return np.append(np.zeros(len(scaled)), np.linalg.norm(self.residuals(scaled)))
+
+    def short_jacobian(self, scaled: np.ndarray) -> np.ndarray:
+        """Derivatives, on these axes."""
+        slopes, whole = self.jacobian(scaled), self.residuals(scaled)
+        along = whole / max(float(np.linalg.norm(whole)), 1e-300)
+        row = along @ slopes
+        rest = np.linalg.qr(slopes - np.outer(along, row), mode="r")
+        return np.vstack([rest, row])
+
+    def _at(self, scaled: np.ndarray, both: bool) -> tuple[np.ndarray, np.ndarray | None]:
+        key, values = scaled.tobytes(), self._whole(scaled)
+        found = self._known.get(key)
+        if found is None or (both and found[1] is None):
+            found = (
+                self._problem.both(values, self._free, self._central)
+                if both
+                else (self._problem.residuals(values), None)
+            )
+            self._known = {**dict(list(self._known.items())[-1:]), key: found}
+        return found
+
+
+class StagedFit:
+    """Finds where to begin, and fits.
+
+    Args:
+        problem: all recordings.
+        held: numbers of the parameters that stay at their start.
+        seed: of the random starts.
+        tell: see ``Tell``.
+    """
+
+    def __init__(self, problem: Problem, held: Sequence[int], seed: int, tell: Tell) -> None:
+        self.problem, self._held, self._tell = problem, set(held), tell
+        self._seed = seed
+        self.best = problem.start
+        """Values of all parameters [SI], the best so far."""
+
+    def run(self) -> Fitted:
+        """All stages."""
+        problem = self.problem
+        numbers = range(len(problem.recordings))
+        bare = [k for k in numbers if not problem.recordings[k].with_balls]
+        others = [k for k in numbers if problem.recordings[k].with_balls]
+        settled: set[int] = set()
+        if bare:
+            settled = self._without_balls(bare)
+        for k in others:
+            self._with_balls(k, settled)
+            settled |= {
+                j for j, each in enumerate(problem.parameters) if each.recording in (None, k)
+            }
+        self._tell("all recordings", 0, 1)
+        free = [j for j in range(len(problem.parameters)) if j not in self._held]
+        found = minimise(problem, self.best, free, LAST_STEPS)
+        self.best = found.values
+        return found
+
+    def _without_balls(self, bare: Sequence[int]) -> set[int]:
+        """Fit what recordings without balls tell; which parameters these settle."""
+        whole, part = self.problem, self.problem.part(bare)
+        places = _places(whole, bare)
+        self._tell("recordings without balls", 0, 1)
+        jacobian = part.derivatives(part.start, range(len(part.parameters)))
+        strength = np.linalg.norm(jacobian, axis=0)
+        felt = [
+            j for j in range(len(part.parameters))
+            if strength[j] > 0 and places[j] not in self._held
+        ]  # fmt: skip
+        start = self.best[places]
+        common = [j for j in felt if part.parameters[j].recording is None]
+        tried = [start, *self._drawn(part, start, common, SCAN, 0)]
+        costs = [_cost(part, values) for values in tried]
+        best: Fitted | None = None
+        order = np.argsort(costs, kind="stable")[:4]
+        for done, k in enumerate([0, *(k for k in order if k != 0)]):
+            self._tell("recordings without balls", done, len(order))
+            found = minimise(part, tried[k], felt, SEARCH_STEPS * 3)
+            if best is None or found.cost < best.cost * (1 - 1e-9):
+                best = found
+        assert best is not None
+        self.best[places] = best.values
+        jacobian = part.derivatives(best.values, felt)
+        known = _known(jacobian)
+        return {places[j] for j, good in zip(felt, known, strict=True) if good}
+
+    def _with_balls(self, number: int, settled: set[int]) -> None:
+        """Find a recording's start angles, and what of the balls is not known yet."""
+        whole = self.problem
+        places = _places(whole, [number])
+        free = [
+            j for j, place in enumerate(places)
+            if place not in self._held and (place not in settled)
+        ]  # fmt: skip
+        tried: list[np.ndarray] = []
+        part = whole.part([number])
+        start = self.best[places]
+        tried = self._drawn(part, start, free, STARTS, number + 1)
+        for horizon, keep in HORIZONS:
+            part = whole.part([number], horizon)
+            found: list[Fitted] = []
+            for done, values in enumerate(tried[:keep]):
+                self._tell(
+                    f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %",
+                    done,
+                    min(keep, len(tried)),
+                )
+                found.append(minimise(part, values, free, SEARCH_STEPS))
+            found.sort(key=lambda each: each.cost)
+            tried = [each.values for each in _distinct(found)]
+            self.best[places] = tried[0]
+
+    def _drawn(
+        self, part: Problem, start: np.ndarray, free: Sequence[int], count: int, stream: int
+    ) -> list[np.ndarray]:
+        """Starts spread evenly over what is free."""
+        if not free:
+            return [start.copy()] * count
+        shares = qmc.LatinHypercube(len(free), rng=np.random.default_rng([self._seed, stream]))
+        found = []
+        for row in shares.random(count):
+            values = start.copy()
+            for j, share in zip(free, row.tolist(), strict=True):
+                values[j] = _between(part, j, float(start[j]), share)
+            found.append(values)
+        return found
+
+
+def _between(part: Problem, j: int, now: float, share: float) -> float:
+    """A start of a parameter, at a share of the way over where it is looked for."""
+    each = part.parameters[j]
+    if each.unit == "rad" and each.recording is not None:
+        return now + 2.0 * math.pi * share
+    if each.recording is not None:
+        return now
+    low, high = each.low, each.high
+    if now > 0.0:
+        low, high = max(low, now / NEAR), min(high, now * NEAR)
+        if low > 0.0:
+            return low * (high / low) ** share
+    return low + share * (high - low)
+
+
+def _places(whole: Problem, recordings: Sequence[int]) -> list[int]:
+    """Which parameters of the whole those of a part are."""
+    common = len(whole.common)
+    own = [
+        j for k in recordings for j, each in enumerate(whole.parameters) if each.recording == k
+    ]  # fmt: skip
+    return [*range(common), *own]
+
+
+def _cost(problem: Problem, values: np.ndarray) -> float:
+    found = problem.residuals(values)
+    return 0.5 * float(found @ found)
+
+
+def _known(jacobian: np.ndarray) -> np.ndarray:
+    """Which columns' parameters are known to a part of their scale."""
+    if not jacobian.shape[1]:
+        return np.zeros(0, bool)
+    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
+    variance = (directions / np.maximum(singular, 1e-300)[:, None]) ** 2
+    known: np.ndarray = np.sqrt(variance.sum(axis=0)) < SETTLED
+    return known
+
+
+def _distinct(found: Sequence[Fitted]) -> list[Fitted]:
+    """Without those that have ended where a better one has."""
+    kept: list[Fitted] = []
+    for each in found:
+        if all(abs(each.cost - other.cost) > 1e-6 * max(other.cost, 1e-12) for other in kept):
+            kept.append(each)
+    return kept

@@ -1,0 +1,137 @@
+"""Recordings of any kind as tables: a column of numbers for each name, with its unit."""
+
+import json
+import re
+import tempfile
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from ab_sim.bags import import_bag
+from ab_sim.drive.units import unit_of
+from ab_sim.errors import InputError, nearest
+from ab_sim.recording import StoredRun, open_recording
+
+MOST_ROWS = 20_000_000
+_HEAD = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
+FAULTS = "faults"
+
+
+@dataclass(frozen=True)
+class Table:
+    """What a file holds."""
+
+    name: str
+    columns: Mapping[str, np.ndarray]
+    units: Mapping[str, str | None]
+    """As far as the file says."""
+    description: Mapping[str, Any]
+    """What ab_sim ran; empty of a real drive's recording."""
+    notes: tuple[str, ...] = ()
+
+    def column(self, name: str, said: str) -> np.ndarray:
+        """Numbers of a column.
+
+        Args:
+            name: of the column.
+            said: what asks for it, for messages.
+
+        Raises:
+            InputError: there is none, or it holds no numbers.
+        """
+        if name not in self.columns:
+            near = nearest(name, self.columns)
+            raise InputError(
+                f"{self.name}: {said}: there is no column {name!r}{near}; it has "
+                + ", ".join(self.columns)
+            )
+        found = self.columns[name]
+        if found.dtype.kind not in "fiu":
+            raise InputError(
+                f"{self.name}: {said}: the column {name!r} holds texts, not numbers; is there a "
+                "line that is no data?"
+            )
+        return found.astype(float)
+
+
+def read_table(path: Path) -> Table:
+    """What a file holds.
+
+    Args:
+        path: an .rrd, .parquet or .csv file, or the folder of a ROS bag.
+
+    Raises:
+        InputError: it is none of these, or holds no table.
+        RecordingError: it cannot be read.
+    """
+    ending = path.suffix.lower()
+    if path.is_dir() or ending == ".mcap":
+        return _of_bag(path)
+    if not path.exists():
+        raise InputError(f"{path}: there is no such file")
+    if ending == ".rrd":
+        return _of_recording(open_recording(path), path.stem)
+    if ending not in (".parquet", ".csv"):
+        raise InputError(
+            f"{path}: must be a recording (.rrd), a ROS bag (its folder), .parquet or .csv"
+        )
+    if path.stat().st_size == 0:
+        raise InputError(f"{path}: is empty")
+    try:
+        read = pa.parquet.read_table(path) if ending == ".parquet" else pa.csv.read_csv(path)
+    except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
+        reason = " ".join(str(error).split())[:200]
+        raise InputError(f"{path}: cannot be read as a table: {reason}") from error
+    if not 0 < read.num_rows <= MOST_ROWS:
+        raise InputError(f"{path}: has {read.num_rows} rows; must be 1 to {MOST_ROWS}")
+    return _of_arrow(read, path.stem)
+
+
+def _of_arrow(read: pa.Table, name: str) -> Table:
+    columns: dict[str, np.ndarray] = {}
+    units: dict[str, str | None] = {}
+    for field in read.schema:
+        head = _HEAD.fullmatch(field.name)
+        short = head[1] if head else field.name
+        if short in columns:
+            raise InputError(f"{name}: has two columns {short!r}; give each a name of its own")
+        written = (field.metadata or {}).get(b"unit", b"").decode() or None
+        units[short] = head[2].strip() if head else written
+        column = read.column(field.name)
+        columns[short] = column.to_numpy(zero_copy_only=False)
+    said = (read.schema.metadata or {}).get(b"ab_sim")
+    return Table(name, columns, units, json.loads(said) if said else {})
+
+
+def _of_recording(run: StoredRun, name: str) -> Table:
+    extent = run.extent
+    if not extent.rows:
+        raise InputError(f"{run.path}: the recording is empty: it has no samples")
+    samples = run.trajectory()
+    columns = {channel: samples[channel] for channel in run.channels}
+    notes = [run.torn] if run.torn else []
+    if extent.missing:
+        notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
+    faults = dict.fromkeys(
+        event.text for event in run.notes.events if event.source == FAULTS
+    )  # each once
+    notes += [f"the recorder noted {text}" for text in faults if not text.endswith("none")]
+    units = {channel: unit_of(channel) for channel in run.channels}
+    return Table(name, columns, units, run.description, tuple(notes))
+
+
+def _of_bag(path: Path) -> Table:
+    with tempfile.TemporaryDirectory(prefix="ab_sim_") as folder:
+        found = import_bag(path, Path(folder) / "bag.rrd")
+        if len(found.files) > 1:
+            raise InputError(
+                f"{path}: holds {len(found.files)} runs, one after the other; make recordings of "
+                f"them (ab-sim import) and give those that are meant"
+            )
+        return _of_recording(open_recording(found.files[0]), path.stem)

@@ -1,0 +1,167 @@
+"""Random drives, identified blind from noisy recordings: how often right, how near, how honest.
+
+    python benchmarks/identification.py [--out docs] [--drives 20] [--friction 6] [--coverage 60]
+        [--effects 10] [--seed 0]
+
+writes identification.json and identification.md. Recordings are simulated displacements at 1 kHz
+with 1 % noise, one with the balls and one without. Times are CPU times of one process.
+
+- drives: random ones, of which the fit knows neither numbers nor start angles; its scene is off by
+  up to 35 % in each number. Right is a fit whose values are all within six of its own standard
+  deviations, with residuals as large as the noise
+- friction: the same with rolling friction
+- coverage: fits that begin at the true values, and how many intervals of 95 % hold the truth
+- effects: drives with an effect more than the fitted scene, sized such that it changes the signals
+  by 0.5 to 2 times their noise: whether it is flagged (z > 4), and named first
+"""
+
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from arguments import arguments  # noqa: E402
+from identification_drives import Blind, blind_drive, drive_with, recordings_of  # noqa: E402
+from identification_page import page  # noqa: E402
+from rich.console import Console  # noqa: E402
+
+from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.identification.intervals import intervals_of  # noqa: E402
+from ab_sim.identification.missing import as_good_as_the_best  # noqa: E402
+from ab_sim.identification.parameters import fitted_parameters  # noqa: E402
+from ab_sim.identification.problem import Problem  # noqa: E402
+from ab_sim.identification.residuals import noises_of, whiteness_over  # noqa: E402
+from ab_sim.identification.result import Identification  # noqa: E402
+from ab_sim.identification.run import Question, run_identification  # noqa: E402
+from ab_sim.identification.stages import LAST_STEPS, minimise  # noqa: E402
+from ab_sim.studies.effect_cost import conditions  # noqa: E402
+
+RIGHT, LARGEST = 6.0, 1.1
+"""Standard deviations, and times the noise, up to which a fit is right."""
+EFFECTS = ("hardening_suspension", "unequal_suspension", "race_runout", "rolling_friction")
+INSIDE = 1.959964
+
+
+def quiet(*_: object) -> None:
+    """Nobody watches."""
+
+
+def errors_of(found: Identification, blind: Blind) -> dict[str, float]:
+    """Relative errors by what they are of, those of ratios to the mass being told by it."""
+    errors = {key: found[key].value / true - 1.0 for key, true in blind.true.items()}
+    fitted = sorted(
+        each.value % (2 * np.pi) for each in found.estimates if each.name.startswith("start angle")
+    )
+    true = sorted(angle % (2 * np.pi) for angle in blind.angles)
+    turns = [np.roll(fitted, k) - true for k in range(len(true))]
+    off = min(float(np.max(np.abs((turn + np.pi) % (2 * np.pi) - np.pi))) for turn in turns)
+    return {**errors, "start angles [rad]": off}
+
+
+def identified(seed: int, friction: bool) -> dict[str, Any]:
+    """A drive, blind."""
+    blind = blind_drive(seed, friction)
+    recordings = recordings_of(blind.scene, seed)
+    begin = time.process_time()
+    found = run_identification(
+        blind.guess, recordings, Question(tuple(blind.true), seed=seed, propose=False)
+    )
+    seconds = time.process_time() - begin
+    errors = errors_of(found, blind)
+    off = [(found[key].value - true) / found[key].deviation for key, true in blind.true.items()]
+    noise = max(each.share / 0.01 for each in found.whiteness)
+    return {
+        "seed": seed,
+        "right": bool(np.max(np.abs(off)) < RIGHT and noise < LARGEST),
+        "seconds": seconds,
+        "runs": found.runs,
+        "verdict": found.verdict,
+        "errors": errors,
+        "deviations_off": [float(each) for each in off],
+        "noise": noise,
+        "z": [each.z for each in found.whiteness],
+    }
+
+
+def covered(seed: int, friction: bool) -> dict[str, Any]:
+    """Whether intervals hold the truth, of a fit that begins there."""
+    blind = blind_drive(seed, friction)
+    recordings = recordings_of(blind.scene, seed)
+    problem = Problem(
+        blind.guess,
+        fitted_parameters(blind.guess, list(blind.true), {}),
+        recordings,
+        noises_of(recordings),
+    )
+    true = np.array([*blind.true.values(), *blind.angles])
+    free = range(len(true))
+    fit = minimise(problem, true, free, LAST_STEPS, robust=True, central=True)
+    found = intervals_of(problem, fit.values, free, quiet, profiles=False)
+    off = (fit.values - true) / np.array([each.deviation for each in found.estimates])
+    return {
+        "seed": seed,
+        "deviations_off": off.tolist(),
+        "names": list(problem.names),
+        "z": [each.z for each in whiteness_over(problem, fit.values)],
+    }
+
+
+def with_effect(seed: int) -> dict[str, Any]:
+    """A drive that has more than the scene says."""
+    name = EFFECTS[seed % len(EFFECTS)]
+    blind = blind_drive(seed, False)
+    richer, change = drive_with(blind, name, seed)
+    recordings = recordings_of(richer, seed)
+    begin = time.process_time()
+    found = run_identification(
+        blind.guess, recordings, Question(tuple(blind.true), seed=seed, propose=False)
+    )
+    return {
+        "seed": seed,
+        "effect": name,
+        "change": change,
+        "z": [each.z for each in found.whiteness],
+        "flagged": not all(each.white for each in found.whiteness),
+        "named": as_good_as_the_best(found.tried),
+        "seconds": time.process_time() - begin,
+    }
+
+
+def _short(found: dict[str, Any]) -> str:
+    """What became of one, in a line."""
+    told = ("right", "seconds", "verdict", "z", "effect", "change", "flagged", "named")
+    return ", ".join(f"{key} {found[key]}" for key in told if key in found)
+
+
+def main() -> None:
+    """Run, and write JSON and page."""
+    parser = arguments(__doc__.splitlines()[0], 1)
+    for name, count in (("drives", 20), ("friction", 6), ("coverage", 60), ("effects", 10)):
+        parser.add_argument(f"--{name}", type=int, default=count, help=f"how many of {name}")
+    parser.add_argument("--seed", type=int, default=0, help="of the first drive")
+    told = parser.parse_args()
+    console = Console()
+    report: dict[str, Any] = {"conditions": conditions(), "seed": told.seed}
+    seeds = range(told.seed, told.seed + max(told.drives, told.friction, told.coverage))
+    parts = (
+        ("drives", lambda seed: identified(seed, False), told.drives),
+        ("friction", lambda seed: identified(seed, True), told.friction),
+        ("coverage", lambda seed: covered(seed, False), told.coverage),
+        ("coverage_friction", lambda seed: covered(seed, True), told.coverage),
+        ("effects", with_effect, told.effects),
+    )
+    for name, work, count in parts:
+        report[name] = []
+        for seed in list(seeds)[:count] if name != "effects" else range(told.effects):
+            report[name].append(work(seed))
+            console.print(name, seed, _short(report[name][-1]))
+        write_json(report, str(told.out / "identification.json"))
+    (told.out / "identification.md").write_text(page(report), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()

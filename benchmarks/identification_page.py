@@ -1,0 +1,135 @@
+"""The page of benchmarks/identification.py."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from page_parts import table
+
+GOALS = {
+    "effects.suspension.stiffness": 1e-4,
+    "effects.suspension.damping": 2e-3,
+    "rotor.eccentricity": 1e-3,
+    "balls.mass": 5e-3,
+    "effects.viscous_drag.coefficient": 2e-2,
+    "effects.rolling_friction.arm": 2e-2,
+    "start angles [rad]": 1e-2,
+}
+"""Errors that there may be, relative but for the angles."""
+SECONDS = 10.0
+INSIDE = 1.959964
+
+
+def page(report: dict[str, Any]) -> str:
+    """As Markdown."""
+    parts = [
+        "# How well drives are identified",
+        "Written by `python benchmarks/identification.py`, from `identification.json`. Recordings "
+        "are simulated, 1 kHz, 1 % noise, one with the balls and one without; the total mass is "
+        "known. Times are CPU times of one process, kernels compiled.",
+        _conditions(report["conditions"]),
+        "## Blind",
+        table(
+            ["", "drives", "right", f"right within {SECONDS:g} s", "CPU s, median", "CPU s, most"],
+            [_blind("smooth", report["drives"]), _blind("rolling friction", report["friction"])],
+        ),
+        "Right: all values within six of their own standard deviations, residuals as large as the "
+        "noise.",
+        "## Errors of those that are right",
+        table(
+            ["of", "goal", "drives: 95 %", "most", "with friction: median", "most"],
+            _errors(report),
+        ),
+        "## Coverage of the intervals of 95 %",
+        table(
+            ["", "fits", "values", "inside", "least of a parameter"],
+            [
+                _coverage("smooth", report["coverage"]),
+                _coverage("rolling friction", report["coverage_friction"]),
+            ],
+        ),
+        "These fits begin at the true values: the search is judged above. Goal: .93 to .97.",
+        "## Missing effects",
+        table(["effect", "changes signals by [noise]", "z", "flagged", "named first"],
+              _effects(report["effects"])),
+        "Friction of the race and of rolling are the same law where balls are equal: both are "
+        "named.",
+        _summary(report),
+    ]  # fmt: skip
+    return "\n\n".join(parts) + "\n"
+
+
+def _conditions(found: dict[str, Any]) -> str:
+    machine = found["machine"]
+    load = ", ".join(f"{each:.0f}" for each in machine["load_average"])
+    versions = ", ".join(f"{name} {each}" for name, each in found["versions"].items())
+    return (
+        f"{found['date'][:16]} UTC, {machine['processor']}, {machine['cores']} cores, load {load} "
+        f"from other work; {versions}."
+    )
+
+
+def _blind(name: str, drives: Sequence[dict[str, Any]]) -> list[str]:
+    if not drives:
+        return [name, "0", "-", "-", "-", "-"]
+    seconds = [each["seconds"] for each in drives]
+    soon = sum(each["right"] and each["seconds"] <= SECONDS for each in drives)
+    right = sum(each["right"] for each in drives)
+    return [
+        name, str(len(drives)), str(right), str(soon), f"{np.median(seconds):.1f}",
+        f"{max(seconds):.1f}",
+    ]  # fmt: skip
+
+
+def _errors(report: dict[str, Any]) -> list[list[str]]:
+    rows = []
+    for key, goal in GOALS.items():
+        smooth, friction = (
+            np.abs([each["errors"][key] for each in report[part]
+                    if each["right"] and key in each["errors"]])
+            for part in ("drives", "friction")
+        )  # fmt: skip
+        cells = [key, f"{goal:.2g}"]
+        cells += _two(smooth, 0.95) + _two(friction, 0.5)
+        rows.append(cells)
+    return rows
+
+
+def _two(errors: np.ndarray, share: float) -> list[str]:
+    if not len(errors):
+        return ["-", "-"]
+    return [f"{np.quantile(errors, share):.2g}", f"{errors.max():.2g}"]
+
+
+def _coverage(name: str, fits: Sequence[dict[str, Any]]) -> list[str]:
+    if not fits:
+        return [name, "0", "-", "-", "-"]
+    off = np.abs(np.array([each["deviations_off"] for each in fits]))
+    inside = off < INSIDE
+    return [
+        name, str(len(fits)), str(off.size), f"{inside.mean():.3f}",
+        f"{inside.mean(axis=0).min():.3f}",
+    ]  # fmt: skip
+
+
+def _effects(found: Sequence[dict[str, Any]]) -> list[list[str]]:
+    return [
+        [each["effect"], f"{each['change']:.2f}", f"{max(each['z']):.1f}",
+         "yes" if each["flagged"] else "no", ", ".join(each["named"]) or "-"]
+        for each in found
+    ]  # fmt: skip
+
+
+def _summary(report: dict[str, Any]) -> str:
+    effects = report["effects"]
+    flagged = sum(each["flagged"] for each in effects)
+    named = sum(each["effect"] in each["named"] for each in effects)
+    right = [each for part in ("drives", "friction") for each in report[part] if each["right"]]
+    z = [x for part in (right, report["coverage"], report["coverage_friction"])
+         for each in part for x in each["z"]]  # fmt: skip
+    alarms = sum(x > 4.0 for x in z)
+    most = max(z, default=0.0)
+    return (
+        f"Flagged {flagged} of {len(effects)}, named first {named}. False alarms of true models: "
+        f"{alarms} of {len(z)} recordings have z > 4, the largest is {most:.1f}."
+    )

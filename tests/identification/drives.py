@@ -1,0 +1,100 @@
+"""Drives whose numbers are known, and recordings of them as a bench makes them."""
+
+import functools
+import json
+import math
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import ab_sim
+from ab_sim.analysis.comparison import without_balls
+from ab_sim.scene.load import changed_scene, check_scene
+
+MAP = """
+time: {column: t, unit: s}
+speed: {column: rpm, unit: rpm}
+angle: {column: encoder, unit: deg}
+signals: [{column: ch1, unit: mm}, {column: ch2, unit: mm}]
+"""
+Columns = dict[str, np.ndarray]
+
+
+def scene(changes: Mapping[str, Any] | None = None) -> ab_sim.Scene:
+    """Two balls, run up through the critical speed within a second.
+
+    Args:
+        changes: by dotted key.
+    """
+    raw: dict[str, Any] = {
+        "name": "bench",
+        "rotor": {"total_mass": 0.1, "eccentricity": 1.0e-4},
+        "race": {"radius": 0.01},
+        "balls": {"count": 2, "mass": 5.5e-4},
+        "effects": {
+            "suspension": {"stiffness": 1000.0, "damping": 2.0},
+            "viscous_drag": {"coefficient": 0.22},
+            "spindle_acceleration": {},
+        },
+        "start": {"ball_angles": [0.7, -2.0]},
+        "spindle": {"max_speed": 420.0, "max_acceleration": 250.0},
+        "profile": {"kind": "start_up", "acceleration": 120.0, "target_speed": 180.0},
+        "solver": {"step": 0.001},
+        "duration": 2.0,
+    }
+    made = check_scene(raw, "bench")
+    return changed_scene(made, dict(changes), "test") if changes else made
+
+
+@functools.lru_cache(maxsize=8)
+def columns(true: str, balls: bool, seed: int, noise: float = 0.01) -> Columns:
+    """What a bench would have recorded of a drive.
+
+    Args:
+        true: its scene as JSON.
+        balls: whether they are in the race.
+        seed: of the noise.
+        noise: its standard deviation, of the signals' r.m.s.
+    """
+    drive = check_scene(json.loads(true), "true")
+    run = ab_sim.simulate(drive if balls else without_balls(drive)).trajectory
+    across = 1e3 * run.position[:, :2]
+    size = noise * float(np.sqrt(np.mean(across**2)))
+    across = across + size * np.random.default_rng(seed).standard_normal(across.shape)
+    return {
+        "t": run["time"],
+        "rpm": run["speed"] * 60.0 / (2.0 * math.pi),
+        "encoder": np.degrees(run["angle"]),
+        "ch1": across[:, 0],
+        "ch2": across[:, 1],
+    }
+
+
+def recorded(
+    drive: ab_sim.Scene, balls: bool = True, seed: int = 0, noise: float = 0.01
+) -> Columns:
+    """The same of a scene; columns may be changed."""
+    found = columns(json.dumps(drive.as_mapping()), balls, seed, noise)
+    return {name: column.copy() for name, column in found.items()}
+
+
+def write(table: Mapping[str, Any], path: Path) -> Path:
+    """As CSV."""
+    rows = zip(*table.values(), strict=True)
+    text = [",".join(table), *(",".join(f"{cell}" for cell in row) for row in rows)]
+    path.write_text("\n".join(text) + "\n")
+    return path
+
+
+def mapping(folder: Path, text: str = MAP) -> Path:
+    """A file that says what the columns are."""
+    path = folder / "map.yaml"
+    path.write_text(text)
+    return path
+
+
+def bench(folder: Path, drive: ab_sim.Scene, name: str, balls: bool = True, seed: int = 0) -> Path:
+    """A CSV file of a drive's recording with 1 % noise."""
+    return write(recorded(drive, balls, seed), folder / f"{name}.csv")

@@ -1,0 +1,122 @@
+"""Recordings of every kind, the command, its page, and what `ab-sim robust` takes from it."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+import ab_sim
+from ab_sim.analysis.comparison import without_balls
+from ab_sim.bags import export_bag
+from ab_sim.cli.app import app
+from ab_sim.design.draws import DrawnPoints
+from ab_sim.design.fitted_spread import fitted_tolerances
+from ab_sim.errors import InputError
+from ab_sim.identification.mapping import mapping_of
+from ab_sim.identification.measured import NUISANCES
+from ab_sim.recording.export import CSV, PARQUET, Part, export
+from tests.cli.tool import ab_sim as command
+from tests.identification import drives
+
+FIT = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]
+TRUE = (1100.0, 1.7, 8.5e-5)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """One run without balls, as .rrd, .csv, .parquet and as a bag; and the scene to begin with."""
+    place = tmp_path_factory.mktemp("files")
+    drive = without_balls(drives.scene(dict(zip(FIT, TRUE, strict=True))))
+    ab_sim.save_recording(ab_sim.simulate(drive), place / "run.rrd")
+    stored = ab_sim.open_recording(place / "run.rrd")
+    export(stored, {CSV: place / "csv.csv", PARQUET: place / "parquet.parquet"}, Part())
+    export_bag(stored, place / "bag")
+    (place / "start.yaml").write_text(json.dumps(drives.scene().as_mapping()))
+    return place
+
+
+@pytest.mark.parametrize("name", ["run.rrd", "csv.csv", "parquet.parquet", "bag"])
+def test_every_kind_of_file_gives_the_same_drive(folder: Path, name: str) -> None:
+    found = ab_sim.identify([], drives.scene(), FIT, without_balls=[folder / name], propose=False)
+    assert [found[key].value for key in FIT] == pytest.approx(TRUE, rel=1e-6)
+
+
+def test_the_command_writes_scene_page_and_json(folder: Path) -> None:
+    out, page, report = (folder / name for name in ("fitted.yaml", "page.html", "fit.json"))
+    ran = command(
+        *("identify", str(folder / "run.rrd"), "--scene", str(folder / "start.yaml")),
+        *("--fit", ",".join(FIT), "--out", str(out), "--html", str(page), "--json", str(report)),
+    )
+    assert ran.returncode == 0, ran.stderr
+    assert "bench: fits" in ran.stdout and "what to record next" in ran.stdout
+    assert ab_sim.load_scene(out).rotor.eccentricity == pytest.approx(8.5e-5, rel=1e-6)
+    text = page.read_text()
+    assert "what is left: measured less fitted" in text and "rotor.eccentricity" in text
+    assert "http" not in text.partition("</style>")[0]
+    found = json.loads(report.read_text())
+    assert found["verdict"] == "fits" and len(found["covariance"]["values"]) == 3
+
+
+def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
+    recording, scene = str(folder / "run.rrd"), str(folder / "start.yaml")
+    for words, says in (
+        (("--fit", "rotor.eccentricit"), "a scene has no such key; did you mean"),
+        (("--fit", "spindle.max_speed"), "the spindle does what was recorded"),
+        (("--fit", "balls.count"), "it is no continuous number"),
+        (("--fit", "effects.motor.torque_limit"), "no torque was measured"),
+        (("--fit", FIT[0], "--bounds", f"{FIT[0]}=2000..3000"), "1000 lies outside"),
+        (("--fit", FIT[0], "--bounds", f"{FIT[1]}=1..3"), "is not fitted; add it to --fit"),
+        (("--fit", FIT[0], "--free", "phase"), "must be some of gain, bias"),
+        (("--fit", FIT[0], "--trial-mass", "other=5 g"), "there is no such recording"),
+        (("--fit", FIT[0], "--hold-out", recording), "is given twice"),
+        (("--fit", FIT[0], "--signal", "pickup"), "no columns pickup_1 and pickup_2"),
+    ):  # fmt: skip
+        asked = ["identify", recording, "--scene", scene, *words]
+        with pytest.raises(InputError) as caught:
+            CliRunner().invoke(app, asked, catch_exceptions=False)
+        assert says in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize("what", NUISANCES)
+def test_a_mapping_may_free_whatever_a_recording_has_of_its_own(what: str) -> None:
+    own = {"sampling": 1e3, "speed": {"column": "w"}, "signals": [{"column": "x"}]}
+    assert mapping_of({**own, "free": [what]}, "test").free == (what,)
+
+
+def covariance(path: Path, values: list[list[float]]) -> Path:
+    """As an identification writes it."""
+    names = ["balls.mass", "rotor.eccentricity"]
+    report = {
+        "parameters": [{"name": name, "own": False} for name in names]
+        + [{"name": "gain of run", "own": True}],
+        "covariance": {"parameters": [*names, "gain of run"], "values": values},
+    }
+    path.write_text(json.dumps(report))
+    return path
+
+
+def test_a_fit_s_covariance_is_a_spread(tmp_path: Path) -> None:
+    given = [[4e-12, -6e-13, 0.0], [-6e-13, 1e-12, 0.0], [0.0, 0.0, 1.0]]
+    tolerances = fitted_tolerances(covariance(tmp_path / "fit.json", given))
+    scene = drives.scene()
+    points = DrawnPoints(scene, tolerances, 4000, seed=1)
+    assert points.keys == ("balls.mass", "rotor.eccentricity")
+    drawn = np.array([points.at(run) for run in range(4000)])
+    assert drawn.mean(axis=0) == pytest.approx([5.5e-4, 1e-4], abs=1e-7)
+    assert np.cov(drawn.T) == pytest.approx(np.array(given)[:2, :2], rel=0.15)
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ([[1.0, 2.0, 0.0], [2.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "not positive definite"),
+        ([[math.nan, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]], "no covariance has"),
+        ([[1.0]], "is not what `ab-sim identify --json` writes"),
+    ],
+)
+def test_what_is_no_fit_is_refused(tmp_path: Path, values: list[list[float]], says: str) -> None:
+    with pytest.raises(InputError, match=says):
+        fitted_tolerances(covariance(tmp_path / "fit.json", values))

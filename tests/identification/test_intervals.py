@@ -1,0 +1,81 @@
+"""Intervals of fits: from the curvature, along profiles, at bounds; and per-ball numbers."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_of
+from ab_sim.identification.measured import DISPLACEMENT, Measured
+from ab_sim.identification.parameters import fitted_parameters
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.stages import minimise
+from ab_sim.spindle import SpeedSchedule
+from tests.identification import drives
+
+DECK = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]
+
+
+def quiet(*_: object) -> None:
+    """Nobody watches."""
+
+
+def problem(stiffness: float, bounds: dict[str, tuple[float, float]]) -> Problem:
+    """A drive without balls of this stiffness, fitted by a scene with 1000 N/m."""
+    drive = drives.scene({DECK[0]: stiffness})
+    table = drives.recorded(drive, balls=False)
+    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
+    measured = Measured(
+        "bare", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
+        SpeedSchedule.of_scene(drive), True, False,
+    )  # fmt: skip
+    common = fitted_parameters(drives.scene(), DECK, bounds)
+    noise = 0.01 * float(np.sqrt(np.mean(signals**2)))
+    return Problem(drives.scene(), common, [measured], [noise])
+
+
+def test_half_an_interval_is_two_standard_deviations() -> None:
+    own = problem(1000.0, {})
+    free = [0, 1, 2]
+    fit = minimise(own, own.start, free, 30, central=True)
+    found = intervals_of(own, fit.values, free, quiet)
+    assert 2.0 * fit.cost / 4000 == pytest.approx(1.0, abs=0.1)
+    for each in found.estimates:
+        assert each.how == CURVATURE and not each.at_bound
+        assert each.high - each.low == pytest.approx(2 * 1.96 * each.deviation, rel=1e-3)
+        assert abs(each.value - each.start) < 4.0 * each.deviation
+    assert np.diag(found.correlation) == pytest.approx(np.ones(3))
+
+
+def test_at_its_bound_a_value_has_the_interval_of_its_profile() -> None:
+    """What fits best lies one standard deviation beyond the bound."""
+    free, true = [0, 1, 2], 1003.0
+    own = problem(true, {})
+    best = minimise(own, own.start, free, 30, central=True).values
+    deviation = intervals_of(own, best, free, quiet, profiles=False).estimates[0].deviation
+    bound = float(best[0]) - deviation
+    bounded = problem(true, {DECK[0]: (900.0, bound)})
+    fit = minimise(bounded, bounded.start, free, 30, central=True)
+    found = intervals_of(bounded, fit.values, free, quiet)
+    stiffness = found.estimates[0]
+    assert stiffness.at_bound and stiffness.how == PROFILE
+    assert stiffness.high == bound and stiffness.value == pytest.approx(bound, abs=1e-6)
+    # From the unbounded best value the rise to the lower end is 1 + 3.84 noise variances.
+    assert stiffness.low == pytest.approx(best[0] - math.sqrt(1.0 + 3.84) * deviation, rel=1e-5)
+    assert [each.name for each in found.profiles] == [DECK[0]]
+
+
+def test_what_is_held_has_an_infinite_interval() -> None:
+    own = problem(1000.0, {})
+    found = intervals_of(own, own.start, [0, 1], quiet, profiles=False).estimates[2]
+    assert found.how == HELD and (found.low, found.high) == (-math.inf, math.inf)
+    assert found.report()["low"] is None
+
+
+def test_a_ball_s_own_mass_is_a_parameter() -> None:
+    scene = drives.scene({"balls.mass": [5e-4, 6e-4]})
+    (parameter,) = fitted_parameters(scene, ["balls.mass.1"], {})
+    assert parameter.start == 6e-4 and parameter.place is not None
+    values: dict[str, object] = {"balls.mass": [5e-4, 6e-4]}
+    parameter.place.put(values, 7e-4)
+    assert values["balls.mass"] == [5e-4, 7e-4]
