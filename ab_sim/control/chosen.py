@@ -26,6 +26,8 @@ NOISE_GAIN = 0.002
 """How fast the variance of a reading follows the innovations, per sample."""
 WILD = 9.0
 """Square of the innovation over its deviation, beyond which a reading counts less."""
+LOST = 20
+"""Such readings in a row show that the filter has lost the motion, and finds it anew."""
 LONGEST_GAP = 0.25
 """s between samples, beyond which the motion is found anew."""
 STEP_ANGLE = 0.3
@@ -93,6 +95,8 @@ CIRCULATING = 0.7
 """Magnitude of the average q over the average magnitude, below which balls circulate."""
 
 # --- what ends it
+FIRST_SAMPLES = 5.0
+"""s that it waits for the first samples."""
 BACK = 0.1
 """s by which time may go back; such samples are passed over."""
 REPEATS = 5
@@ -110,4 +114,4 @@ AXES_AVERAGE = 0.3
 LEAD = 0.15
 """Of the final speed: so far the command goes ahead of the spindle."""
 NOT_FOLLOWING = 3.0
-"""Time that the spindle may stand off the command without coming nearer."""
+"""Time that the spindle may stand off the command without coming nearer to it."""

@@ -96,6 +96,8 @@ class StartUp:
                 self._command = min(max(self.observer.speed, 0.0), settings.final_speed)
                 self._elapsed = 0.0
                 self._enter(State.RUN_UP)
+            elif self._heard > chosen.FIRST_SAMPLES:
+                self._abort(Reason.SILENT)
             return self._command
         self._elapsed += passed
         if state is State.ABORTING:
@@ -344,11 +346,11 @@ class StartUp:
 
     def _stands_off(self, passed: float) -> bool:
         """Whether the spindle has been off the command for long, coming no nearer."""
-        distance = abs(self._command - self.observer.speed)
-        final = self.settings.final_speed
-        moved = abs(self.observer.speed - self._distance) > 0.02 * final
-        if distance < 0.05 * final or moved:
-            self._standing, self._distance = 0.0, self.observer.speed
+        speed, final = self.observer.speed, self.settings.final_speed
+        off, moved = self._command - speed, speed - self._distance
+        nearer = (moved if off > 0.0 else -moved) > 0.02 * final
+        if abs(off) < 0.05 * final or nearer:
+            self._standing, self._distance = 0.0, speed
         else:
             self._standing += passed
         return self._standing > chosen.NOT_FOLLOWING * self._unit

@@ -23,7 +23,7 @@ static const real SMALL = R(0.125), LATE = R(1.5), LEAVING = R(0.9), SETTLE = R(
 static const real BALANCED = R(0.15), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
 static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.3), CONTRADICTING = R(0.5);
 static const real MEAN = R(0.25), DRIFTED = R(2.0), AGREEING = R(0.3), AXES_AVERAGE = R(0.3);
-static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0);
+static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0), LOST = R(20.0), FIRST_SAMPLES = R(5.0);
 static const double BACK = 0.1;
 static const long REPEATS = 5;
 static const real LAGS[4] = {R(0.0), R(1.0), R(-1.0), R(2.0)};
@@ -50,7 +50,7 @@ static void axis_restart(struct adaptive_axis *x)
 {
     if (x->known) {
         x->known = false;
-        x->count = 0;
+        x->count = x->wild = 0;
     }
 }
 
@@ -217,6 +217,11 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
     root = sqrt(S);
     surprise = innovation / root;
     square = surprise * surprise;
+    axis->wild = square > WILD ? axis->wild + R(1.0) : R(0.0);
+    if (axis->wild >= LOST) {
+        axis_restart(axis);
+        return;
+    }
     if (square > WILD) {
         surprise *= sqrt(WILD / square);
         square = WILD;
@@ -512,8 +517,10 @@ static bool ramp(struct adaptive *a, real goal, real slope)
 /* Whether the spindle has been off the command for long, coming no nearer. */
 static bool stands_off(struct adaptive *a, real passed)
 {
-    real distance = fabs(a->command - a->speed), final = a->settings.final_speed;
-    if (distance < R(0.05) * final || fabs(a->speed - a->stood_at) > R(0.02) * final) {
+    const real final = a->settings.final_speed;
+    real off = a->command - a->speed, moved = a->speed - a->stood_at;
+    bool nearer = (off > R(0.0) ? moved : -moved) > R(0.02) * final;
+    if (fabs(off) < R(0.05) * final || nearer) {
         a->standing = 0;
         a->stood_at = a->speed;
     } else {
@@ -657,6 +664,8 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
             a->command = smaller(larger(a->speed, R(0.0)), settings->final_speed);
             a->elapsed = 0;
             enter(a, ADAPTIVE_RUN_UP);
+        } else if (a->heard > FIRST_SAMPLES) {
+            abort_for(a, ADAPTIVE_SILENT);
         }
         return a->command;
     }
@@ -712,7 +721,7 @@ const char *adaptive_reason_text(enum adaptive_reason reason)
     static const char *const TEXTS[] = {
         "",
         "asked to",
-        "no good sample for too long: the sensor dropped out",
+        "no good sample for too long: sensor or spindle angle dropped out",
         "the sensor's time went back: the drive was reset",
         "a reading beyond the limit",
         "the sensor reads the same again and again: it is stuck or saturated",
@@ -774,7 +783,7 @@ static void instant(struct walk *w, double *x)
 static void walk_axis(struct walk *w, struct adaptive_axis *x)
 {
     real *const own[] = {&x->variance, &x->size, &x->first, &x->sum,  &x->squares,
-                         &x->rough,    &x->last, &x->before, &x->count};
+                         &x->rough,    &x->last, &x->before, &x->count, &x->wild};
     int i, j;
     for (i = 0; i < ADAPTIVE_SIZE; i++)
         number(w, &x->state[i]);
