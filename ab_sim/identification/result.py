@@ -16,6 +16,8 @@ from ab_sim.scene.model import Scene
 
 FITS = "fits"
 MISSING = "fits, but something is missing"
+OFF = "does not fit"
+BOUND = "a value is at its bound"
 OPEN = "not identifiable"
 NO_BETTER = "no improvement on held-out data"
 INTERRUPTED = "interrupted"
@@ -107,7 +109,7 @@ class Identification(Presented):
     before: Scene
     """The one that it began with."""
     verdict: str
-    """``FITS``, ``MISSING``, ``OPEN``, ``NO_BETTER`` or ``INTERRUPTED``."""
+    """``FITS``, ``MISSING``, ``OFF``, ``BOUND``, ``OPEN``, ``NO_BETTER`` or ``INTERRUPTED``."""
     reasons: tuple[str, ...]
     """Of the verdict, a sentence each."""
     intervals: Intervals

@@ -12,19 +12,14 @@ from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
-from ab_sim.identification.knowledge import Knowledge, OpenDirection, knowledge_of
+from ab_sim.identification.knowledge import Knowledge, knowledge_of
 from ab_sim.identification.measured import Measured
-from ab_sim.identification.missing import as_good_as_the_best, tried_effects
+from ab_sim.identification.missing import tried_effects
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.proposals import proposals_for
-from ab_sim.identification.residuals import NOISELESS, Whiteness, noises_of, whiteness_over
+from ab_sim.identification.residuals import NOISELESS, noises_of, whiteness_over
 from ab_sim.identification.result import (
-    FITS,
-    INTERRUPTED,
-    MISSING,
-    NO_BETTER,
-    OPEN,
     HeldOut,
     Identification,
     Proposal,
@@ -32,13 +27,12 @@ from ab_sim.identification.result import (
     TriedEffect,
 )
 from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 LOOKS = 2
 """Draws of start angles from which it is asked what can be known."""
-EXPLAINS = 0.7
-"""Of z, that an effect has to take away to explain it."""
 FAR_OFF = 300.0
 """Times as large or small as simulated: a wrong unit."""
 
@@ -141,12 +135,13 @@ class _Work:
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
-        verdict, reasons = _verdict(interrupted, whiteness, tried, outside, tuple(opened))
-        reasons += [
-            f"{each.name} is at its bound: look further (--bounds), or at what the scene lacks"
-            for each in intervals.estimates
-            if each.at_bound and not each.own
-        ]
+        bound = [each.name for each in intervals.estimates if each.at_bound and not each.own]
+        verdict, reasons = verdict_of(
+            Findings(
+                interrupted, whiteness, tried, outside, tuple(opened), bound,
+                misfits_of(problem, values, whiteness),
+            )
+        )  # fmt: skip
         fitted = changed_scene(
             self._scene, {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"},
             "the fitted scene",
@@ -222,56 +217,3 @@ def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Inte
         for each in intervals.estimates
     )
     return intervals._replace(estimates=estimates)
-
-
-def _verdict(
-    interrupted: bool, whiteness: Sequence[Whiteness], tried: Sequence[TriedEffect],
-    outside: HeldOut | None, opened: Sequence[OpenDirection],
-) -> tuple[str, list[str]]:  # fmt: skip
-    reasons: list[str] = []
-    verdict = FITS
-    for each in opened:
-        verdict = OPEN
-        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
-    if outside is not None:
-        said = (
-            f"on held-out data the residuals' r.m.s. is {outside.after:.3g} of the signals', with "
-            f"the scene as it was {outside.before:.3g}"
-        )
-        reasons.append(said)
-        if not outside.better:
-            verdict = NO_BETTER
-    for one in whiteness:
-        if not one.judged:
-            reasons.append(
-                f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"
-            )
-        elif not one.white:
-            verdict = MISSING
-            reasons.append(
-                f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4"
-            )
-            reasons += [f"{one.recording}: {sign}" for sign in one.signs]
-        else:
-            reasons.append(
-                f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
-                f"{100 * one.share:.3g} % of the signals"
-            )
-    if verdict == MISSING:
-        best = next((each for each in tried if not each.failure), None)
-        if best is not None and best.explains > EXPLAINS:
-            names = " or ".join(as_good_as_the_best(tried))
-            reasons.append(
-                f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
-                f"falls by {best.drop:.4g} noise variances"
-            )
-        elif best is not None:
-            reasons.append(
-                f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
-                f"with which z = {best.z:.1f}"
-            )
-        reasons.append("intervals are of chance only, and do not count what is missing")
-    if interrupted:
-        verdict = INTERRUPTED
-        reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
-    return verdict, reasons

@@ -11,7 +11,7 @@ import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.drive.description import describe
 from ab_sim.errors import Interrupted
-from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OPEN
+from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OFF, OPEN
 from ab_sim.results import Identification
 from ab_sim.scene.load import changed_scene
 from tests.identification import drives
@@ -266,3 +266,19 @@ def test_interrupted_it_gives_the_best_so_far_marked_as_such(tmp_path: Path) -> 
 def test_the_same_seed_gives_the_same_answer(tmp_path: Path) -> None:
     runs = [fit_deck(tmp_path, drives.scene(TRUE), DECK, seed=3).report() for _ in range(2)]
     assert runs[0] == runs[1]
+
+
+def test_a_wrong_gain_is_asked_about_and_fits_nothing(tmp_path: Path) -> None:
+    """Signals thirty times too large: the eccentricity goes to its bound, which is ten times."""
+    table = drives.recorded(drives.scene(), balls=False)
+    for name in ("ch1", "ch2"):
+        table[name] *= 30.0
+    found = ab_sim.identify(
+        [], drives.scene(), ["rotor.eccentricity"],
+        without_balls=[drives.write(table, tmp_path / "wrong.csv")],
+        maps=[drives.mapping(tmp_path)], propose=False,
+    )  # fmt: skip
+    reasons = " ".join(found.reasons)
+    assert found.verdict == OFF and found["rotor.eccentricity"].at_bound
+    assert "wrong: its signals are 3 times the fitted ones all along" in reasons
+    assert "unit and the sensor's gain" in reasons and "changed, or broken" not in reasons
