@@ -147,6 +147,10 @@ def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
     assert found.verdict == MISSING and white.z > 4.0
     assert white.share < 0.0108
     assert found.tried[0].name == "hardening_suspension"
+    # Without balls nothing is tried that acts on balls.
+    assert {each.name for each in found.tried} == {
+        "hardening_suspension", "unequal_suspension", "gravity"
+    }
     assert found.tried[0].values["effects.hardening_suspension.cubic_stiffness"] == pytest.approx(
         2e7, rel=0.1
     )
@@ -184,7 +188,7 @@ def test_a_fault_on_the_way_is_seen_and_the_recorder_s_word_told(tmp_path: Path)
         recording.block(run.channels, samples)
         recording.event(1.0, "faults: suspension softens 0.73", "WARN", "faults")
     found = ab_sim.identify(file, drives.scene(), DECK, propose=False)
-    assert found.verdict == MISSING
+    assert found.verdict == OFF
     assert found.notes == ("live: the recorder noted faults: suspension softens 0.73",)
 
 
