@@ -194,7 +194,7 @@ class Identification(Presented):
         """The fitted scene as a file, with a head that says how sure its numbers are."""
         head = [
             f"# Fitted by ab-sim identify {ab_sim.__version__}: {self.verdict}.",
-            *(f"# {reason}" for reason in self.reasons),
+            *(f"# {text}" for text in (*self.reasons, *self.notes)),
             "# Intervals of 95 %:",
         ]
         head += [f"#   {words_of(each)}" for each in self.estimates if not each.own]

@@ -15,7 +15,7 @@ from ab_sim.identification.intervals import OPEN as NOT_KNOWN
 from ab_sim.identification.knowledge import Knowledge, knowledge_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.missing import tried_effects
-from ab_sim.identification.parameters import fitted_parameters
+from ab_sim.identification.parameters import ANGLES, fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.proposals import proposals_for
 from ab_sim.identification.residuals import NOISELESS, noises_of, whiteness_over
@@ -142,11 +142,8 @@ class _Work:
                 misfits_of(problem, values, whiteness),
             )
         )  # fmt: skip
-        fitted = changed_scene(
-            self._scene, {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"},
-            "the fitted scene",
-        )  # fmt: skip
-        notes = [
+        fitted, notes = self._fitted_scene(values)
+        notes += [
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
         ]
         return Identification(
@@ -154,6 +151,17 @@ class _Work:
             knowledge._replace(open=tuple(opened)), whiteness, tuple(comparisons), tried, outside,
             proposals, tuple(notes), problem.runs, question.seed,
         )  # fmt: skip
+
+    def _fitted_scene(self, values: np.ndarray) -> tuple[Scene, list[str]]:
+        """It begins as the first recording with balls did; with what has to be said of it."""
+        problem, notes = self._problem, []
+        changes = {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"}
+        for k, measured in enumerate(problem.recordings):
+            if measured.with_balls:
+                changes[ANGLES] = problem.scene_values(values, k)[ANGLES]
+                notes.append(f"the fitted scene's balls start where those of {measured.name} did")
+                break
+        return changed_scene(self._scene, changes, "the fitted scene"), notes
 
     def _check_sizes(self) -> None:
         """Refuse signals that are far from what the scene does: their unit is wrong."""
