@@ -155,9 +155,8 @@ class _Reader:
         for each, column in zip(self._mapping.signals, signals.T, strict=True):
             missing = int((~np.isfinite(column)).sum())
             if missing:
-                have = "sample is" if missing == 1 else "samples are"
                 notes.append(
-                    f"{missing} of {len(column)} {have} missing in {each.column}, left out"
+                    f"{missing} of {len(column)} samples of {each.column} missing, left out"
                 )
         steps = np.diff(time)
         lost = int(np.sum(np.rint(steps / np.median(steps)) - 1.0))

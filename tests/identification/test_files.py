@@ -18,6 +18,7 @@ from ab_sim.errors import InputError
 from ab_sim.identification.inputs import measured_of
 from ab_sim.identification.mapping import mapping_of, read_mapping_file
 from ab_sim.identification.measured import NUISANCES
+from ab_sim.identification.tables import read_table
 from ab_sim.recording.export import CSV, PARQUET, Part, export
 from tests.cli.tool import ab_sim as command
 from tests.identification import drives
@@ -87,9 +88,25 @@ def test_samples_and_rows_that_are_missing_are_counted(tmp_path: Path) -> None:
     file = drives.write(table, tmp_path / "bench.csv")
     found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
     assert found.notes == (
-        "1 of 1999 samples is missing in ch1, left out",
+        "1 of 1999 samples of ch1 missing, left out",
         "1 row is missing between 1999: the time jumps there",
     )
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("t;x;y\n0,1;2,5;3,5\n", "separator is ';'"),
+        ("t;x;y\n0.1;2.5;3.5\n", "separator is ';'"),
+        ("t,x,y\n0,1,2,5,3,5\n0,2,2,5,3,5\n", "decimal commas"),
+        ("t,x,y\n0.1,2.5,3.5\n0.2,2.5\n", "line 3, the last, is torn: it has 2 of 3 columns"),
+    ],
+)
+def test_a_table_of_another_dialect_or_torn_is_told(tmp_path: Path, text: str, says: str) -> None:
+    file = tmp_path / "bench.csv"
+    file.write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_table(file)
 
 
 @pytest.mark.parametrize("what", NUISANCES)
