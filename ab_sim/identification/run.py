@@ -139,7 +139,7 @@ class _Work:
         verdict, reasons = verdict_of(
             Findings(
                 interrupted, whiteness, tried, outside, tuple(opened), bound,
-                misfits_of(problem, values, whiteness),
+                misfits_of(problem, values, whiteness), question.fit,
             )
         )  # fmt: skip
         fitted, notes = self._fitted_scene(values)

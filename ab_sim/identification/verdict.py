@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.identification.knowledge import OpenDirection
-from ab_sim.identification.missing import as_good_as_the_best
+from ab_sim.identification.missing import UNEQUAL, as_good_as_the_best
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import CHANGED, Whiteness, noises_of
 from ab_sim.identification.result import (
@@ -59,6 +59,8 @@ class Findings(NamedTuple):
     """Names of parameters of the scene."""
     misfits: Sequence[Misfit]
     """Of each recording."""
+    fit: Sequence[str]
+    """Keys that were asked for."""
 
 
 def misfits_of(
@@ -126,7 +128,7 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
             f"{100 * each.share:.3g} % of the signals"
             for each in off
         ]
-        reasons += _effect_words(found.tried)
+        reasons += _effect_words(found.tried, found.fit)
         reasons.append("intervals are of chance only, and do not count what is missing")
     reasons += [
         f"{each.recording}: its signals are {each.factor:.3g} times the fitted ones all along: are "
@@ -160,8 +162,8 @@ def _noise_words(one: Whiteness, scaled: bool) -> list[str]:
     ]
 
 
-def _effect_words(tried: Sequence[TriedEffect]) -> list[str]:
-    """Which effects would explain what is left."""
+def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]:
+    """Which effects would explain what is left, and how to fit the first of them."""
     best = next((each for each in tried if not each.failure), None)
     if best is None or best.explains < NAMED:
         return ["no registered effect, tried by itself, explains it"] if tried else []
@@ -171,7 +173,12 @@ def _effect_words(tried: Sequence[TriedEffect]) -> list[str]:
             f"with which z = {best.z:.1f}"
         ]
     names = " or ".join(as_good_as_the_best(tried))
+    sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())
+    keys = ",".join([*fit, *best.values])
+    # Unequal springs stand instead of equal ones, which no --set takes out.
+    beside = best.name != UNEQUAL
     return [
         f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
-        f"falls by {best.drop:.4g} noise variances"
+        f"falls by {best.drop:.4g} noise variances",
+        *([f"to fit it: {sets} --fit {keys}"] if beside and best.values else []),
     ]
