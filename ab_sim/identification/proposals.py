@@ -65,14 +65,16 @@ def proposals_for(
         both[len(known) :, :count] = added[:, :count]
         then = _deviations(both)
         opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
+        asked = then[[*fitted, *opens]]
         if not opens:
-            then = _deviations(both[:, lanes])
+            asked = _deviations(both[:, lanes])[: len(fitted)]
         found.append(
             Proposal(
                 standard.name, standard.words, problem.parameters[worst].name,
                 REACH * float(np.max(given[: len(fitted)], initial=0.0)),
-                REACH * float(np.max(then[: len(fitted) + len(opens)], initial=0.0)),
+                REACH * float(np.max(asked, initial=0.0)),
                 tuple(problem.parameters[k].name for k in opens),
+                tuple(REACH * float(then[k]) for k in opens),
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda each: (-len(each.opens), each.then, each.name)))

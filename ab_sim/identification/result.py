@@ -89,13 +89,23 @@ class Proposal(NamedTuple):
     """The same of whichever is worst with it."""
     opens: tuple[str, ...]
     """Parameters that it would make known."""
+    opened: tuple[float, ...] = ()
+    """Half the interval of each of these with it, as a share of its value."""
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values; what is not known is null."""
         found = self._asdict()
         for key in ("now", "then"):
             found[key] = found[key] if np.isfinite(found[key]) else None
-        return {**found, "opens": list(self.opens)}
+        return {**found, "opens": list(self.opens), "opened": list(self.opened)}
+
+    @property
+    def gains(self) -> str:
+        """What it makes known, and how well, in words; empty if nothing that was open."""
+        return ", ".join(
+            f"{name}: unknown -> {share_words(half)}"
+            for name, half in zip(self.opens, self.opened, strict=True)
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -199,6 +209,11 @@ class Identification(Presented):
         ]
         head += [f"#   {words_of(each)}" for each in self.estimates if not each.own]
         return "\n".join(head) + "\n" + yaml_text(self.scene.as_mapping())
+
+
+def share_words(share: float) -> str:
+    """Half an interval, as a share of its value."""
+    return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
 
 
 def words_of(each: Estimate) -> str:

@@ -9,7 +9,7 @@ from plotly.offline import get_plotlyjs
 from scipy.signal import periodogram
 
 from ab_sim.identification.intervals import ProfilePoints
-from ab_sim.identification.result import Identification, RecordingFit
+from ab_sim.identification.result import Identification, RecordingFit, share_words
 from ab_sim.output_file import write_whole
 from ab_sim.presentation import number
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
@@ -110,17 +110,13 @@ def _tried_rows(found: Identification) -> Rows:
 
 def _proposal_rows(found: Identification) -> Rows:
     return [
-        (each.name, each.words, _percent(each.now), _percent(each.then), ", ".join(each.opens))
+        (each.name, each.words, share_words(each.now), share_words(each.then), each.gains)
         for each in found.proposals
     ]
 
 
 def _end(value: float) -> str:
     return f"{value:.6g}" if math.isfinite(value) else ("-inf" if value < 0 else "inf")
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if math.isfinite(share) else "not known"
 
 
 def _division(panel: Panel, limits: Limits) -> str:

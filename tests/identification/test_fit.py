@@ -82,6 +82,8 @@ def test_what_cannot_be_known_is_named_and_held(blind: Identification) -> None:
     assert mass.value == 0.1 and (mass.low, mass.high) == (-math.inf, math.inf)
     best = blind.proposals[0]
     assert best.name == "trial mass" and best.opens == ("rotor.total_mass",)
+    assert best.gains.startswith("rotor.total_mass: unknown -> ") and best.gains.endswith(" %")
+    assert best.opened[0] < 0.1
 
 
 def test_residuals_of_a_true_model_are_white(blind: Identification) -> None:
@@ -158,6 +160,11 @@ def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
         2e7, rel=0.1
     )
     assert any("hardening_suspension would explain it" in reason for reason in found.reasons)
+    (hint,) = (reason for reason in found.reasons if reason.startswith("to fit it: "))
+    key = "effects.hardening_suspension.cubic_stiffness"
+    assert hint.endswith(f" --fit {','.join([*DECK, key])}")
+    changed = ab_sim.load_scene("no-ball", [hint.split()[4]])
+    assert changed.effects["hardening_suspension"].cubic_stiffness == pytest.approx(2e7, rel=0.1)
 
 
 def test_a_sensor_that_drifts_is_seen(tmp_path: Path) -> None:
