@@ -33,6 +33,8 @@ from ab_sim.scene.model import Scene
 
 LOOKS = 2
 """Draws of start angles from which it is asked what can be known."""
+NEAR = 0.7
+"""Of the critical speed: slower runs tell little of the suspension."""
 FAR_OFF = 300.0
 """Times as large or small as simulated: a wrong unit."""
 
@@ -130,8 +132,11 @@ class _Work:
                     others = self._held_out
                     outside, more = held_out(problem, values, others, question.seed, self._tell)
                     comparisons += more
+                unbounded = [
+                    each.name for each in intervals.estimates if not each.bounded and not each.own
+                ]
                 if question.propose:
-                    proposals = proposals_for(problem, values, free, self._tell)
+                    proposals = proposals_for(problem, values, free, unbounded, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
@@ -161,7 +166,15 @@ class _Work:
                 changes[ANGLES] = problem.scene_values(values, k)[ANGLES]
                 notes.append(f"the fitted scene's balls start where those of {measured.name} did")
                 break
-        return changed_scene(self._scene, changes, "the fitted scene"), notes
+        fitted = changed_scene(self._scene, changes, "the fitted scene")
+        critical = fitted.critical_speed or 0.0
+        notes += [
+            f"{measured.name}: never comes near the critical speed, {critical:.3g} rad/s: its top "
+            f"speed is {top:.3g} rad/s; damping shows near it: run faster"
+            for measured in problem.recordings
+            if (top := measured.schedule.top_speed) < NEAR * critical
+        ]
+        return fitted, notes
 
     def _check_sizes(self) -> None:
         """Refuse signals that are far from what the scene does: their unit is wrong."""

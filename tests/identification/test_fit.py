@@ -296,3 +296,10 @@ def test_a_wrong_gain_is_asked_about_and_fits_nothing(tmp_path: Path) -> None:
     assert found.verdict == OFF and found["rotor.eccentricity"].at_bound
     assert "wrong: its signals are 3 times the fitted ones all along" in reasons
     assert "unit and the sensor's gain" in reasons and "changed, or broken" not in reasons
+
+
+def test_a_run_far_below_the_critical_speed_is_told(tmp_path: Path) -> None:
+    slow = {"profile": {"kind": "start_up", "acceleration": 40.0, "target_speed": 20.0}}
+    found = fit_deck(tmp_path, drives.scene({**BARE, **slow}), DECK)
+    (note,) = found.notes
+    assert note.startswith("bare: never comes near the critical speed") and "20 rad/s" in note
