@@ -211,6 +211,11 @@ class Identification(Presented):
         return "\n".join(head) + "\n" + yaml_text(self.scene.as_mapping())
 
 
+def shown_unit(unit: str) -> tuple[str, float]:
+    """In which signals are drawn, and the factor to it: displacements in mm."""
+    return ("mm", 1e3) if unit == "m" else (unit, 1.0)
+
+
 def share_words(share: float) -> str:
     """Half an interval, as a share of its value."""
     return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
