@@ -102,7 +102,7 @@ def _csv_fault(path: Path) -> str:
         columns = head.count(",") + 1
         if head.count(";") > head.count(","):
             return "its separator is ';'; must be ',', with points in numbers (1.5, not 1,5)"
-        counts = []
+        counts: list[int] = []
         for line in file:
             if len(counts) > MOST_ROWS:
                 return ""

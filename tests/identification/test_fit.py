@@ -154,7 +154,9 @@ def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
     assert found.tried[0].name == "hardening_suspension"
     # Without balls nothing is tried that acts on balls.
     assert {each.name for each in found.tried} == {
-        "hardening_suspension", "unequal_suspension", "gravity"
+        "hardening_suspension",
+        "unequal_suspension",
+        "gravity",
     }
     assert found.tried[0].values["effects.hardening_suspension.cubic_stiffness"] == pytest.approx(
         2e7, rel=0.1

@@ -82,7 +82,7 @@ def test_a_ball_s_own_mass_is_a_parameter() -> None:
 
 
 def test_no_interval_goes_below_what_the_scene_takes() -> None:
-    """Under noise far above the signals nothing is known of a damping but that it is not below 0."""
+    """Under noise far above the signals a damping is known to be 0 at least, and no more."""
     own = problem(1000.0, {})
     loud = own.with_noise([30.0 * own.recordings[0].rms])
     found = intervals_of(loud, own.start, [0, 1, 2], quiet)
