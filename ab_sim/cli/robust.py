@@ -20,7 +20,8 @@ from ab_sim.design.spread_runs import DEFAULT_CRITERION, SpreadQuestion, run_spr
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
-from ab_sim.scene import load_scene
+from ab_sim.scene import Scene, load_scene
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
@@ -63,6 +64,10 @@ def robust_command(
     executors = functools.partial(executor_of, *given.shared)
     executors()
     scene = load_scene(scene_name, changes)
+    other = None if given.against is None else load_scene(given.against)
+    if other is not None and other.name == scene.name:
+        scene = _named_by_file(scene, scene_name, *(f"--set {each}" for each in changes))
+        other = _named_by_file(other, str(given.against))
     tolerances = [] if given.spread_from is None else fitted_tolerances(given.spread_from)
     tolerances += [tolerance_of(each) for each in spread]
     merits = wanted_merits(given.merits)
@@ -73,7 +78,7 @@ def robust_command(
         seed=given.seed,
         pairs=given.sobol,
         until=None if given.until is None else share_of("until", given.until, HALF_WIDTH),
-        against=None if given.against is None else load_scene(given.against),
+        against=other,
     )
     if given.worst is not None:
         check_worst_folder(given.worst)
@@ -95,6 +100,11 @@ def robust_command(
 
     outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
+
+
+def _named_by_file(scene: Scene, *words: str) -> Scene:
+    """To tell it from another one of its name."""
+    return changed_scene(scene, {"name": f"{scene.name} ({' '.join(words)})"}, "against")
 
 
 def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:

@@ -18,7 +18,6 @@ from ab_sim.design.tolerances import tolerance_of
 from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.errors import InputError, NothingFound
-from ab_sim.limited_yaml import yaml_text
 from ab_sim.output_file import PARQUET, SCENE
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
@@ -82,7 +81,7 @@ def tune_command(
             if table is not None:
                 found.runs.write(table)
             if best is not None and found.scene is not None:
-                write_scene(yaml_text(found.scene.as_mapping()), best)
+                write_scene(found.scene_text(), best)
 
         shown = found.in_units(wanted.units)
         return Outcome(_shown(shown), found.report, plotted(shown), write)

@@ -21,6 +21,7 @@ from ab_sim.design.sweep import Sweep, check_first, table_of
 from ab_sim.design.variables import Range
 from ab_sim.design.work import Executor, StudyRuns, Tell
 from ab_sim.errors import InputError
+from ab_sim.limited_yaml import yaml_text
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -80,7 +81,7 @@ class Tuning(Presented):
     candidate: int | None
     """Number of the best one; None: nothing was found."""
     scene: Scene | None
-    """The best; None where nothing was found."""
+    """The best, named ``NAME-tuned``; None where nothing was found."""
     beside: tuple[tuple[str, float, float | None, bool], ...]
     """Of each key a little less and a little more than at the best: key, value, the aim, and
     whether that is within all bounds."""
@@ -138,6 +139,16 @@ class Tuning(Presented):
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 found.append(str(bound))
         return found
+
+    def scene_text(self) -> str:
+        """The best scene's file, with a head that says how it was made; empty without one."""
+        if self.scene is None:
+            return ""
+        aim = f"{self.task.standard.aim}: {number(self.best)}"
+        lines = [f"made by ab-sim tune {ab_sim.__version__} of {self.runs.scene.name}, {aim}"]
+        lines += [f"  with {bound}" for bound in self.task.standard.bounds]
+        head = "".join(f"# {line}\n" for line in lines)
+        return head + yaml_text(self.scene.as_mapping())
 
     def in_units(self, units: str) -> "Tuning":
         """The same, shown in other units: see ``Sweep.in_units``."""
@@ -223,10 +234,15 @@ def run_tuning(
         values,
         found,
         best,
-        None if best is None else candidates.scene_of(best),
+        None if best is None else _tuned(candidates.scene_of(best)),
         () if best is None else _beside(task, candidates.values[best]),
         _before(task),
     )
+
+
+def _tuned(scene: Scene) -> Scene:
+    """The scene with a name of its own, so that it is told from what it came from."""
+    return changed_scene(scene, {"name": f"{scene.name}-tuned"}, "tune")
 
 
 def _check(task: Task) -> None:

@@ -9,6 +9,7 @@ import pyarrow.parquet
 import pytest
 
 import ab_sim as package
+from ab_sim.limited_yaml import yaml_text
 from tests.cli.killed import KeptWork
 from tests.cli.tool import PNG, ab_sim
 
@@ -133,3 +134,16 @@ def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
     assert done.returncode == 0 and "of 4000 drives balance" in done.stdout, done.stderr
     assert pyarrow.parquet.read_table(tmp_path / "s.parquet")["run"].to_pylist() == [*range(4000)]
     assert {*work.runs()} == {*range(4000)}
+
+
+def test_two_scenes_of_one_name_are_told_apart_by_their_files(tmp_path: Path) -> None:
+    scene = package.load_scene("thesis-hold", ["name=thesis-hold"])
+    (tmp_path / "my.yaml").write_text(yaml_text(scene.as_mapping()))
+    done = ab_sim(
+        "robust", "my.yaml", *SHORT, "--spread", "balls.mass=5%", *SMALL, "--runs", "20",
+        "--against", "thesis-hold", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "thesis-hold (my.yaml --set duration=0.4 " in said
+    assert "against thesis-hold (thesis-hold) in the same draws" in said

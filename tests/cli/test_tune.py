@@ -24,7 +24,9 @@ def test_the_best_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert report["found"] and report["is_better"]
     assert report["active"] == ["balls.mass=0.0005"] and "at its bounds" in done.stdout
     scene = package.load_scene(tmp_path / "best.yaml")
-    assert scene.as_mapping() == report["scene"]
+    assert scene.as_mapping() == report["scene"] and scene.name == "balanced-start-up-tuned"
+    head = (tmp_path / "best.yaml").read_text()
+    assert head.startswith("# made by ab-sim tune ") and "#   with peak_whirl_over_e>10" in head
     assert scene.balls.masses[0] == report["values"]["balls.mass"]
     assert package.simulate(scene).merits["peak_whirl_over_e"] == report["best"]
     runs = package.open_sweep(tmp_path / "runs.parquet")
