@@ -32,6 +32,10 @@ FEWEST, MOST = 16, 1_000_000
 """Candidates; runs."""
 DRAWS, SHARE = 32, 0.9
 """Of spread drives, unless told: how many of each candidate, and the share of them that counts."""
+MEASURES = {"balanced": "residual_unbalance"}
+"""Merits that are true or false, and the number that says by how much they are not true."""
+AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
+"""Scenes that the best is compared with."""
 NEAR = 0.05
 """Share of its own value by which a key is changed, to see what happens beside the optimum."""
 AT_A_BOUND = 0.01
@@ -49,9 +53,10 @@ class Task(NamedTuple):
 
     @property
     def merits(self) -> tuple[str, ...]:
-        """That decide."""
+        """That decide, and what they are measured by."""
         standard = self.standard
-        return tuple(dict.fromkeys([standard.aim.merit, *(each.merit for each in standard.bounds)]))
+        decide = [standard.aim.merit, *(each.merit for each in standard.bounds)]
+        return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
 
     def report(self) -> dict[str, Any]:
         """JSON-able."""
@@ -114,12 +119,20 @@ class Tuning(Presented):
         return None if self.candidate is None else float(self.scores.aims[self.candidate])
 
     @property
+    def as_good(self) -> dict[str, float]:
+        """Of ``before`` what is within all bounds and as good as the best, or better: its aim."""
+        sign = 1.0 if self.task.standard.aim.smallest else -1.0
+        best = np.inf if self.best is None else sign * self.best
+        return {
+            name: merit
+            for name, merit, inside in self.before
+            if inside and merit is not None and sign * merit <= best
+        }
+
+    @property
     def is_better(self) -> bool:
         """Whether the best is better than the scene as it is, or that does not count."""
-        (_, merit, inside), *_ = self.before
-        if self.best is None or merit is None or not inside:
-            return self.best is not None
-        return self.best < merit if self.task.standard.aim.smallest else self.best > merit
+        return self.best is not None and AS_IT_IS not in self.as_good
 
     @property
     def active(self) -> list[str]:
@@ -324,10 +337,10 @@ def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float 
 
 
 def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
-    scenes = {"as it is": task.scene}
+    scenes = {AS_IT_IS: task.scene}
     if getattr(task.scene.profile, "variable_speed_period", None) is not None:
         changes = {"profile.variable_speed_period": None}
-        scenes["without its variable-speed period"] = changed_scene(task.scene, changes, "tune")
+        scenes[NO_PERIOD] = changed_scene(task.scene, changes, "tune")
     return tuple((name, *_said_of(_judged(task, scene, [()]), 0)) for name, scene in scenes.items())
 
 

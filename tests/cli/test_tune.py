@@ -41,12 +41,20 @@ def test_the_best_is_shown_drawn_and_written(tmp_path: Path) -> None:
 def test_where_nothing_is_found_it_names_no_best(tmp_path: Path) -> None:
     done = ab_sim(
         "tune", "balanced-start-up", *SHORT, *MASS, "--minimise", "peak_whirl_over_e",
-        "--subject-to", "peak_whirl_over_e<1", "--scene", "best.yaml", "--json", "t.json",
-        cwd=tmp_path,
+        "--subject-to", "peak_whirl_over_e<1", "--subject-to", "balanced", "--scene", "best.yaml",
+        "--json", "t.json", "--plot", "t.png", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 1
     assert "ab-sim: nothing found: no run settled within all bounds" in done.stderr
     assert not (tmp_path / "best.yaml").exists() and "wrote best.yaml" not in done.stderr
+    assert "wrote t.png" in done.stderr and "wrote t.json" in done.stderr
+    said = " ".join(done.stdout.split())
+    assert "peak_whirl_over_e<1 holds for none of " in said
+    assert (
+        " balanced holds for " in said
+        and "; the nearest: residual_unbalance = " in said
+        and " at balls.mass=" in said
+    )
     report = json.loads((tmp_path / "t.json").read_text())
     assert report["found"] is False and report["best"] is None and report["values"] == {}
     assert yaml.safe_load("null") is report["scene"]
