@@ -16,7 +16,7 @@ from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.design.intervals import QuantileOfMerit
 from ab_sim.design.judged import CHANGING, FAILED, FAILURE
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
-from ab_sim.design.spread_runs import DEFAULT_CRITERION, SpreadQuestion, run_spread
+from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
@@ -28,8 +28,6 @@ from ab_sim.workers import KEPT
 FINER = (0.01, 0.001)
 """Half widths of which it is said how many runs they take."""
 HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
-FEW_PAIRS = 128
-"""From which a bootstrap covers what it should, in a linear model of normal factors."""
 
 
 class RobustOptions(NamedTuple):
@@ -172,7 +170,12 @@ def _end(value: float | None, factor: float) -> str:
 def _sobol(found: Spread) -> Iterator[Table | str]:
     sobol = found.sobol
     if not sobol.pairs:
-        yield "no Sobol indices: there is one factor only, or none were asked for"
+        factors = len({each.group or place for place, each in enumerate(found.tolerances)})
+        yield (
+            "no Sobol indices: there is one factor only, none were asked for, or runs are too few: "
+            f"{FEW_PAIRS} pairs, from which they can be relied on, take --runs "
+            f"{2 * FEW_PAIRS * factors}; fewer may be asked for (--sobol)"
+        )
         return
     table = Table(title="Sobol indices, and their intervals of 95 %")
     for name in ("of", "spread", "alone", "with others"):
