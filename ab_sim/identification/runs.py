@@ -10,6 +10,7 @@ from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.batch.sequential import SequentialRuns
 from ab_sim.dynamics.assemble import system_of
+from ab_sim.kernels.constants import numbers_of
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 from ab_sim.stepping.side_by_side import LANES, LaneSamples
@@ -37,6 +38,7 @@ class AlikeRuns:
         """A run of one of the scenes."""
         run = copy.copy(self.first)
         run.scene, run.system = scene, system_of(scene)
+        run.numbers = numbers_of(run.system)
         if scene.start.angle != self.first.scene.start.angle:
             segments = SpeedSchedule.of_scene(scene).segments
             run.step_plan_key = run.step_plan_key._replace(scheduled_segments=segments)

@@ -116,8 +116,8 @@ def begun(fleet: Fleet, fault: str) -> Said:
 @pytest.mark.parametrize(
     ("fault", "why"),
     [
-        ("pick_up drops", "no good sample for too long: the sensor dropped out"),
-        ("spindle drops", "no good sample for too long: the sensor dropped out"),
+        ("pick_up drops", "no good sample for too long: sensor or spindle angle dropped out"),
+        ("spindle drops", "no good sample for too long: sensor or spindle angle dropped out"),
         ("pick_up drifts 1e4", "a reading beyond the limit"),
     ],
 )
