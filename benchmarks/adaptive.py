@@ -1,6 +1,6 @@
 """How start-ups of drives that nobody knows end: six strategies over random drives.
 
-    python benchmarks/adaptive.py [--out docs] [--drives 1000] [--varied 250] [--repeats 5]
+    python benchmarks/adaptive.py [--out docs] [--drives 1000] [--varied 200] [--repeats 5]
 
 writes adaptive.json, adaptive.md, adaptive.png and adaptive-strategies.png; two processes take a
 quarter of an hour. The controller runs in C, from examples/firmware_prototype, which tests hold to
@@ -54,7 +54,7 @@ from ab_sim.control import StartUp  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.control.in_c import InC, compiled  # noqa: E402
 
-SEED = 332026
+SEED = 3320262
 MAIN = Variation("as drawn")
 VARIATIONS = (
     Variation("acceleration instead of displacement", quantity="acceleration"),
@@ -274,7 +274,7 @@ def main() -> None:
     parser = arguments(__doc__, 5)
     parser.add_argument("--drives", type=int, default=1000, help="random drives")
     parser.add_argument(
-        "--varied", type=int, default=250, help="of which so many are varied, and held in 35 ways"
+        "--varied", type=int, default=200, help="of which so many are varied, and held in 35 ways"
     )
     chosen = parser.parse_args()
     say = lambda text: print(text, file=sys.stderr, flush=True)  # noqa: E731

@@ -60,10 +60,11 @@ a turn that is common to all its axes.
 2. **Dwell** there. At a ratio r of speed to critical speed the whirl is |q| r^2 / (r^2 - 1). As |q|
    falls it goes nearer, so that the whirl, which moves the balls against friction, stays large; not
    so near that the whirl's phase lags too far behind 180 degrees. When |q| rises, balls circulate:
-   it goes away a little, and comes back slowly. It leaves when |q| is small, or has not fallen
+   it goes away a little, and comes back slowly. When |q| stands still, friction holds balls: it
+   goes nearer, for a larger whirl. It leaves when |q| is small, or has not fallen
    for a time, the longer the larger |q| is: two balls on opposite sides of the rotor stay there for
    seconds before they part.
-3. **To the final speed**, at first by at most 0.55 (w - wn)^2 rad/s^2: that slow a change leaves no
+3. **To the final speed**, at first by at most 0.9 (w - wn)^2 rad/s^2: that slow a change leaves no
    free whirl behind, which would take seconds to die away.
 4. **Judge** there: balanced, or so far on the way that waiting is enough; otherwise
 5. **Retry**: down to a little above the critical speed, never through it, and dwell again at

@@ -125,6 +125,7 @@ def _values(made: _Made) -> dict[str, str]:
         "STEP_SHORT": f"{step:g}",
         "STEPPER": f"{made.choice.stepper.name}, order {made.choice.stepper.order}",
         "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
+        "ACTS": ", ".join(scene.effects) or "nothing but inertia",
         "SECONDS": f"{scene.duration:g}",
         "EVERY": str(max(1, round(0.01 / step))),
         "EXPECTED": _expected(scene),

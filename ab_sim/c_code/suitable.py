@@ -72,6 +72,11 @@ def _refusals(scene: Scene) -> Iterator[_Refusal]:
     if found:
         named = ", ".join(f"{name} ({what})" for name, what in found.items())
         leave_out = " ".join(f"--set effects.{name}=" for name in found)
+        kept = [effect for name, effect in scene.effects.items() if name not in found]
+        if scene.balls.radius is not None and not any(
+            getattr(each, "uses_ball_radius", False) for each in kept
+        ):
+            leave_out += " --set balls.radius="
         yield _Refusal(
             f"effects: {named}: C has no location of events, which these need; leave them out "
             f"({leave_out}) if what you test does not depend on them, or run this scene by ab-sim "

@@ -22,7 +22,7 @@ import math
 from ab_sim.control import chosen
 
 SIZE = 7
-NUMBERS = SIZE + SIZE * SIZE + 10
+NUMBERS = SIZE + SIZE * SIZE + 11
 """Of its state."""
 
 
@@ -41,7 +41,7 @@ class AxisFilter:
 
     __slots__ = (
         "_acceleration", "_before", "_count", "_final", "_first", "_last", "_noise", "_rough",
-        "_squares", "_sum", "covariance", "known", "size", "state", "variance",
+        "_squares", "_sum", "_wild", "covariance", "known", "size", "state", "variance",
     )  # fmt: skip
 
     def __init__(self, acceleration: bool, final_speed: float, noise: float) -> None:
@@ -57,12 +57,12 @@ class AxisFilter:
         self.variance = self.size = 0.0
         """Of a reading, as the innovations say; mean square without the offset, forgetting."""
         self._first = self._sum = self._squares = self._rough = self._last = self._before = 0.0
-        self._count = 0.0
+        self._count = self._wild = 0.0
 
     def restart(self) -> None:
         """Find the motion anew; what is known of the suspension stays."""
         if self.known == 1.0:
-            self.known = self._count = 0.0
+            self.known = self._count = self._wild = 0.0
 
     def collect(self, reading: float, speed: float) -> None:
         """A reading before there is an estimate; the last one of them makes one."""
@@ -193,6 +193,10 @@ class AxisFilter:
         gain = [value / root for value in g]
         surprise = innovation / root
         square = surprise * surprise
+        self._wild = self._wild + 1.0 if square > chosen.WILD else 0.0
+        if self._wild >= chosen.LOST:
+            self.restart()
+            return
         if square > chosen.WILD:
             surprise *= math.sqrt(chosen.WILD / square)
             square = chosen.WILD
@@ -221,6 +225,7 @@ class AxisFilter:
         """Its state, for ``restore``."""
         own = [self.known, self.variance, self.size, self._first, self._sum, self._squares]
         own += [self._rough, self._last, self._before, self._count]
+        own.append(self._wild)
         return [*self.state, *(value for row in self.covariance for value in row), *own]
 
     def restore(self, numbers: list[float]) -> None:
@@ -229,4 +234,4 @@ class AxisFilter:
         for i in range(SIZE):
             self.covariance[i] = numbers[SIZE * (i + 1) : SIZE * (i + 2)]
         self.known, self.variance, self.size, self._first, self._sum, self._squares = numbers[56:62]
-        self._rough, self._last, self._before, self._count = numbers[62:]
+        self._rough, self._last, self._before, self._count, self._wild = numbers[62:]

@@ -26,6 +26,8 @@ NOISE_GAIN = 0.002
 """How fast the variance of a reading follows the innovations, per sample."""
 WILD = 9.0
 """Square of the innovation over its deviation, beyond which a reading counts less."""
+LOST = 20
+"""Such readings in a row show that the filter has lost the motion, and finds it anew."""
 LONGEST_GAP = 0.25
 """s between samples, beyond which the motion is found anew."""
 STEP_ANGLE = 0.3
@@ -59,24 +61,28 @@ DOWN = 0.1
 """... by so much ratio per time, and down again while it falls."""
 AWAY = 0.3
 """Ratio by which it may have gone up; then the dwell is over."""
-FALLING = 0.13
-"""Rate with which |q| must fall, or it counts as stagnant."""
-STAGNANT = 0.38
+FALLING = 0.5
+"""Rate with which |q| must fall, or it counts as stagnant; for a critical speed of half the final
+speed."""
+STAGNANT = 0.25
 STAGNANT_PER_NET = 5.5
 """How long it may be: the larger q, the longer. Balls on opposite sides stay there for a while."""
+NEARER = 0.7
+"""While it is stagnant it goes nearer, at the end by this share of the least distance: a larger
+whirl frees balls that friction holds."""
 LONGEST_DWELL = 10.0
-SMALL = 0.145
+SMALL = 0.125
 """A dwell is over when |q| is that small."""
 LATE = 1.5
 """s after ``patience``, when any dwell is over."""
-LEAVING = 0.55
+LEAVING = 0.9
 """Away from the critical speed by at most this times (distance)^2: a change that slow leaves no
 free whirl behind, which would take seconds to die away."""
 
 # --- judging
-SETTLE = 0.45
+SETTLE = 0.35
 """At the final speed before it is judged; twice that before it is called balanced."""
-BALANCED = 0.16
+BALANCED = 0.15
 """|q| that is called balanced."""
 ACCEPTED = 0.25
 GAIN = 0.85
@@ -89,6 +95,8 @@ CIRCULATING = 0.7
 """Magnitude of the average q over the average magnitude, below which balls circulate."""
 
 # --- what ends it
+FIRST_SAMPLES = 5.0
+"""s that it waits for the first samples."""
 BACK = 0.1
 """s by which time may go back; such samples are passed over."""
 REPEATS = 5
@@ -106,4 +114,4 @@ AXES_AVERAGE = 0.3
 LEAD = 0.15
 """Of the final speed: so far the command goes ahead of the spindle."""
 NOT_FOLLOWING = 3.0
-"""Time that the spindle may stand off the command without coming nearer."""
+"""Time that the spindle may stand off the command without coming nearer to it."""

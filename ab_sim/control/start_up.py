@@ -96,6 +96,8 @@ class StartUp:
                 self._command = min(max(self.observer.speed, 0.0), settings.final_speed)
                 self._elapsed = 0.0
                 self._enter(State.RUN_UP)
+            elif self._heard > chosen.FIRST_SAMPLES:
+                self._abort(Reason.SILENT)
             return self._command
         self._elapsed += passed
         if state is State.ABORTING:
@@ -237,21 +239,22 @@ class StartUp:
             self._nudge += chosen.UP * passed
         else:
             self._nudge = max(self._nudge - chosen.DOWN * passed, 0.0)
-        if rate > -chosen.FALLING:
+        # What drives the balls goes with the square of the critical speed.
+        relative = 2.0 * seen.critical / self.settings.final_speed
+        if rate > -(chosen.FALLING * relative * relative):
             self._stagnant += passed
         else:
             self._stagnant = max(self._stagnant - 2.0 * passed, 0.0)
         net = self._net(seen.fast)
         self._ramp(self._goal(), self.settings.acceleration)
-        stagnant = chosen.STAGNANT + chosen.STAGNANT_PER_NET * net
         if (
             self._nudge >= chosen.AWAY
-            or self._stagnant > stagnant
+            or self._stagnant > self._patience()
             or self._in_state > chosen.LONGEST_DWELL * unit
             or self._elapsed > self.settings.patience + chosen.LATE * unit
             or (net < chosen.SMALL and self._in_state > 0.1 * unit)
         ):
-            self._nudge = 0.0
+            self._nudge = self._stagnant = 0.0
             self._enter(State.TO_FINAL)
 
     def _to_final(self) -> None:
@@ -300,6 +303,10 @@ class StartUp:
         scale = self.observer.scale
         return size / scale if scale > 0.0 else 1.0
 
+    def _patience(self) -> float:
+        """How long it may be stagnant."""
+        return chosen.STAGNANT + chosen.STAGNANT_PER_NET * self._net(self.observer.fast)
+
     def _goal(self) -> float:
         """The speed to dwell at [rad/s].
 
@@ -316,6 +323,7 @@ class StartUp:
         critical = seen.critical
         whirl = 1.0 / (1.0 - min(self._net(seen.fast) / largest, 0.8))
         least = chosen.LEAST_DISTANCE * (2.0 * critical / final)
+        least *= 1.0 - chosen.NEARER * min(self._stagnant / self._patience(), 1.0)
         distance = min(max(seen.damping / (critical * lag), least), chosen.MOST_DISTANCE)
         ratio = math.sqrt(max(whirl, 1.0 + distance)) + self._nudge
         return min(ratio * critical, final)
@@ -338,11 +346,11 @@ class StartUp:
 
     def _stands_off(self, passed: float) -> bool:
         """Whether the spindle has been off the command for long, coming no nearer."""
-        distance = abs(self._command - self.observer.speed)
-        final = self.settings.final_speed
-        moved = abs(self.observer.speed - self._distance) > 0.02 * final
-        if distance < 0.05 * final or moved:
-            self._standing, self._distance = 0.0, self.observer.speed
+        speed, final = self.observer.speed, self.settings.final_speed
+        off, moved = self._command - speed, speed - self._distance
+        nearer = (moved if off > 0.0 else -moved) > 0.02 * final
+        if abs(off) < 0.05 * final or nearer:
+            self._standing, self._distance = 0.0, speed
         else:
             self._standing += passed
         return self._standing > chosen.NOT_FOLLOWING * self._unit

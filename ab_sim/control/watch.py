@@ -25,7 +25,7 @@ class Reason(enum.IntEnum):
 
 TEXTS = {
     Reason.ASKED: "asked to",
-    Reason.SILENT: "no good sample for too long: the sensor dropped out",
+    Reason.SILENT: "no good sample for too long: sensor or spindle angle dropped out",
     Reason.TIME_BACK: "the sensor's time went back: the drive was reset",
     Reason.LIMIT: "a reading beyond the limit",
     Reason.REPEATING: "the sensor reads the same again and again: it is stuck or saturated",

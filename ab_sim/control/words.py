@@ -10,7 +10,7 @@ def words_of(
 ) -> str:
     """What it does, and why."""
     critical = (
-        f"critical speed {belief.critical_speed:.1f} +- {belief.critical_speed_deviation:.1f} rad/s"
+        f"critical speed {belief.critical_speed:.1f} +- {belief.critical_speed_deviation:.2g} rad/s"
     )
     net = f"net unbalance {1e6 * abs(belief.net_unbalance):.3g} um"
     if seen.scale > 0.0:
@@ -21,11 +21,11 @@ def words_of(
     texts = {
         State.WAITING: "for the first samples",
         State.RUN_UP: f"towards {settings.final_speed:g} rad/s; {critical if known else where}",
-        State.DWELL: f"dwell {belief.dwells}, a little above the critical speed, where the whirl "
+        State.DWELL: f"number {belief.dwells}, a little above the critical speed, where the whirl "
         f"drives the balls; {critical}, {net}{circulating}",
         State.TO_FINAL: f"dwell {belief.dwells} is over; {net}{circulating}",
         State.JUDGING: f"at {settings.final_speed:g} rad/s; {net if known else where}{circulating}",
-        State.RETRY: f"retry {belief.retries}: {net}, and it does not fall{circulating}; back to "
+        State.RETRY: f"number {belief.retries}: {net}, and it does not fall{circulating}; back to "
         f"just above the critical speed",
         State.DONE: f"{net}; after {_count(belief.dwells, 'dwell', 'dwells')}, {critical}",
         State.GAVE_UP: f"{net if known else 'the sensor tells too little'}{circulating}; stays at "

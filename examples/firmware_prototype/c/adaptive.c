@@ -16,13 +16,14 @@ static const real WILD = R(9.0), LONGEST_GAP = R(0.25), STEP_ANGLE = R(0.3);
 static const real FAST = R(0.075), SLOW = R(0.38), CERTAIN = R(0.25), KNOWN_CRITICAL = R(0.025);
 static const real FIRST_WHIRL = R(16.0), LATER_WHIRL = R(20.0), LARGEST_LAG = R(1.0);
 static const real LAG_STEP = R(0.25), LEAST_DISTANCE = R(0.06), MOST_DISTANCE = R(0.3);
-static const real RISING = R(0.09), UP = R(0.55), DOWN = R(0.1), AWAY = R(0.3), FALLING = R(0.13);
-static const real STAGNANT = R(0.38), STAGNANT_PER_NET = R(5.5), LONGEST_DWELL = R(10.0);
-static const real SMALL = R(0.145), LATE = R(1.5), LEAVING = R(0.55), SETTLE = R(0.45);
-static const real BALANCED = R(0.16), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
+static const real RISING = R(0.09), UP = R(0.55), DOWN = R(0.1), AWAY = R(0.3), FALLING = R(0.5);
+static const real STAGNANT = R(0.25), STAGNANT_PER_NET = R(5.5), NEARER = R(0.7);
+static const real LONGEST_DWELL = R(10.0);
+static const real SMALL = R(0.125), LATE = R(1.5), LEAVING = R(0.9), SETTLE = R(0.35);
+static const real BALANCED = R(0.15), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
 static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.3), CONTRADICTING = R(0.5);
 static const real MEAN = R(0.25), DRIFTED = R(2.0), AGREEING = R(0.3), AXES_AVERAGE = R(0.3);
-static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0);
+static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0), LOST = R(20.0), FIRST_SAMPLES = R(5.0);
 static const double BACK = 0.1;
 static const long REPEATS = 5;
 static const real LAGS[4] = {R(0.0), R(1.0), R(-1.0), R(2.0)};
@@ -49,7 +50,7 @@ static void axis_restart(struct adaptive_axis *x)
 {
     if (x->known) {
         x->known = false;
-        x->count = 0;
+        x->count = x->wild = 0;
     }
 }
 
@@ -216,6 +217,11 @@ static void axis_update(struct adaptive_axis *axis, const struct adaptive_settin
     root = sqrt(S);
     surprise = innovation / root;
     square = surprise * surprise;
+    axis->wild = square > WILD ? axis->wild + R(1.0) : R(0.0);
+    if (axis->wild >= LOST) {
+        axis_restart(axis);
+        return;
+    }
     if (square > WILD) {
         surprise *= sqrt(WILD / square);
         square = WILD;
@@ -470,6 +476,12 @@ static real net_of(const struct adaptive *a, real size)
     return a->scale > R(0.0) ? size / a->scale : R(1.0);
 }
 
+/* How long it may be stagnant. */
+static real patience_of(const struct adaptive *a)
+{
+    return STAGNANT + STAGNANT_PER_NET * net_of(a, a->fast);
+}
+
 /* The speed to dwell at. At the ratio r the whirl is |q| r^2 / (r^2 - 1), and it lags behind 180
    degrees by atan(D r / (wn (r^2 - 1))). */
 static real goal_of(const struct adaptive *a)
@@ -484,6 +496,7 @@ static real goal_of(const struct adaptive *a)
     }
     whirl = R(1.0) / (R(1.0) - smaller(net_of(a, a->fast) / largest, R(0.8)));
     least = LEAST_DISTANCE * (R(2.0) * critical / final);
+    least *= R(1.0) - NEARER * smaller(a->stagnant / patience_of(a), R(1.0));
     distance = smaller(larger(a->damping / (critical * lag), least), MOST_DISTANCE);
     ratio = sqrt(larger(whirl, R(1.0) + distance)) + a->nudge;
     return smaller(ratio * critical, final);
@@ -504,8 +517,10 @@ static bool ramp(struct adaptive *a, real goal, real slope)
 /* Whether the spindle has been off the command for long, coming no nearer. */
 static bool stands_off(struct adaptive *a, real passed)
 {
-    real distance = fabs(a->command - a->speed), final = a->settings.final_speed;
-    if (distance < R(0.05) * final || fabs(a->speed - a->stood_at) > R(0.02) * final) {
+    const real final = a->settings.final_speed;
+    real off = a->command - a->speed, moved = a->speed - a->stood_at;
+    bool nearer = (off > R(0.0) ? moved : -moved) > R(0.02) * final;
+    if (fabs(off) < R(0.05) * final || nearer) {
         a->standing = 0;
         a->stood_at = a->speed;
     } else {
@@ -540,22 +555,24 @@ static void approach(struct adaptive *a)
 
 static void dwell(struct adaptive *a, real seconds)
 {
-    real rate = rate_of(a), passed = seconds / a->unit, net;
+    /* What drives the balls goes with the square of the critical speed. */
+    real relative = R(2.0) * a->critical / a->settings.final_speed;
+    real falling = FALLING * relative * relative, rate = rate_of(a), passed = seconds / a->unit, net;
     if (rate > RISING)
         a->nudge += UP * passed;
     else
         a->nudge = larger(a->nudge - DOWN * passed, R(0.0));
-    if (rate > -FALLING)
+    if (rate > -falling)
         a->stagnant += passed;
     else
         a->stagnant = larger(a->stagnant - R(2.0) * passed, R(0.0));
     net = net_of(a, a->fast);
     ramp(a, goal_of(a), a->settings.acceleration);
-    if (a->nudge >= AWAY || a->stagnant > STAGNANT + STAGNANT_PER_NET * net ||
+    if (a->nudge >= AWAY || a->stagnant > patience_of(a) ||
         a->in_state > LONGEST_DWELL * a->unit ||
         a->elapsed > a->settings.patience + LATE * a->unit ||
         (net < SMALL && a->in_state > R(0.1) * a->unit)) {
-        a->nudge = 0;
+        a->nudge = a->stagnant = 0;
         enter(a, ADAPTIVE_TO_FINAL);
     }
 }
@@ -647,6 +664,8 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
             a->command = smaller(larger(a->speed, R(0.0)), settings->final_speed);
             a->elapsed = 0;
             enter(a, ADAPTIVE_RUN_UP);
+        } else if (a->heard > FIRST_SAMPLES) {
+            abort_for(a, ADAPTIVE_SILENT);
         }
         return a->command;
     }
@@ -702,7 +721,7 @@ const char *adaptive_reason_text(enum adaptive_reason reason)
     static const char *const TEXTS[] = {
         "",
         "asked to",
-        "no good sample for too long: the sensor dropped out",
+        "no good sample for too long: sensor or spindle angle dropped out",
         "the sensor's time went back: the drive was reset",
         "a reading beyond the limit",
         "the sensor reads the same again and again: it is stuck or saturated",
@@ -764,7 +783,7 @@ static void instant(struct walk *w, double *x)
 static void walk_axis(struct walk *w, struct adaptive_axis *x)
 {
     real *const own[] = {&x->variance, &x->size, &x->first, &x->sum,  &x->squares,
-                         &x->rough,    &x->last, &x->before, &x->count};
+                         &x->rough,    &x->last, &x->before, &x->count, &x->wild};
     int i, j;
     for (i = 0; i < ADAPTIVE_SIZE; i++)
         number(w, &x->state[i]);

@@ -54,7 +54,7 @@ enum adaptive_reason {
     ADAPTIVE_NOT_FOLLOWING
 };
 
-enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 53, ADAPTIVE_AXIS_NUMBERS = 66 };
+enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 53, ADAPTIVE_AXIS_NUMBERS = 67 };
 
 /* One axis: x, x', Re q, Im q, K, D, offset; their covariance. */
 struct adaptive_axis {
@@ -62,7 +62,7 @@ struct adaptive_axis {
     adaptive_real covariance[ADAPTIVE_SIZE][ADAPTIVE_SIZE];
     bool known;
     adaptive_real variance, size;
-    adaptive_real first, sum, squares, rough, last, before, count;
+    adaptive_real first, sum, squares, rough, last, before, count, wild;
 };
 
 struct adaptive {
