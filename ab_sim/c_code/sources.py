@@ -83,7 +83,7 @@ def sources_of(scene: Scene) -> DriveSources:
     """A scene's drive as C99 files.
 
     Raises:
-        SceneError: see ``suitable``; or its profile has segments that end on what is measured.
+        SceneError: see ``suitable``.
     """
     system, choice = suitable(scene)
     schedule = SpeedSchedule.of_scene(scene)

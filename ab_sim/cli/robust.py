@@ -14,7 +14,7 @@ from ab_sim.cli.words import share_of, wanted_merits
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.design.intervals import QuantileOfMerit
-from ab_sim.design.judged import CHANGING, FAILED, FAILURE
+from ab_sim.design.judged import CHANGING
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
@@ -113,9 +113,8 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
         f"{share_text(share)}; settled with {criterion}"
     )
     yield ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
-    reasons = [reason for reason in found.runs.table[FAILURE].to_pylist() if reason]
-    if reasons:
-        yield f"{FAILED} count as not balanced, the first one: {reasons[0]}"
+    for outcome, reason in found.runs.reasons.items():
+        yield f"{outcome} count as not balanced, the first one: {reason}"
     if CHANGING in found.runs.outcomes:
         yield (
             "still changing count as not balanced: a longer duration (--set duration=...) shows "

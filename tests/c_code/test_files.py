@@ -119,6 +119,14 @@ def test_scenes_that_c_cannot_do_are_refused(name: str, changes: list[str], word
     assert words in str(raised.value)
 
 
+def test_all_reasons_are_named_at_once_with_what_leaves_them_out() -> None:
+    with pytest.raises(SceneError, match="2 reasons: .*rolling_friction.*profile.kind") as raised:
+        sources_of(load_scene("adaptive-start-up"))
+    options = str(raised.value).rpartition("without all of them: ")[2]
+    changes = options.removeprefix("--set ").split(" --set ")
+    assert sources_of(load_scene("adaptive-start-up", changes)).files
+
+
 def test_what_a_refusal_says_to_do_helps() -> None:
     """Of a drag too stiff for the scene's step."""
     scene = load_scene("nsc-case-1", ["effects.viscous_drag.coefficient=100"])
