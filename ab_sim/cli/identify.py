@@ -13,7 +13,7 @@ from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
-from ab_sim.identification.result import INTERRUPTED, Identification
+from ab_sim.identification.result import INTERRUPTED, Identification, share_words
 from ab_sim.identification.run import Question, run_identification
 from ab_sim.output_file import PAGE, SCENE
 from ab_sim.presentation import number
@@ -92,8 +92,8 @@ def _shown(found: Identification) -> Iterator[Table | str]:
     if found.proposals:
         yield "what to record next, the best first:"
     for each in found.proposals[:MOST_NAMED]:
-        gain = f"{_percent(each.now)} -> {_percent(each.then)}"
-        opens = f"; makes known: {', '.join(each.opens)}" if each.opens else ""
+        gain = f"{share_words(each.now)} -> {share_words(each.then)}"
+        opens = f"; {each.gains}" if each.opens else ""
         yield f"  {each.name}: {each.words} (worst interval, {each.worst}: {gain}{opens})"
     if found.verdict == INTERRUPTED:
         raise Interrupted("interrupted; what is shown and written is the best so far, not a fit")

@@ -19,8 +19,9 @@ MOST_BYTES = 50_000_000
 def fitted_tolerances(path: Path) -> list[Tolerance]:
     """Of a fit's JSON, ``ab-sim identify --json``: values about the fitted ones, correlated.
 
-    A value's deviation is a sum over independent standard normal numbers that values share, which
-    are groups ``fit-1`` and so on: the covariance's triangular factor.
+    A value's deviation is a sum over independent standard normal numbers that values share: the
+    covariance's triangular factor. Each number is a group, named by the key that is the first to
+    depend on it, as ``fit of rotor.eccentricity``: what of this key the keys before do not tell.
 
     Args:
         path: the file.
@@ -49,7 +50,7 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
     return [
         tolerance
         for row, k in zip(factor, kept, strict=True)
-        for tolerance in _of_key(names[k], row, said)
+        for tolerance in _of_key(names[k], row, [names[j] for j in kept], said)
     ]
 
 
@@ -68,7 +69,7 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
     return found
 
 
-def _of_key(key: Any, row: np.ndarray, said: str) -> list[Tolerance]:
+def _of_key(key: Any, row: np.ndarray, keys: list[Any], said: str) -> list[Tolerance]:
     if str(key).rpartition(".")[2].isdecimal():
         raise InputError(
             f"{said}: {key}: is within a list, of which no entry can be spread alone; fit one "
@@ -77,9 +78,9 @@ def _of_key(key: Any, row: np.ndarray, said: str) -> list[Tolerance]:
     whole = math.sqrt(float(row @ row))
     return [
         Tolerance(
-            str(key), OFFSET, Loading(float(size)), (), False, f"fit-{j + 1}",
-            f"{key} as fitted, part {j + 1}",
+            str(key), OFFSET, Loading(float(size)), (), False, f"fit of {first}",
+            f"{key} as fitted, with {first}",
         )
-        for j, size in enumerate(row)
+        for first, size in zip(keys, row, strict=True)
         if abs(size) > LEAST * whole
     ]  # fmt: skip

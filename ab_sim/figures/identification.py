@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
-from ab_sim.identification.result import Identification, RecordingFit
+from ab_sim.identification.result import Identification, RecordingFit, shown_unit
 
 MEASURED, FITTED, LEFT = "0.6", "tab:red", "tab:blue"
 WORST = 1.0
@@ -26,14 +26,15 @@ def drawn_identification(found: Identification) -> ResultFigure:
 
 def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
     measured = each.measured
-    unit, scale = ("mm", 1e3) if measured.unit == "m" else (measured.unit, 1.0)
+    unit, scale = shown_unit(measured.unit)
     time = measured.time
     above.plot(time, scale * measured.signals[:, 0], color=MEASURED, lw=1.6, label="measured")
     above.plot(time, scale * each.simulated[:, 0], color=FITTED, lw=0.7, label="fitted")
     above.set_ylabel(f"{measured.kind} [{unit}]", fontsize=9)
     said = ", held out" if each.held_out else ""
-    above.set_title(f"{measured.name}{said}, first axis", fontsize=10)
-    above.legend(loc="upper right", fontsize=8)
+    above.set_title(f"{measured.name}{said}, first axis", fontsize=10, loc="left")
+    # Above the axes, where no curve is.
+    above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, frameon=False)
     below.plot(time, scale * each.residuals[:, 0], color=LEFT, lw=0.6)
     below.set_ylabel(f"left [{unit}]", fontsize=9)
     below.set_xlabel("time [s]", fontsize=9)

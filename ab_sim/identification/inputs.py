@@ -142,8 +142,29 @@ class _Reader:
             free=tuple(free),
             trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
             at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
-            notes=(*self._table.notes, *((note,) if note else ())),
+            notes=(
+                *self._table.notes,
+                *self._left_out(time[kept], signals[kept]),
+                *((note,) if note else ()),
+            ),
         )
+
+    def _left_out(self, time: np.ndarray, signals: np.ndarray) -> list[str]:
+        """What is not there and not fitted, in words."""
+        notes = []
+        for each, column in zip(self._mapping.signals, signals.T, strict=True):
+            missing = int((~np.isfinite(column)).sum())
+            if missing:
+                notes.append(
+                    f"{missing} of {len(column)} samples of {each.column} missing, left out"
+                )
+        steps = np.diff(time)
+        lost = int(np.sum(np.rint(steps / np.median(steps)) - 1.0))
+        # Of ab_sim's own recordings the recorder has said so.
+        if not self._table.description and lost > 0:
+            rows = "row is" if lost == 1 else "rows are"
+            notes.append(f"{lost} {rows} missing between {len(time)}: the time jumps there")
+        return notes
 
     def _kind(self) -> str:
         kind = self._mapping.kind_of_signals

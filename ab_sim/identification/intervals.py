@@ -13,6 +13,8 @@ SHARE = 0.95
 """Of intervals."""
 CURVATURE, PROFILE, HELD, OPEN = "curvature", "profile", "held", "open"
 """Where an interval is from; that the value was held; that nothing of the recording tells it."""
+SKEWED = "curvature, but skew"
+"""Of a recording's own parameter, which is not followed along its profile."""
 AT_BOUND = 1e-4
 """Of a parameter's range, or of its standard deviation if less: so near it is at its bound."""
 SKEW = 0.2
@@ -34,12 +36,17 @@ class Estimate(NamedTuple):
     deviation: float
     """Standard deviation, from the curvature; infinite of what is open."""
     how: str
-    """``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
+    """``CURVATURE``, ``SKEWED``, ``PROFILE``, ``HELD`` or ``OPEN``."""
     at_bound: bool
     start: float
     """What the scene says."""
     own: bool
     """Whether it is a recording's own."""
+
+    @property
+    def bounded(self) -> bool:
+        """Whether its interval tells its size: it has an end, and is not all from 0 up to it."""
+        return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values; an end that is infinite is null."""
@@ -118,7 +125,10 @@ def intervals_of(
         near = AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
         at_bound = min(value - each.low, each.high - value) <= near
         low, high, how = value - reach * deviation, value + reach * deviation, CURVATURE
-        if profiles and each.recording is None and (at_bound or skews.get(j, 0.0) > SKEW):
+        skew = skews.get(j, 0.0) > SKEW
+        if each.recording is not None:
+            how = SKEWED if skew else CURVATURE
+        elif profiles and (at_bound or skew):
             tell(f"profile of {each.name}", k, len(free))
             ends = [
                 _end(problem, values, free, covariance, j, way, variance * reach**2)
@@ -133,6 +143,7 @@ def intervals_of(
                     tuple(point[1] / variance for point in points),
                 )
             )
+        low = max(low, each.least)
         estimates.append(
             Estimate(each.name, each.unit, value, max(low, each.low) if at_bound else low,
                      min(high, each.high) if at_bound else high, deviation, how, at_bound,
@@ -174,8 +185,6 @@ def _skews(
     best = _square(problem, values)
     found = {}
     for j in free:
-        if problem.parameters[j].recording is not None:
-            continue
         k = list(free).index(j)
         step = reach * float(np.sqrt(covariance[k, k]))
         rises = [

@@ -28,6 +28,11 @@ APART, TINY = 0.01, 1e-9
 """Shares by which unequal springs begin apart; a damping that is not 0."""
 ALIKE = 2.0
 """Noise variances by which the sums of squares of effects may differ that explain the same."""
+BALLS_ONLY = {
+    *("ball_drag", "ball_inertia", "friction_coefficient"),
+    *("race_shape", "race_arc", "restitution"),
+}
+"""Methods by which effects act on nothing but balls."""
 LIMIT = 1e3
 """Of a parameter, in units of the size at which it begins to be seen."""
 
@@ -53,8 +58,12 @@ def tried_effects(
         free: numbers of those that were fitted.
         tell: progress.
     """
-    names = [name for name in effect_classes() if name not in problem.scene.effects]
-    names = [name for name in names if name != MOTOR]
+    balls = any(measured.with_balls for measured in problem.recordings)
+    names = [
+        name
+        for name, effect in effect_classes().items()
+        if name not in (*problem.scene.effects, MOTOR) and (balls or not _needs_balls(effect))
+    ]
     # What further iterations gain without any effect is not an effect's merit.
     without = minimise(problem, values, free, TRIAL_STEPS)
     before = _z(problem, without.values)
@@ -70,6 +79,12 @@ def tried_effects(
     count = math.log(sum(measured.count for measured in problem.recordings))
     # As by the Bayesian information criterion: each further parameter has to be worth it.
     return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
+
+
+def _needs_balls(effect: type[Any]) -> bool:
+    """Whether an effect does nothing where there are no balls."""
+    methods = {name for name, each in vars(effect).items() if callable(each) and name[0] != "_"}
+    return methods - {"check_scene"} <= BALLS_ONLY
 
 
 def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:

@@ -52,6 +52,8 @@ class FitParameter(NamedTuple):
     """``GAIN``, ``BIAS`` and so on; empty of one with a place in the scene."""
     axis: int = 0
     """Of a bias."""
+    least: float = -math.inf
+    """Below which the scene takes none: 0 of a stiffness."""
 
 
 def fitted_parameters(
@@ -99,7 +101,8 @@ def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitPar
     start = float(now if place.entry is None else now[place.entry])
     low, high = _limits(scene, place, start, given, key)
     scale = abs(start) if start else 0.25 * (high - low)
-    return FitParameter(key, row.unit, start, scale, low, high, place)
+    least = (bounds_at(scene, place.key) or Bounds()).lowest
+    return FitParameter(key, row.unit, start, scale, low, high, place, least=least)
 
 
 def _place(scene: Scene, key: str) -> KeyPlace:
@@ -115,8 +118,7 @@ def _limits(
     scene: Scene, place: KeyPlace, start: float, given: tuple[float, float] | None, key: str
 ) -> tuple[float, float]:
     allowed = bounds_at(scene, place.key) or Bounds()
-    lowest = max(allowed.least, allowed.above)
-    highest = min(allowed.most, allowed.below)
+    lowest, highest = allowed.lowest, allowed.highest
     if given is not None:
         low, high = given
         if not low <= start <= high:

@@ -36,7 +36,7 @@ class _Standard(NamedTuple):
 
 
 def proposals_for(
-    problem: Problem, values: np.ndarray, free: Sequence[int], tell: Tell
+    problem: Problem, values: np.ndarray, free: Sequence[int], unbounded: Sequence[str], tell: Tell
 ) -> tuple[Proposal, ...]:
     """Standard recordings, the best first: by how many parameters they open, then by the intervals.
 
@@ -45,6 +45,7 @@ def proposals_for(
         values: of its parameters, as fitted [SI].
         free: numbers of those that were fitted; others that recordings share were held, and are
             not known.
+        unbounded: names of parameters whose intervals have no end, whatever the curvature says.
         tell: progress.
     """
     shared, count = shared_numbers(problem), len(problem.common)
@@ -52,7 +53,9 @@ def proposals_for(
     fitted = [k for k in range(count) if k in free]
     lanes = [k for k, j in enumerate(shared) if j in free]
     whole, given = _deviations(known), _deviations(known[:, lanes])
-    worst = fitted[int(np.argmax(given[: len(fitted)]))] if fitted else 0
+    now = given[: len(fitted)]
+    now[[problem.parameters[k].name in unbounded for k in fitted]] = np.inf
+    worst = fitted[int(np.argmax(now))] if fitted else 0
     found = []
     standards = _standards(problem, values)
     for done, standard in enumerate(standards):
@@ -65,14 +68,16 @@ def proposals_for(
         both[len(known) :, :count] = added[:, :count]
         then = _deviations(both)
         opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
+        asked = then[[*fitted, *opens]]
         if not opens:
-            then = _deviations(both[:, lanes])
+            asked = _deviations(both[:, lanes])[: len(fitted)]
         found.append(
             Proposal(
                 standard.name, standard.words, problem.parameters[worst].name,
-                REACH * float(np.max(given[: len(fitted)], initial=0.0)),
-                REACH * float(np.max(then[: len(fitted) + len(opens)], initial=0.0)),
+                REACH * float(np.max(now, initial=0.0)),
+                REACH * float(np.max(asked, initial=0.0)),
                 tuple(problem.parameters[k].name for k in opens),
+                tuple(REACH * float(then[k]) for k in opens),
             )
         )  # fmt: skip
     return tuple(sorted(found, key=lambda each: (-len(each.opens), each.then, each.name)))

@@ -23,6 +23,10 @@ NOISELESS = 1e-6
 """Of the signals' size: less than that is no noise of a sensor, and is not looked for."""
 
 
+CHANGED = "has something changed, or broken?"
+"""What is asked where a fit is good at first only."""
+
+
 class Whiteness(NamedTuple):
     """Of a recording's residuals."""
 
@@ -117,7 +121,7 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     if first >= 2 and loud[first:].all():
         found.append(
             f"it fits until {time[first * len(time) // PARTS]:.3g} s and no more from there on: "
-            "has something changed, or broken?"
+            f"{CHANGED}"
         )
     return tuple(found)
 

@@ -16,6 +16,8 @@ from ab_sim.scene.model import Scene
 
 FITS = "fits"
 MISSING = "fits, but something is missing"
+OFF = "does not fit"
+BOUND = "a value is at its bound"
 OPEN = "not identifiable"
 NO_BETTER = "no improvement on held-out data"
 INTERRUPTED = "interrupted"
@@ -87,13 +89,23 @@ class Proposal(NamedTuple):
     """The same of whichever is worst with it."""
     opens: tuple[str, ...]
     """Parameters that it would make known."""
+    opened: tuple[float, ...] = ()
+    """Half the interval of each of these with it, as a share of its value."""
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values; what is not known is null."""
         found = self._asdict()
         for key in ("now", "then"):
             found[key] = found[key] if np.isfinite(found[key]) else None
-        return {**found, "opens": list(self.opens)}
+        return {**found, "opens": list(self.opens), "opened": list(self.opened)}
+
+    @property
+    def gains(self) -> str:
+        """What it makes known, and how well, in words; empty if nothing that was open."""
+        return ", ".join(
+            f"{name}: unknown -> {share_words(half)}"
+            for name, half in zip(self.opens, self.opened, strict=True)
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,7 +119,7 @@ class Identification(Presented):
     before: Scene
     """The one that it began with."""
     verdict: str
-    """``FITS``, ``MISSING``, ``OPEN``, ``NO_BETTER`` or ``INTERRUPTED``."""
+    """``FITS``, ``MISSING``, ``OFF``, ``BOUND``, ``OPEN``, ``NO_BETTER`` or ``INTERRUPTED``."""
     reasons: tuple[str, ...]
     """Of the verdict, a sentence each."""
     intervals: Intervals
@@ -192,11 +204,21 @@ class Identification(Presented):
         """The fitted scene as a file, with a head that says how sure its numbers are."""
         head = [
             f"# Fitted by ab-sim identify {ab_sim.__version__}: {self.verdict}.",
-            *(f"# {reason}" for reason in self.reasons),
+            *(f"# {text}" for text in (*self.reasons, *self.notes)),
             "# Intervals of 95 %:",
         ]
         head += [f"#   {words_of(each)}" for each in self.estimates if not each.own]
         return "\n".join(head) + "\n" + yaml_text(self.scene.as_mapping())
+
+
+def shown_unit(unit: str) -> tuple[str, float]:
+    """In which signals are drawn, and the factor to it: displacements in mm."""
+    return ("mm", 1e3) if unit == "m" else (unit, 1.0)
+
+
+def share_words(share: float) -> str:
+    """Half an interval, as a share of its value."""
+    return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
 
 
 def words_of(each: Estimate) -> str:

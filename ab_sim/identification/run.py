@@ -12,19 +12,14 @@ from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
-from ab_sim.identification.knowledge import Knowledge, OpenDirection, knowledge_of
+from ab_sim.identification.knowledge import Knowledge, knowledge_of
 from ab_sim.identification.measured import Measured
-from ab_sim.identification.missing import as_good_as_the_best, tried_effects
-from ab_sim.identification.parameters import fitted_parameters
+from ab_sim.identification.missing import tried_effects
+from ab_sim.identification.parameters import ANGLES, fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.proposals import proposals_for
-from ab_sim.identification.residuals import NOISELESS, Whiteness, noises_of, whiteness_over
+from ab_sim.identification.residuals import NOISELESS, noises_of, whiteness_over
 from ab_sim.identification.result import (
-    FITS,
-    INTERRUPTED,
-    MISSING,
-    NO_BETTER,
-    OPEN,
     HeldOut,
     Identification,
     Proposal,
@@ -32,13 +27,14 @@ from ab_sim.identification.result import (
     TriedEffect,
 )
 from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 LOOKS = 2
 """Draws of start angles from which it is asked what can be known."""
-EXPLAINS = 0.7
-"""Of z, that an effect has to take away to explain it."""
+NEAR = 0.7
+"""Of the critical speed: slower runs tell little of the suspension."""
 FAR_OFF = 300.0
 """Times as large or small as simulated: a wrong unit."""
 
@@ -136,22 +132,23 @@ class _Work:
                     others = self._held_out
                     outside, more = held_out(problem, values, others, question.seed, self._tell)
                     comparisons += more
+                unbounded = [
+                    each.name for each in intervals.estimates if not each.bounded and not each.own
+                ]
                 if question.propose:
-                    proposals = proposals_for(problem, values, free, self._tell)
+                    proposals = proposals_for(problem, values, free, unbounded, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
-        verdict, reasons = _verdict(interrupted, whiteness, tried, outside, tuple(opened))
-        reasons += [
-            f"{each.name} is at its bound: look further (--bounds), or at what the scene lacks"
-            for each in intervals.estimates
-            if each.at_bound and not each.own
-        ]
-        fitted = changed_scene(
-            self._scene, {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"},
-            "the fitted scene",
+        bound = [each.name for each in intervals.estimates if each.at_bound and not each.own]
+        verdict, reasons = verdict_of(
+            Findings(
+                interrupted, whiteness, tried, outside, tuple(opened), bound,
+                misfits_of(problem, values, whiteness), question.fit,
+            )
         )  # fmt: skip
-        notes = [
+        fitted, notes = self._fitted_scene(values)
+        notes += [
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
         ]
         return Identification(
@@ -159,6 +156,25 @@ class _Work:
             knowledge._replace(open=tuple(opened)), whiteness, tuple(comparisons), tried, outside,
             proposals, tuple(notes), problem.runs, question.seed,
         )  # fmt: skip
+
+    def _fitted_scene(self, values: np.ndarray) -> tuple[Scene, list[str]]:
+        """It begins as the first recording with balls did; with what has to be said of it."""
+        problem, notes = self._problem, []
+        changes = {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"}
+        for k, measured in enumerate(problem.recordings):
+            if measured.with_balls:
+                changes[ANGLES] = problem.scene_values(values, k)[ANGLES]
+                notes.append(f"the fitted scene's balls start where those of {measured.name} did")
+                break
+        fitted = changed_scene(self._scene, changes, "the fitted scene")
+        critical = fitted.critical_speed or 0.0
+        notes += [
+            f"{measured.name}: never comes near the critical speed, {critical:.3g} rad/s: its top "
+            f"speed is {top:.3g} rad/s; damping shows near it: run faster"
+            for measured in problem.recordings
+            if (top := measured.schedule.top_speed) < NEAR * critical
+        ]
+        return fitted, notes
 
     def _check_sizes(self) -> None:
         """Refuse signals that are far from what the scene does: their unit is wrong."""
@@ -222,56 +238,3 @@ def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Inte
         for each in intervals.estimates
     )
     return intervals._replace(estimates=estimates)
-
-
-def _verdict(
-    interrupted: bool, whiteness: Sequence[Whiteness], tried: Sequence[TriedEffect],
-    outside: HeldOut | None, opened: Sequence[OpenDirection],
-) -> tuple[str, list[str]]:  # fmt: skip
-    reasons: list[str] = []
-    verdict = FITS
-    for each in opened:
-        verdict = OPEN
-        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
-    if outside is not None:
-        said = (
-            f"on held-out data the residuals' r.m.s. is {outside.after:.3g} of the signals', with "
-            f"the scene as it was {outside.before:.3g}"
-        )
-        reasons.append(said)
-        if not outside.better:
-            verdict = NO_BETTER
-    for one in whiteness:
-        if not one.judged:
-            reasons.append(
-                f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"
-            )
-        elif not one.white:
-            verdict = MISSING
-            reasons.append(
-                f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4"
-            )
-            reasons += [f"{one.recording}: {sign}" for sign in one.signs]
-        else:
-            reasons.append(
-                f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
-                f"{100 * one.share:.3g} % of the signals"
-            )
-    if verdict == MISSING:
-        best = next((each for each in tried if not each.failure), None)
-        if best is not None and best.explains > EXPLAINS:
-            names = " or ".join(as_good_as_the_best(tried))
-            reasons.append(
-                f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
-                f"falls by {best.drop:.4g} noise variances"
-            )
-        elif best is not None:
-            reasons.append(
-                f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
-                f"with which z = {best.z:.1f}"
-            )
-        reasons.append("intervals are of chance only, and do not count what is missing")
-    if interrupted:
-        verdict = INTERRUPTED
-        reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
-    return verdict, reasons

@@ -86,11 +86,35 @@ def read_table(path: Path) -> Table:
     try:
         read = pa.parquet.read_table(path) if ending == ".parquet" else pa.csv.read_csv(path)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        reason = " ".join(str(error).split())[:200]
+        reason = (ending == ".csv" and _csv_fault(path)) or " ".join(str(error).split())[:200]
         raise InputError(f"{path}: cannot be read as a table: {reason}") from error
+    if ending == ".csv" and read.num_columns == 1 and (fault := _csv_fault(path)):
+        raise InputError(f"{path}: cannot be read as a table: {fault}")
     if not 0 < read.num_rows <= MOST_ROWS:
         raise InputError(f"{path}: has {read.num_rows} rows; must be 1 to {MOST_ROWS}")
     return _of_arrow(read, path.stem)
+
+
+def _csv_fault(path: Path) -> str:
+    """What is wrong with a table as text, where that is known; else empty."""
+    with path.open(errors="replace") as file:
+        head = file.readline()
+        columns = head.count(",") + 1
+        if head.count(";") > head.count(","):
+            return "its separator is ';'; must be ',', with points in numbers (1.5, not 1,5)"
+        counts: list[int] = []
+        for line in file:
+            if len(counts) > MOST_ROWS:
+                return ""
+            counts.append(line.count(",") + 1)
+    if counts and counts[-1] < columns and set(counts[:-1]) <= {columns}:
+        return (
+            f"line {len(counts) + 1}, the last, is torn: it has {counts[-1]} of {columns} columns; "
+            "remove it"
+        )
+    if columns > 1 and counts and counts[0] == 2 * columns:
+        return "its numbers have decimal commas; must have points (1.5, not 1,5)"
+    return ""
 
 
 def _of_arrow(read: pa.Table, name: str) -> Table:

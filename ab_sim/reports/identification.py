@@ -9,7 +9,7 @@ from plotly.offline import get_plotlyjs
 from scipy.signal import periodogram
 
 from ab_sim.identification.intervals import ProfilePoints
-from ab_sim.identification.result import Identification, RecordingFit
+from ab_sim.identification.result import Identification, RecordingFit, share_words, shown_unit
 from ab_sim.output_file import write_whole
 from ab_sim.presentation import number
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
@@ -110,17 +110,13 @@ def _tried_rows(found: Identification) -> Rows:
 
 def _proposal_rows(found: Identification) -> Rows:
     return [
-        (each.name, each.words, _percent(each.now), _percent(each.then), ", ".join(each.opens))
+        (each.name, each.words, share_words(each.now), share_words(each.then), each.gains)
         for each in found.proposals
     ]
 
 
 def _end(value: float) -> str:
     return f"{value:.6g}" if math.isfinite(value) else ("-inf" if value < 0 else "inf")
-
-
-def _percent(share: float) -> str:
-    return f"{100.0 * share:.2g} %" if math.isfinite(share) else "not known"
 
 
 def _division(panel: Panel, limits: Limits) -> str:
@@ -132,17 +128,20 @@ def _division(panel: Panel, limits: Limits) -> str:
 
 def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
     measured = each.measured
-    time, unit = measured.time, measured.unit
+    time = measured.time
+    unit, scale = shown_unit(measured.unit)
+    signals, simulated, left = (
+        scale * values for values in (measured.signals, each.simulated, each.residuals)
+    )
     span = (0.0, float(time[-1]))
     for axis, direction in enumerate(measured.axes):
         name = f"{measured.kind} along {math.degrees(direction):.4g} deg"
         curves = (
-            PanelLine("measured", *_thinned(time, measured.signals[:, axis]), GREY, 2.0),
-            PanelLine("fitted", *_thinned(time, each.simulated[:, axis]), VERMILION, 1.0),
+            PanelLine("measured", *_thinned(time, signals[:, axis]), GREY, 2.0),
+            PanelLine("fitted", *_thinned(time, simulated[:, axis]), VERMILION, 1.0),
         )
-        most = 1.05 * float(np.nanmax(np.abs(measured.signals[:, axis])))
+        most = 1.05 * float(np.nanmax(np.abs(signals[:, axis])))
         yield Panel("fit", name, TIME, f"[{unit}]", 1.0, curves), (span, (-most, most))
-    left = each.residuals
     lines = tuple(
         PanelLine(f"axis {axis + 1}", *_thinned(time, left[:, axis]), CURVES[axis], 1.0)
         for axis in range(left.shape[1])
@@ -156,9 +155,10 @@ def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
 def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
     """Of noise it is level."""
     measured = each.measured
+    unit, scale = shown_unit(measured.unit)
     rate = 1.0 / float(np.median(np.diff(measured.time)))
     curves = []
-    for axis, column in enumerate(each.residuals.T):
+    for axis, column in enumerate(scale * each.residuals.T):
         frequencies, density = periodogram(column[np.isfinite(column)], rate)
         bins = max(1, len(density) // BINS)
         whole = len(density) // bins * bins
@@ -171,7 +171,7 @@ def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
     ends = (float(values.min()), float(values.max())) if len(values) else (1e-12, 1.0)
     panel = Panel(
         "left spectrum", "spectrum of what is left; of noise it is level", "frequency [Hz]",
-        f"[{measured.unit}/sqrt(Hz)]", 0.8, tuple(curves), log=True,
+        f"[{unit}/sqrt(Hz)]", 0.8, tuple(curves), log=True,
     )  # fmt: skip
     return panel, ((0.0, 0.5 * rate), (ends[0] / 2.0, ends[1] * 2.0))
 

@@ -23,6 +23,16 @@ class Bounds(NamedTuple):
     most: float = math.inf
     below: float = math.inf
 
+    @property
+    def lowest(self) -> float:
+        """No number below is allowed."""
+        return max(self.least, self.above)
+
+    @property
+    def highest(self) -> float:
+        """No number above is allowed."""
+        return min(self.most, self.below)
+
     def hold(self, values: np.ndarray) -> np.ndarray:
         """Which of the values are allowed."""
         finite = np.isfinite(values) & (values >= self.least) & (values > self.above)

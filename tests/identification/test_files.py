@@ -15,8 +15,10 @@ from ab_sim.cli.app import app
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.errors import InputError
-from ab_sim.identification.mapping import mapping_of
+from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.mapping import mapping_of, read_mapping_file
 from ab_sim.identification.measured import NUISANCES
+from ab_sim.identification.tables import read_table
 from ab_sim.recording.export import CSV, PARQUET, Part, export
 from tests.cli.tool import ab_sim as command
 from tests.identification import drives
@@ -55,6 +57,7 @@ def test_the_command_writes_scene_page_and_json(folder: Path) -> None:
     assert ab_sim.load_scene(out).rotor.eccentricity == pytest.approx(8.5e-5, rel=1e-6)
     text = page.read_text()
     assert "what is left: measured less fitted" in text and "rotor.eccentricity" in text
+    assert '"text":"[mm]"' in text and '"text":"[m]"' not in text
     assert "http" not in text.partition("</style>")[0]
     found = json.loads(report.read_text())
     assert found["verdict"] == "fits" and len(found["covariance"]["values"]) == 3
@@ -80,6 +83,33 @@ def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
         assert says in str(caught.value) and "\n" not in str(caught.value)
 
 
+def test_samples_and_rows_that_are_missing_are_counted(tmp_path: Path) -> None:
+    table = {name: np.delete(each, [900]) for name, each in drives.recorded(drives.scene()).items()}
+    table["ch1"][400] = math.nan
+    file = drives.write(table, tmp_path / "bench.csv")
+    found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
+    assert found.notes == (
+        "1 of 1999 samples of ch1 missing, left out",
+        "1 row is missing between 1999: the time jumps there",
+    )
+
+
+@pytest.mark.parametrize(
+    ("text", "says"),
+    [
+        ("t;x;y\n0,1;2,5;3,5\n", "separator is ';'"),
+        ("t;x;y\n0.1;2.5;3.5\n", "separator is ';'"),
+        ("t,x,y\n0,1,2,5,3,5\n0,2,2,5,3,5\n", "decimal commas"),
+        ("t,x,y\n0.1,2.5,3.5\n0.2,2.5\n", "line 3, the last, is torn: it has 2 of 3 columns"),
+    ],
+)
+def test_a_table_of_another_dialect_or_torn_is_told(tmp_path: Path, text: str, says: str) -> None:
+    file = tmp_path / "bench.csv"
+    file.write_text(text)
+    with pytest.raises(InputError, match=says):
+        read_table(file)
+
+
 @pytest.mark.parametrize("what", NUISANCES)
 def test_a_mapping_may_free_whatever_a_recording_has_of_its_own(what: str) -> None:
     own = {"sampling": 1e3, "speed": {"column": "w"}, "signals": [{"column": "x"}]}
@@ -103,6 +133,7 @@ def test_a_fit_s_covariance_is_a_spread(tmp_path: Path) -> None:
     tolerances = fitted_tolerances(covariance(tmp_path / "fit.json", given))
     scene = drives.scene()
     points = DrawnPoints(scene, tolerances, 4000, seed=1)
+    assert set(points.sources) == {"group fit of balls.mass", "group fit of rotor.eccentricity"}
     assert points.keys == ("balls.mass", "rotor.eccentricity")
     drawn = np.array([points.at(run) for run in range(4000)])
     assert drawn.mean(axis=0) == pytest.approx([5.5e-4, 1e-4], abs=1e-7)

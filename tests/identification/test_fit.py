@@ -11,7 +11,7 @@ import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.drive.description import describe
 from ab_sim.errors import Interrupted
-from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OPEN
+from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OFF, OPEN
 from ab_sim.results import Identification
 from ab_sim.scene.load import changed_scene
 from tests.identification import drives
@@ -82,6 +82,8 @@ def test_what_cannot_be_known_is_named_and_held(blind: Identification) -> None:
     assert mass.value == 0.1 and (mass.low, mass.high) == (-math.inf, math.inf)
     best = blind.proposals[0]
     assert best.name == "trial mass" and best.opens == ("rotor.total_mass",)
+    assert best.gains.startswith("rotor.total_mass: unknown -> ") and best.gains.endswith(" %")
+    assert best.opened[0] < 0.1
 
 
 def test_residuals_of_a_true_model_are_white(blind: Identification) -> None:
@@ -98,6 +100,9 @@ def test_the_fitted_scene_runs_and_says_how_sure_it_is(
     assert "rotor.total_mass = 0.1 kg, open: any value fits" in file.read_text()
     scene = ab_sim.load_scene(file, ["duration=0.1"])
     assert scene.balls.mass == blind["balls.mass"].value
+    starts = [blind[f"start angle of ball {ball} of with"].value for ball in (0, 1)]
+    assert list(scene.start.ball_angles) == starts
+    assert "the fitted scene's balls start where those of with did" in blind.notes
     assert len(ab_sim.simulate(scene).trajectory) == 101
     report = blind.report()
     assert report["parameters"][5]["low"] is None and report["verdict"] == OPEN
@@ -147,10 +152,21 @@ def test_a_missing_effect_is_flagged_and_named(tmp_path: Path) -> None:
     assert found.verdict == MISSING and white.z > 4.0
     assert white.share < 0.0108
     assert found.tried[0].name == "hardening_suspension"
+    # Without balls nothing is tried that acts on balls.
+    assert {each.name for each in found.tried} == {
+        "hardening_suspension",
+        "unequal_suspension",
+        "gravity",
+    }
     assert found.tried[0].values["effects.hardening_suspension.cubic_stiffness"] == pytest.approx(
         2e7, rel=0.1
     )
     assert any("hardening_suspension would explain it" in reason for reason in found.reasons)
+    (hint,) = (reason for reason in found.reasons if reason.startswith("to fit it: "))
+    key = "effects.hardening_suspension.cubic_stiffness"
+    assert hint.endswith(f" --fit {','.join([*DECK, key])}")
+    changed = ab_sim.load_scene("no-ball", [hint.split()[4]])
+    assert changed.effects["hardening_suspension"].cubic_stiffness == pytest.approx(2e7, rel=0.1)
 
 
 def test_a_sensor_that_drifts_is_seen(tmp_path: Path) -> None:
@@ -184,7 +200,7 @@ def test_a_fault_on_the_way_is_seen_and_the_recorder_s_word_told(tmp_path: Path)
         recording.block(run.channels, samples)
         recording.event(1.0, "faults: suspension softens 0.73", "WARN", "faults")
     found = ab_sim.identify(file, drives.scene(), DECK, propose=False)
-    assert found.verdict == MISSING
+    assert found.verdict == OFF
     assert found.notes == ("live: the recorder noted faults: suspension softens 0.73",)
 
 
@@ -266,3 +282,26 @@ def test_interrupted_it_gives_the_best_so_far_marked_as_such(tmp_path: Path) -> 
 def test_the_same_seed_gives_the_same_answer(tmp_path: Path) -> None:
     runs = [fit_deck(tmp_path, drives.scene(TRUE), DECK, seed=3).report() for _ in range(2)]
     assert runs[0] == runs[1]
+
+
+def test_a_wrong_gain_is_asked_about_and_fits_nothing(tmp_path: Path) -> None:
+    """Signals thirty times too large: the eccentricity goes to its bound, which is ten times."""
+    table = drives.recorded(drives.scene(), balls=False)
+    for name in ("ch1", "ch2"):
+        table[name] *= 30.0
+    found = ab_sim.identify(
+        [], drives.scene(), ["rotor.eccentricity"],
+        without_balls=[drives.write(table, tmp_path / "wrong.csv")],
+        maps=[drives.mapping(tmp_path)], propose=False,
+    )  # fmt: skip
+    reasons = " ".join(found.reasons)
+    assert found.verdict == OFF and found["rotor.eccentricity"].at_bound
+    assert "wrong: its signals are 3 times the fitted ones all along" in reasons
+    assert "unit and the sensor's gain" in reasons and "changed, or broken" not in reasons
+
+
+def test_a_run_far_below_the_critical_speed_is_told(tmp_path: Path) -> None:
+    slow = {"profile": {"kind": "start_up", "acceleration": 40.0, "target_speed": 20.0}}
+    found = fit_deck(tmp_path, drives.scene({**BARE, **slow}), DECK)
+    (note,) = found.notes
+    assert note.startswith("bare: never comes near the critical speed") and "20 rad/s" in note

@@ -79,3 +79,13 @@ def test_a_ball_s_own_mass_is_a_parameter() -> None:
     values: dict[str, object] = {"balls.mass": [5e-4, 6e-4]}
     parameter.place.put(values, 7e-4)
     assert values["balls.mass"] == [5e-4, 7e-4]
+
+
+def test_no_interval_goes_below_what_the_scene_takes() -> None:
+    """Under noise far above the signals a damping is known to be 0 at least, and no more."""
+    own = problem(1000.0, {})
+    loud = own.with_noise([30.0 * own.recordings[0].rms])
+    found = intervals_of(loud, own.start, [0, 1, 2], quiet)
+    damping = found.estimates[1]
+    assert damping.low == 0.0 and damping.high == math.inf and not damping.bounded
+    assert all(each.low >= 0.0 for each in found.estimates)

@@ -139,6 +139,7 @@ def test_case_2_is_exactly_degenerate() -> None:
         ("effects=null", ["effects = None: must be a list of names"]),
         ("rotor=3", ["rotor = 3: must be a section"]),
         ("rotor=", ["rotor: is missing"]),
+        ("balls=", ["balls: is missing", "balls: {count: 0}"]),
         ("profile.variable_speed_period.acceleration=-1000", ["must lie between"]),
         ("profile.acceleration=60", ["profile.acceleration", "spindle.max_acceleration"]),
         ("profile.acceleration=1e-300", ["profile.acceleration", "at least 1e-06"]),

@@ -1,0 +1,184 @@
+"""What is said of a fit, and why."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.identification.knowledge import OpenDirection
+from ab_sim.identification.missing import UNEQUAL, as_good_as_the_best
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.residuals import CHANGED, Whiteness, noises_of
+from ab_sim.identification.result import (
+    BOUND,
+    FITS,
+    INTERRUPTED,
+    MISSING,
+    NO_BETTER,
+    OFF,
+    OPEN,
+    HeldOut,
+    TriedEffect,
+)
+
+EXPLAINS, NAMED = 0.7, 0.01
+"""Of z, that an effect has to take away to explain it, and to be named at all."""
+ABOVE_NOISE, OF_SIGNALS = 2.0, 0.02
+"""Of the noise and of the signals: larger residuals are those of a scene that does not fit."""
+SCALED, STEADY, PARTS = 0.05, 0.1, 10
+"""By which signals are off a constant factor of 1; by which the factor may differ between parts of
+a recording, as a share of it."""
+
+
+class Misfit(NamedTuple):
+    """How far a fitted run is off a recording."""
+
+    recording: str
+    above_noise: float
+    """R.m.s. of the residuals, of the noise's."""
+    share: float
+    """The same, of the signals' r.m.s."""
+    factor: float
+    """Of the measured signals by the fitted ones, if it is the same all along; else 1."""
+
+    @property
+    def off(self) -> bool:
+        """Whether the residuals are many times the noise."""
+        return self.above_noise > ABOVE_NOISE and self.share > OF_SIGNALS
+
+
+class Findings(NamedTuple):
+    """Of what a verdict is made."""
+
+    interrupted: bool
+    whiteness: Sequence[Whiteness]
+    tried: Sequence[TriedEffect]
+    outside: HeldOut | None
+    opened: Sequence[OpenDirection]
+    at_bound: Sequence[str]
+    """Names of parameters of the scene."""
+    misfits: Sequence[Misfit]
+    """Of each recording."""
+    fit: Sequence[str]
+    """Keys that were asked for."""
+
+
+def misfits_of(
+    problem: Problem, values: np.ndarray, whiteness: Sequence[Whiteness]
+) -> tuple[Misfit, ...]:
+    """How far fitted runs are off the recordings.
+
+    Args:
+        problem: has been fitted.
+        values: of its parameters [SI].
+        whiteness: of each recording's residuals.
+    """
+    noises = noises_of(problem.recordings)
+    found = []
+    for k, (white, noise) in enumerate(zip(whiteness, noises, strict=True)):
+        shown, measured = problem.simulated(k, values), problem.recordings[k].signals
+        factor = 1.0 if shown is None else _steady_factor(measured, shown)
+        found.append(Misfit(white.recording, white.rms / noise, white.share, factor))
+    return tuple(found)
+
+
+def _steady_factor(measured: np.ndarray, shown: np.ndarray) -> float:
+    """Of two signals, each of shape (samples, axes), where it is the same all along; else 1."""
+    factors = []
+    for some, other in zip(
+        np.array_split(measured, PARTS), np.array_split(shown, PARTS), strict=True
+    ):
+        there = np.isfinite(some)
+        square = float(np.sum(other[there] ** 2))
+        # A part without vibration has no amplitude to compare.
+        if square > 0.01 * float(np.sum(shown**2)) / PARTS:
+            factors.append(float(np.sum(some[there] * other[there])) / square)
+    if not factors:
+        return 1.0
+    middle = float(np.median(factors))
+    steady = max(abs(each - middle) for each in factors) < STEADY * abs(middle)
+    return middle if steady and abs(middle - 1.0) > SCALED else 1.0
+
+
+def verdict_of(found: Findings) -> tuple[str, list[str]]:
+    """The verdict, and its reasons, a sentence each."""
+    reasons: list[str] = []
+    verdict = FITS
+    for each in found.opened:
+        verdict = OPEN
+        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
+    if found.outside is not None:
+        reasons.append(
+            f"on held-out data the residuals' r.m.s. is {found.outside.after:.3g} of the signals', "
+            f"with the scene as it was {found.outside.before:.3g}"
+        )
+        if not found.outside.better:
+            verdict = NO_BETTER
+    if found.at_bound:
+        verdict = BOUND
+    # A wrong scale puts the rest off, too: what that looks like says nothing of the drive.
+    scaled = bool(found.at_bound) or any(each.factor != 1.0 for each in found.misfits)
+    for one in found.whiteness:
+        reasons += _noise_words(one, scaled)
+    if not all(each.white for each in found.whiteness):
+        off = [each for each in found.misfits if each.off]
+        verdict = OFF if off or found.at_bound else MISSING
+        reasons += [
+            f"{each.recording}: residuals are {each.above_noise:.3g} times the noise, "
+            f"{100 * each.share:.3g} % of the signals"
+            for each in off
+        ]
+        reasons += _effect_words(found.tried, found.fit)
+        reasons.append("intervals are of chance only, and do not count what is missing")
+    reasons += [
+        f"{each.recording}: its signals are {each.factor:.3g} times the fitted ones all along: are "
+        "their unit and the sensor's gain right? (--free gain)"
+        for each in found.misfits
+        if each.factor != 1.0
+    ]
+    reasons += [
+        f"{name} is at its bound: are the signals' unit and the sensor's gain right? if so, look "
+        "further (--bounds), or at what the scene lacks"
+        for name in found.at_bound
+    ]
+    if found.interrupted:
+        verdict = INTERRUPTED
+        reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
+    return verdict, reasons
+
+
+def _noise_words(one: Whiteness, scaled: bool) -> list[str]:
+    if not one.judged:
+        return [f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"]
+    if one.white:
+        return [
+            f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
+            f"{100 * one.share:.3g} % of the signals"
+        ]
+    signs = [sign for sign in one.signs if not (scaled and CHANGED in sign)]
+    return [
+        f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4",
+        *(f"{one.recording}: {sign}" for sign in signs),
+    ]
+
+
+def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]:
+    """Which effects would explain what is left, and how to fit the first of them."""
+    best = next((each for each in tried if not each.failure), None)
+    if best is None or best.explains < NAMED:
+        return ["no registered effect, tried by itself, explains it"] if tried else []
+    if best.explains <= EXPLAINS:
+        return [
+            f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
+            f"with which z = {best.z:.1f}"
+        ]
+    names = " or ".join(as_good_as_the_best(tried))
+    sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())
+    keys = ",".join([*fit, *best.values])
+    # Unequal springs stand instead of equal ones, which no --set takes out.
+    beside = best.name != UNEQUAL
+    return [
+        f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "
+        f"falls by {best.drop:.4g} noise variances",
+        *([f"to fit it: {sets} --fit {keys}"] if beside and best.values else []),
+    ]
