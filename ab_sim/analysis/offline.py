@@ -52,6 +52,8 @@ class OfflineRun(Presented):
     """Of a profile that decides while it runs, in their order."""
     adaptive: AdaptiveOutcome | None = None
     """What the controller of an adaptive start-up believed; None of another profile."""
+    aborted: Decided | None = None
+    """When a profile that decides while it runs was aborted, and why; None if it was not."""
 
     def plot(self, comparison: Comparison | None = None) -> "Figure":
         """Draw speed, whirl, driving force and ball angles over time.
@@ -71,12 +73,17 @@ class OfflineRun(Presented):
     def _facts(self) -> dict[str, str]:
         length, symbol = self.scene.whirl_unit
         time = self.trajectory["time"]
+        final = self.merits.final_whirl / length
         changing = " and changing" if self.merits.changing else ""
         return {
             "scene": self.scene.name,
             "samples": str(len(self.trajectory)),
             "time": ends(time[0], time[-1], "s"),
-            f"W/{symbol} at the end": number(self.merits.final_whirl / length) + changing,
+            **(
+                {"aborted": f"at {self.aborted.time:.3f} s: {self.aborted.text}"}
+                if self.aborted is not None
+                else {f"W/{symbol} at the end": number(final) + changing}
+            ),
             "residual unbalance": number(self.merits.residual_unbalance),
             "stepper": self.stepper,
         }
@@ -92,7 +99,8 @@ class OfflineRun(Presented):
             **self.merits.report(self.scene.rotor.eccentricity),
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
-            "decisions": [{"t": decided.time, "text": decided.text} for decided in self.decisions],
+            "decisions": list(map(_decided, self.decisions)),
+            "aborted": None if self.aborted is None else _decided(self.aborted),
             "adaptive": None if self.adaptive is None else self.adaptive.report(),
             "scene": self.scene.name,
             "effects": {name: effect._asdict() for name, effect in self.scene.effects.items()},
@@ -170,7 +178,12 @@ def run_scene(
         work_precision,
         () if leader is None else tuple(leader.decisions),
         AdaptiveOutcome.of(leader) if isinstance(leader, AdaptiveRun) else None,
+        None if leader is None else leader.aborted,
     )
+
+
+def _decided(decided: Decided) -> dict[str, Any]:
+    return {"t": decided.time, "text": decided.text}
 
 
 def _sample(observation: Observation) -> dict[str, Any]:

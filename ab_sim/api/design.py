@@ -245,7 +245,8 @@ def robust(
         they were found; ``spread`` acts beside it.
     sobol : int, optional
         Pairs of drives, a power of 2, that Sobol indices follow from, which takes so many runs more
-        for each spread or group; 0 for none. Default: what half as many runs more pay for.
+        for each spread or group; 0 for none. Default: what half as many runs more pay for, none
+        where that is fewer than 128 pairs.
     seed : int, default 0
         Of the random draws.
     workers : int, default 1

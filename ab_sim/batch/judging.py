@@ -32,6 +32,8 @@ class JudgedPart(NamedTuple):
     """As reports give them, by key; None of a run that failed."""
     failures: list[str]
     """Why each run ended early; empty if it did not."""
+    aborts: list[str]
+    """Why each run's profile ran down to standstill; empty if it did not."""
     in_lanes: bool
     """Whether they ran side by side."""
     seconds: float
@@ -120,7 +122,9 @@ def _in_lanes(
         runs, kept = source.judged(which[good]), room.of(good)
         merits = _reported(runs, first.channels, keys, *kept)
         spread = {key: _spread(values, good, len(which)) for key, values in merits.items()}
-        yield JudgedPart(numbers[begin : begin + most], spread, failures, True, seconds)
+        yield JudgedPart(
+            numbers[begin : begin + most], spread, failures, [""] * len(failures), True, seconds
+        )
 
 
 class _Room:
@@ -167,8 +171,9 @@ def _one_by_one(
         done = run_prepared(group[begin : begin + most], every=1)
         merits = _of_runs(done.runs, keys)
         failures, lanes = [run.failure for run in done.runs], done.side_by_side > 0
+        aborts = [run.aborted for run in done.runs]
         part = numbers[begin : begin + most]
-        yield JudgedPart(part, merits, failures, lanes, done.integration_seconds)
+        yield JudgedPart(part, merits, failures, aborts, lanes, done.integration_seconds)
 
 
 def run_and_judge(

@@ -32,6 +32,8 @@ class BatchRun(NamedTuple):
     view of memory shared with other runs: copy them to keep a few of many runs."""
     failure: str
     """Why the run ended early; empty if it did not."""
+    aborted: str = ""
+    """Why its profile, which decides while it runs, ran down to standstill; empty if it did not."""
 
 
 class StepPlanKey(NamedTuple):

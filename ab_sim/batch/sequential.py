@@ -32,7 +32,9 @@ def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[Bat
             drive.reset()
             taken = drive.advance(sound, every)
         seconds += time.thread_time() - begin
-        runs.append(BatchRun(member.scene, taken, failure))
+        aborted = drive.leader.aborted if drive.leader is not None else None
+        why = "" if aborted is None else aborted.text
+        runs.append(BatchRun(member.scene, taken, failure, why))
     return runs, seconds
 
 

@@ -83,7 +83,7 @@ def sources_of(scene: Scene) -> DriveSources:
     """A scene's drive as C99 files.
 
     Raises:
-        SceneError: see ``suitable``; or its profile has segments that end on what is measured.
+        SceneError: see ``suitable``.
     """
     system, choice = suitable(scene)
     schedule = SpeedSchedule.of_scene(scene)
@@ -125,6 +125,7 @@ def _values(made: _Made) -> dict[str, str]:
         "STEP_SHORT": f"{step:g}",
         "STEPPER": f"{made.choice.stepper.name}, order {made.choice.stepper.order}",
         "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
+        "ACTS": ", ".join(scene.effects) or "nothing but inertia",
         "SECONDS": f"{scene.duration:g}",
         "EVERY": str(max(1, round(0.01 / step))),
         "EXPECTED": _expected(scene),

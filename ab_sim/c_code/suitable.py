@@ -1,6 +1,8 @@
 """Which scenes C can be made of: smooth ones, with an explicit method's steps of a fixed length."""
 
 import math
+from collections.abc import Iterator
+from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import linear_rates, system_of
 from ab_sim.dynamics.system import System
@@ -10,6 +12,7 @@ from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedSchedule
 
 EVENTFUL = {
     "friction_coefficient": "balls stick and slip",
@@ -26,21 +29,18 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
         scene: a checked scene.
 
     Raises:
-        SceneError: it has effects with events, or probes; asks for an accuracy, or another method
+        SceneError: it has effects with events, probes, or a profile that decides while it runs,
+            all of which are named at once; asks for an accuracy, or another method
             than an explicit one; or has a step that is too long at ``spindle.max_speed``, up to
             which commands are taken.
     """
-    _check_smooth(scene)
-    if scene.probes:
-        raise SceneError(
-            f"probes: {', '.join(scene.probes)}: C has accelerometers only; leave them out (--set "
-            "probes=), its outputs have the displacement itself"
-        )
-    if scene.accuracy is not None:
-        raise SceneError(
-            "accuracy: C takes steps of a fixed length by an explicit method; name them instead: "
-            "--set accuracy= --set solver.stepper=rk8 --set solver.step=0.001"
-        )
+    refusals = list(_refusals(scene))
+    if len(refusals) == 1:
+        raise SceneError(refusals[0].why)
+    if refusals:
+        reasons = "; ".join(f"({n}) {each.why}" for n, each in enumerate(refusals, 1))
+        options = " ".join(each.options for each in refusals)
+        raise SceneError(f"{len(refusals)} reasons: {reasons}; without all of them: {options}")
     system = system_of(scene)
     choice = choose_stepper(scene, system, top_speed(scene))
     _check_explicit(scene, system, choice)
@@ -54,22 +54,53 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
     return system, choice
 
 
-def _check_smooth(scene: Scene) -> None:
+class _Refusal(NamedTuple):
+    why: str
+    """With what to do."""
+    options: str
+    """Of the command, that leave it out."""
+
+
+def _refusals(scene: Scene) -> Iterator[_Refusal]:
+    """What can be told without the scene's system."""
     found = {
         name: what
         for name, effect in scene.effects.items()
         for method, what in EVENTFUL.items()
         if hasattr(effect, method)
     }
-    if not found:
-        return
-    named = ", ".join(f"{name} ({what})" for name, what in found.items())
-    leave_out = " ".join(f"--set effects.{name}=" for name in found)
-    raise SceneError(
-        f"effects: {named}: C has no location of events, which these need; leave them out "
-        f"({leave_out}) if what you test does not depend on them, or run this scene by ab-sim "
-        "(ab-sim live, ab_sim.Drive)"
-    )
+    if found:
+        named = ", ".join(f"{name} ({what})" for name, what in found.items())
+        leave_out = " ".join(f"--set effects.{name}=" for name in found)
+        kept = [effect for name, effect in scene.effects.items() if name not in found]
+        if scene.balls.radius is not None and not any(
+            getattr(each, "uses_ball_radius", False) for each in kept
+        ):
+            leave_out += " --set balls.radius="
+        yield _Refusal(
+            f"effects: {named}: C has no location of events, which these need; leave them out "
+            f"({leave_out}) if what you test does not depend on them, or run this scene by ab-sim "
+            "(ab-sim live, ab_sim.Drive)",
+            leave_out,
+        )
+    if scene.probes:
+        yield _Refusal(
+            f"probes: {', '.join(scene.probes)}: C has accelerometers only; leave them out (--set "
+            "probes=), its outputs have the displacement itself",
+            "--set probes=",
+        )
+    if scene.accuracy is not None:
+        options = "--set accuracy= --set solver.stepper=rk8 --set solver.step=0.001"
+        yield _Refusal(
+            "accuracy: C takes steps of a fixed length by an explicit method; name them instead: "
+            + options,
+            options,
+        )
+    if scene.planned.profile != scene.profile:
+        try:
+            SpeedSchedule.of_scene(scene)
+        except SceneError as error:
+            yield _Refusal(str(error), "--set profile=")
 
 
 def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:

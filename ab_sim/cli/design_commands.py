@@ -83,8 +83,9 @@ def sweep(
     nor on their machines.
 
     A row has the run's number, the keys' values, the merits, `outcome` (settled; still changing,
-    where the final whirl still rises or falls; circulates, where balls go round the race; failed)
-    and, of a run that failed, `failure`: why. It leaves the others alone, and its merits are null.
+    where the final whirl still rises or falls; circulates, where balls go round the race; aborted,
+    where a start-up ran down to standstill; failed) and, of a run that was aborted or failed,
+    `failure`: why. It leaves the others alone, and its merits are null.
     Whirls are in e [m] of the run, all else in SI units. The JSON has the rows by column in `runs`,
     `units`, `points`, which the values follow from, `outcomes`, and the `scene`.
 

@@ -155,7 +155,8 @@ RobustSobolOption = Annotated[
         metavar="N",
         min=0,
         help="Pairs of drives, a power of 2, that Sobol indices follow from; N runs more for "
-        "each spread or group. 0: none. Default: what half as many runs more pay for.",
+        "each spread or group. 0: none. Default: what half as many runs more pay for, "
+        "none where that is fewer than 128.",
     ),
 ]
 RobustSeedOption = Annotated[int, typer.Option(min=0, help="Of the random draws.")]

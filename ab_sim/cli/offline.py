@@ -54,9 +54,10 @@ def run_command(
             from ab_sim.figures.run import DOTS, drawn_run
             from ab_sim.figures.saved import save
 
-            period, led = result.variable_speed_period, result.adaptive
-            path = result.trajectory
-            save(drawn_run(path, result.scene, comparison, period, adaptive=led), file, DOTS)
+            period, led, ended = result.variable_speed_period, result.adaptive, result.aborted
+            path, ran = result.trajectory, result.scene
+            drawn = drawn_run(path, ran, comparison, period, adaptive=led, aborted=ended)
+            save(drawn, file, DOTS)
 
         def write() -> None:
             if rrd is not None:
@@ -66,6 +67,8 @@ def run_command(
 
         def shown() -> Iterator[Table | str]:
             title = f"{result.scene.name}, {report['duration']:g} s"
+            if (end := result.aborted) is not None:
+                title += f": aborted at {end.time:.1f} s: {end.text}"
             yield merits_table(title, result.scene, {"this run": result.merits}, comparison)
             yield _summary(result, report)
             if max(wanted, default=0.0) > scene.duration:

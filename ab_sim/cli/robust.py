@@ -14,21 +14,20 @@ from ab_sim.cli.words import share_of, wanted_merits
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.design.intervals import QuantileOfMerit
-from ab_sim.design.judged import CHANGING, FAILED, FAILURE
+from ab_sim.design.judged import CHANGING
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
-from ab_sim.design.spread_runs import DEFAULT_CRITERION, SpreadQuestion, run_spread
+from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.output_file import CSV, PARQUET
 from ab_sim.presentation import number
-from ab_sim.scene import load_scene
+from ab_sim.scene import Scene, load_scene
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
 FINER = (0.01, 0.001)
 """Half widths of which it is said how many runs they take."""
 HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
-FEW_PAIRS = 128
-"""From which a bootstrap covers what it should, in a linear model of normal factors."""
 
 
 class RobustOptions(NamedTuple):
@@ -63,6 +62,10 @@ def robust_command(
     executors = functools.partial(executor_of, *given.shared)
     executors()
     scene = load_scene(scene_name, changes)
+    other = None if given.against is None else load_scene(given.against)
+    if other is not None and other.name == scene.name:
+        scene = _named_by_file(scene, scene_name, *(f"--set {each}" for each in changes))
+        other = _named_by_file(other, str(given.against))
     tolerances = [] if given.spread_from is None else fitted_tolerances(given.spread_from)
     tolerances += [tolerance_of(each) for each in spread]
     merits = wanted_merits(given.merits)
@@ -73,7 +76,7 @@ def robust_command(
         seed=given.seed,
         pairs=given.sobol,
         until=None if given.until is None else share_of("until", given.until, HALF_WIDTH),
-        against=None if given.against is None else load_scene(given.against),
+        against=other,
     )
     if given.worst is not None:
         check_worst_folder(given.worst)
@@ -97,6 +100,11 @@ def robust_command(
     return Command(work, scene.name, KEPT, outputs)
 
 
+def _named_by_file(scene: Scene, *words: str) -> Scene:
+    """To tell it from another one of its name."""
+    return changed_scene(scene, {"name": f"{scene.name} ({' '.join(words)})"}, "against")
+
+
 def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:
     share = found.share
     criterion = " and ".join(map(str, found.criterion))
@@ -105,9 +113,8 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
         f"{share_text(share)}; settled with {criterion}"
     )
     yield ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
-    reasons = [reason for reason in found.runs.table[FAILURE].to_pylist() if reason]
-    if reasons:
-        yield f"{FAILED} count as not balanced, the first one: {reasons[0]}"
+    for outcome, reason in found.runs.reasons.items():
+        yield f"{outcome} count as not balanced, the first one: {reason}"
     if CHANGING in found.runs.outcomes:
         yield (
             "still changing count as not balanced: a longer duration (--set duration=...) shows "
@@ -162,7 +169,12 @@ def _end(value: float | None, factor: float) -> str:
 def _sobol(found: Spread) -> Iterator[Table | str]:
     sobol = found.sobol
     if not sobol.pairs:
-        yield "no Sobol indices: there is one factor only, or none were asked for"
+        factors = len({each.group or place for place, each in enumerate(found.tolerances)})
+        yield (
+            "no Sobol indices: there is one factor only, none were asked for, or runs are too few: "
+            f"{FEW_PAIRS} pairs, from which they can be relied on, take --runs "
+            f"{2 * FEW_PAIRS * factors}; fewer may be asked for (--sobol)"
+        )
         return
     table = Table(title="Sobol indices, and their intervals of 95 %")
     for name in ("of", "spread", "alone", "with others"):

@@ -10,6 +10,7 @@ from rich.table import Table
 
 from ab_sim.cli.outputs import PlainConsole, check_files, people, say_written, write_json
 from ab_sim.cli.progress import Tell, interruptible, progress_bar
+from ab_sim.errors import NothingFound
 from ab_sim.output_file import PICTURE, REPORT
 from ab_sim.presentation import Presented
 
@@ -35,6 +36,8 @@ class Outcome(NamedTuple):
     """Writes the command's ``outputs``; None: the work has done so."""
     written: Sequence[Path] = ()
     """What else the work has written."""
+    missing: Sequence[Path] = ()
+    """Of the command's ``outputs``, what there was nothing to write to."""
 
 
 class Command(NamedTuple):
@@ -67,9 +70,14 @@ class Command(NamedTuple):
         if found.write is not None:
             found.write()
         console = people if self.aside or json == "-" else PlainConsole()
-        for each in found.shown:
-            console.print(each, soft_wrap=isinstance(each, WholeLine))
-        say_written([*found.written, *files])
+        written = [file for file in (*found.written, *files) if file not in found.missing]
+        try:
+            for each in found.shown:
+                console.print(each, soft_wrap=isinstance(each, WholeLine))
+        except NothingFound:
+            say_written(written)
+            raise
+        say_written(written)
 
     def _progress(self) -> AbstractContextManager[Tell]:
         if self.bar is None:

@@ -90,6 +90,13 @@ def _shown(run: Sensitivities, found: MeritSensitivities) -> Iterator[Table | st
                 _percent(float(found.elasticities[i, k]), float(found.values[k])),
             )
         yield table
+        at_zero = [
+            f"{found.derivatives[i, k]:.4g} {found.unit(i, k)} ({found.keys[k]})"
+            for k in _order(found, i)
+            if not found.values[k] and not _is_nothing(found, i, k)
+        ]
+        if at_zero:
+            yield f"no percent of 0, so not in the picture; by derivative: {', '.join(at_zero)}"
         if still:
             yield f"no influence on {merit}: {', '.join(still)}"
     yield (

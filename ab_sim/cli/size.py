@@ -53,7 +53,8 @@ def size_command(
                 write_scene(found.scene_text(), file)
 
         draw = plotted(found)
-        return Outcome(_shown(found), found.report, draw, write)
+        missing = () if file is None or found.found else (file,)
+        return Outcome(_shown(found), found.report, draw, write, missing=missing)
 
     return Command(work, "size", KEPT, ((file, SCENE, "--scene"),))
 

@@ -12,7 +12,7 @@ from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
 from ab_sim.cli.words import wanted_merits
-from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, FAILURE, OUTCOME, SETTLED
+from ab_sim.design.judged import CHANGING, CIRCULATES, OUTCOME, SETTLED
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import Sweep, run_sweep
 from ab_sim.design.variables import variable_of
@@ -91,9 +91,8 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
             said = f"best {found.titled(judged.key)}: {value} in run {best}"
             yield f"{said}: {_where(found, best)}"
     yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
-    reasons = [reason for reason in found.table[FAILURE].to_pylist() if reason]
-    if reasons:
-        yield f"{FAILED}, the first one: {reasons[0]}"
+    for outcome, reason in found.reasons.items():
+        yield f"{outcome}, the first one: {reason}"
     if CHANGING in found.outcomes:
         yield "still changing: a longer duration (--set duration=...) shows where it goes"
     if CIRCULATES in found.outcomes:

@@ -1,5 +1,7 @@
 """`ab-sim tune`."""
 
+import functools
+import shlex
 from collections.abc import Iterator
 from pathlib import Path
 from typing import NamedTuple
@@ -12,13 +14,13 @@ from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
+from ab_sim.design.near_misses import NearMiss, near_misses
 from ab_sim.design.scores import Standard
 from ab_sim.design.search import Effort
 from ab_sim.design.tolerances import tolerance_of
-from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
+from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.errors import InputError, NothingFound
-from ab_sim.limited_yaml import yaml_text
 from ab_sim.output_file import PARQUET, SCENE
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
@@ -82,10 +84,12 @@ def tune_command(
             if table is not None:
                 found.runs.write(table)
             if best is not None and found.scene is not None:
-                write_scene(yaml_text(found.scene.as_mapping()), best)
+                write_scene(found.scene_text(), best)
 
         shown = found.in_units(wanted.units)
-        return Outcome(_shown(shown), found.report, plotted(shown), write)
+        missing = () if best is None or found.scene is not None else (best,)
+        words = _shown(shown, scene_name)
+        return Outcome(words, found.report, plotted(shown), write, missing=missing)
 
     outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)
@@ -109,18 +113,15 @@ def _share(text: str) -> float:
     return share
 
 
-def _shown(found: Tuning) -> Iterator[Table | str]:
+def _shown(found: Tuning, scene_name: str) -> Iterator[Table | str]:
     counts = ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
     inside, looked_at = int(found.scores.within.sum()), len(found.candidates)
     said = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
     standard, draws = found.task.standard, found.task.spreading.draws
     if found.candidate is None:
         yield said
-        drives = f"no {100 * standard.share:g} % of drives" if draws > 1 else "no run"
-        raise NothingFound(
-            f"nothing found: {drives} settled within all bounds; widen the ranges or the bounds, "
-            "or look at more (--runs)"
-        )
+        yield from map(functools.partial(_missed, found), near_misses(found))
+        raise NothingFound(_nothing_found(found, scene_name))
     table = Table(title=f"{found.runs.scene.name}: {standard.aim}")
     for name in ("key", "best", "from", "to"):
         table.add_column(name, justify="left" if name == "key" else "right")
@@ -133,8 +134,11 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
     factor = found.runs.factor(standard.aim.merit)
     yield f"{found.runs.titled(standard.aim.merit)}: {_aim_text(found.best, factor)}"
-    if not found.is_better:
+    if AS_IT_IS in found.as_good:
         yield "that is no better than the scene as it is"
+    if NO_PERIOD in found.as_good:
+        none = _aim_text(found.as_good[NO_PERIOD], factor)
+        yield f"no variable-speed period at all is as good or better: {none}"
     for name, merit, inside_ in found.before:
         yield f"  the scene {name}: {_aim_text(merit, factor, inside_)}"
     for key, value, merit, inside_ in found.beside:
@@ -142,6 +146,28 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
     yield said
+
+
+def _missed(found: Tuning, miss: NearMiss) -> str:
+    said = f"{miss.bound.text} holds for {miss.holds or 'none'} of {miss.settled} runs that settled"
+    if miss.nearest is None:
+        return said
+    row = found.candidates[miss.candidate].tolist()
+    at = ", ".join(found.runs.setting(key, v) for key, v in zip(found.keys, row, strict=True))
+    nearest = number(miss.nearest * found.runs.factor(miss.measure))
+    return f"{said}; the nearest: {found.runs.titled(miss.measure)} = {nearest} at {at}"
+
+
+def _nothing_found(found: Tuning, scene_name: str) -> str:
+    task = found.task
+    share = f"no {100 * task.standard.share:g} % of drives"
+    drives = share if task.spreading.draws > 1 else "no run"
+    said = f"nothing found: {drives} settled within all bounds; widen the ranges or the bounds"
+    if len(found.candidates) >= task.effort.candidates:  # else it has ended by itself
+        said += ", or look at more (--runs)"
+    if any("friction" in name for name in task.scene.effects):
+        said += f"; `ab-sim equilibria {shlex.quote(scene_name)}` says where friction holds balls"
+    return said
 
 
 def _aim_text(merit: float | None, factor: float, inside: bool = True) -> str:

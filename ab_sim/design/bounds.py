@@ -10,6 +10,7 @@ import numpy as np
 
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
 from ab_sim.errors import InputError, exact
+from ab_sim.presentation import number
 from ab_sim.quoting import short
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
@@ -46,6 +47,13 @@ class Bound(NamedTuple):
         """Whether the merit is a number, and not true or false."""
         (merit,) = merits_named([self.merit])
         return merit.kind is MeritKind.NUMBER
+
+    @property
+    def text(self) -> str:
+        """As a user writes it: ``balanced``, ``not balanced``, ``peak_whirl_over_e<5``."""
+        if self.is_number:
+            return f"{self.merit}{self.op}{number(self.limit)}"
+        return f"not {self.merit}" if self.upper else self.merit
 
     @property
     def upper(self) -> bool:

@@ -11,20 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.design.distributions import Discrete, Distribution
+from ab_sim.design.distributions import Discrete, Distribution, Normal
 from ab_sim.design.points import MOST
 from ab_sim.design.tolerances import (
     ANGLES,
     FACTOR,
     OF_BALLS,
+    OFFSET,
     RANDOM,
     RATES,
     VALUE,
     Tolerance,
 )
 from ab_sim.equations.neighbours import angles_at_random
-from ab_sim.errors import InputError, SceneError
+from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.quoting import short
+from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -154,11 +156,29 @@ class DrawnPoints:
         numbers = nominal if isinstance(nominal, list) else [nominal]
         if not all(_is_number(each) for each in numbers):
             raise InputError(f"{key} = {short(nominal)}: is no number that could be spread")
+        for each in of_key:
+            _check_deviation(each, numbers)
         if first.what == FACTOR and not any(numbers):
             raise InputError(
                 f"{key} = {short(nominal)}: a share of 0 is nothing; give the standard deviation "
                 "in the key's unit"
             )
+
+
+def _check_deviation(tolerance: Tolerance, numbers: Sequence[float]) -> None:
+    """Refuse the deviation of a size that is larger than the size: its unit or % was forgotten."""
+    key, normal = tolerance.key, tolerance.distribution
+    largest = max(map(abs, numbers), default=0.0)
+    if tolerance.what != OFFSET or not isinstance(normal, Normal) or not largest:
+        return
+    positive = scene_keys(key)[0].range.lstrip("> ")[:1].isdigit()
+    if normal.deviation <= largest or not positive:
+        return
+    raise InputError(
+        f"spread {short(tolerance.text)}: the standard deviation is "
+        f"{normal.deviation / largest:.4g} times the value, {key} = {exact(largest)}; write a "
+        f"share of it, e.g. {key}=1%, or the deviation with its unit"
+    )
 
 
 class ExchangedPoints:

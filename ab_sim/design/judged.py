@@ -16,9 +16,10 @@ from ab_sim.scene.model import Scene
 RUN, OUTCOME, FAILURE = "run", "outcome", "failure"
 """Columns beside keys and merits."""
 FAILED, CIRCULATES, CHANGING, SETTLED = "failed", "circulates", "still changing", "settled"
+ABORTED = "aborted"
 """How a run ended: it did not; with balls that go round the race; with a whirl that still rises or
-falls, and matters; else."""
-OUTCOMES = (SETTLED, CHANGING, CIRCULATES, FAILED)
+falls, and matters; else. Or its start-up was aborted: at standstill nothing whirls."""
+OUTCOMES = (SETTLED, CHANGING, CIRCULATES, ABORTED, FAILED)
 PREPARED_AT_ONCE = 512
 """Runs that do not go in columns, of which there is a scene each in memory."""
 _SAY_HOW_IT_ENDED = ("settled", "circulating_balls")
@@ -72,7 +73,7 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
 
     Returns:
         A row for each in their order: run, merits, outcome, failure. Of a run that failed, which
-        leaves the others alone, merits are null.
+        leaves the others alone, or whose start-up was aborted, merits are null.
     """
     values = zip(*(point.values for point in points), strict=True)
     split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
@@ -129,7 +130,12 @@ class _Rows:
 
     def fail(self, place: int, failure: str) -> None:
         """A run that has failed."""
-        self.columns[OUTCOME][place], self.columns[FAILURE][place] = FAILED, failure
+        self._without_merits(place, FAILED, failure)
+
+    def _without_merits(self, place: int, outcome: str, why: str) -> None:
+        self.columns[OUTCOME][place], self.columns[FAILURE][place] = outcome, why
+        for key in self._merits:
+            self.columns[key][place] = None
 
     def add(self, parts: Iterable[JudgedPart]) -> None:
         """Runs that are judged."""
@@ -145,6 +151,9 @@ class _Rows:
                 column = self.columns[key]
                 for place, value in zip(places, part.merits[key], strict=True):
                     column[place] = value
-            for place, failure in zip(places, part.failures, strict=True):
+            ends = zip(places, part.failures, part.aborts, strict=True)
+            for place, failure, aborted in ends:
                 if failure:
                     self.fail(place, failure)
+                elif aborted:
+                    self._without_merits(place, ABORTED, aborted)

@@ -31,7 +31,8 @@ class SobolIndices(NamedTuple):
     """Which factor has which share in the variance of what."""
 
     pairs: int
-    """Of drives that differ in all factors; 0: none was asked for, or there is one factor only."""
+    """Of drives that differ in all factors; 0: none was asked for, there is one factor only, or
+    runs are too few."""
     runs: int
     """What they cost beside the runs that are there anyhow."""
     indices: Mapping[str, tuple[SobolIndex, ...]]

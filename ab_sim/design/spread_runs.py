@@ -38,6 +38,10 @@ Executors = Callable[[], AbstractContextManager[Executor]]
 """Makes what shares the work."""
 
 
+FEW_PAIRS = 128
+"""From which a bootstrap covers what it should, in a linear model of normal factors."""
+
+
 class SpreadQuestion(NamedTuple):
     """What is asked of built drives."""
 
@@ -47,7 +51,8 @@ class SpreadQuestion(NamedTuple):
     criterion: tuple[Bound, ...] = DEFAULT_CRITERION
     seed: int = 0
     pairs: int | None = None
-    """Of drives for Sobol indices, a power of 2; 0 for none; None: what half the runs pay for."""
+    """Of drives for Sobol indices, a power of 2; 0 for none; None: what half the runs pay for,
+    or none where those are fewer than ``FEW_PAIRS``."""
     until: float | None = None
     """Half width of the interval of the share, 0 to 1, until which it goes on."""
     against: Scene | None = None
@@ -129,7 +134,7 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> int:
         return 0
     if pairs is None:
         most = question.runs // (2 * factors)
-        return 1 << (most.bit_length() - 1) if most >= 2 else 0
+        return 1 << (most.bit_length() - 1) if most >= FEW_PAIRS else 0
     if pairs and (pairs < 2 or pairs.bit_count() != 1):
         raise InputError(f"sobol {pairs}: must be 0, for none, or a power of 2, e.g. 1024")
     if 2 * pairs > question.runs:

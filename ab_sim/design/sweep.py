@@ -85,9 +85,19 @@ class Sweep(Presented):
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many runs ended in which way: settled, still changing, circulates, failed."""
+        """How many runs ended in which way; see ``OUTCOMES``."""
         counts = Counter(self.table[OUTCOME].to_pylist())
         return {name: counts[name] for name in OUTCOMES if counts[name]}
+
+    @property
+    def reasons(self) -> dict[str, str]:
+        """Why the first run failed, and why the first one was aborted; by outcome."""
+        outcomes, why = (self.table[name].to_pylist() for name in (OUTCOME, FAILURE))
+        found: dict[str, str] = {}
+        for outcome, reason in zip(outcomes, why, strict=True):
+            if reason:
+                found.setdefault(outcome, reason)
+        return found
 
     @property
     def shape(self) -> tuple[int, ...] | None:

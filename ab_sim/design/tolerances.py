@@ -16,7 +16,7 @@ from ab_sim.errors import InputError, exact
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short
 from ab_sim.scene.keys import SceneKey, scene_keys
-from ab_sim.scene.units import NO_UNIT, has_unit, in_si
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
 OF_BALLS = ("balls.mass", "balls.radius", ANGLES, RATES)
@@ -152,8 +152,9 @@ class _Reader:
 
     def _normal(self, parts: list[str], options: _Options) -> tuple[str, Distribution]:
         if len(parts) == 2:
-            mean = self._number(parts[0])
             shares = parts[1].endswith("%")
+            parts = parts if shares else self._with_last_unit(parts)
+            mean = self._number(parts[0])
             deviation = abs(mean) * self._share(parts[1]) if shares else self._positive(parts[1])
             if deviation == 0.0:
                 raise self.error(f"{parts[1]} of 0 is nothing; give the standard deviation itself")
@@ -181,7 +182,7 @@ class _Reader:
             what = FACTOR if parts[0].endswith("%") else OFFSET
             half = self._share(parts[0]) if what == FACTOR else self._positive(parts[0])
             return what, Uniform(-half, half)
-        low, high = (self._number(part) for part in parts)
+        low, high = map(self._number, self._with_last_unit(parts))
         if low >= high:
             raise self.error("must have the lower end first")
         return VALUE, Uniform(low, high)
@@ -221,6 +222,12 @@ class _Reader:
         if found <= 0.0:
             raise self.error(f"{short(given)} must be above 0")
         return found
+
+    def _with_last_unit(self, parts: list[str]) -> list[str]:
+        try:
+            return with_last_unit(parts)
+        except ValueError as error:
+            raise self.error(f"{short(parts[-1])} {error}") from None
 
     def _number(self, given: str) -> float:
         if not has_unit(given):

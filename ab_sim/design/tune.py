@@ -21,6 +21,7 @@ from ab_sim.design.sweep import Sweep, check_first, table_of
 from ab_sim.design.variables import Range
 from ab_sim.design.work import Executor, StudyRuns, Tell
 from ab_sim.errors import InputError
+from ab_sim.limited_yaml import yaml_text
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -31,6 +32,10 @@ FEWEST, MOST = 16, 1_000_000
 """Candidates; runs."""
 DRAWS, SHARE = 32, 0.9
 """Of spread drives, unless told: how many of each candidate, and the share of them that counts."""
+MEASURES = {"balanced": "residual_unbalance"}
+"""Merits that are true or false, and the number that says by how much they are not true."""
+AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
+"""Scenes that the best is compared with."""
 NEAR = 0.05
 """Share of its own value by which a key is changed, to see what happens beside the optimum."""
 AT_A_BOUND = 0.01
@@ -48,9 +53,10 @@ class Task(NamedTuple):
 
     @property
     def merits(self) -> tuple[str, ...]:
-        """That decide."""
+        """That decide, and what they are measured by."""
         standard = self.standard
-        return tuple(dict.fromkeys([standard.aim.merit, *(each.merit for each in standard.bounds)]))
+        decide = [standard.aim.merit, *(each.merit for each in standard.bounds)]
+        return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
 
     def report(self) -> dict[str, Any]:
         """JSON-able."""
@@ -80,7 +86,7 @@ class Tuning(Presented):
     candidate: int | None
     """Number of the best one; None: nothing was found."""
     scene: Scene | None
-    """The best; None where nothing was found."""
+    """The best, named ``NAME-tuned``; None where nothing was found."""
     beside: tuple[tuple[str, float, float | None, bool], ...]
     """Of each key a little less and a little more than at the best: key, value, the aim, and
     whether that is within all bounds."""
@@ -113,12 +119,20 @@ class Tuning(Presented):
         return None if self.candidate is None else float(self.scores.aims[self.candidate])
 
     @property
+    def as_good(self) -> dict[str, float]:
+        """Of ``before`` what is within all bounds and as good as the best, or better: its aim."""
+        sign = 1.0 if self.task.standard.aim.smallest else -1.0
+        best = np.inf if self.best is None else sign * self.best
+        return {
+            name: merit
+            for name, merit, inside in self.before
+            if inside and merit is not None and sign * merit <= best
+        }
+
+    @property
     def is_better(self) -> bool:
         """Whether the best is better than the scene as it is, or that does not count."""
-        (_, merit, inside), *_ = self.before
-        if self.best is None or merit is None or not inside:
-            return self.best is not None
-        return self.best < merit if self.task.standard.aim.smallest else self.best > merit
+        return self.best is not None and AS_IT_IS not in self.as_good
 
     @property
     def active(self) -> list[str]:
@@ -138,6 +152,16 @@ class Tuning(Presented):
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 found.append(str(bound))
         return found
+
+    def scene_text(self) -> str:
+        """The best scene's file, with a head that says how it was made; empty without one."""
+        if self.scene is None:
+            return ""
+        aim = f"{self.task.standard.aim}: {number(self.best)}"
+        lines = [f"made by ab-sim tune {ab_sim.__version__} of {self.runs.scene.name}, {aim}"]
+        lines += [f"  with {bound}" for bound in self.task.standard.bounds]
+        head = "".join(f"# {line}\n" for line in lines)
+        return head + yaml_text(self.scene.as_mapping())
 
     def in_units(self, units: str) -> "Tuning":
         """The same, shown in other units: see ``Sweep.in_units``."""
@@ -223,10 +247,15 @@ def run_tuning(
         values,
         found,
         best,
-        None if best is None else candidates.scene_of(best),
+        None if best is None else _tuned(candidates.scene_of(best)),
         () if best is None else _beside(task, candidates.values[best]),
         _before(task),
     )
+
+
+def _tuned(scene: Scene) -> Scene:
+    """The scene with a name of its own, so that it is told from what it came from."""
+    return changed_scene(scene, {"name": f"{scene.name}-tuned"}, "tune")
 
 
 def _check(task: Task) -> None:
@@ -308,10 +337,10 @@ def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float 
 
 
 def _before(task: Task) -> tuple[tuple[str, float | None, bool], ...]:
-    scenes = {"as it is": task.scene}
+    scenes = {AS_IT_IS: task.scene}
     if getattr(task.scene.profile, "variable_speed_period", None) is not None:
         changes = {"profile.variable_speed_period": None}
-        scenes["without its variable-speed period"] = changed_scene(task.scene, changes, "tune")
+        scenes[NO_PERIOD] = changed_scene(task.scene, changes, "tune")
     return tuple((name, *_said_of(_judged(task, scene, [()]), 0)) for name, scene in scenes.items())
 
 

@@ -10,7 +10,7 @@ from ab_sim.errors import InputError, exact
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
-from ab_sim.scene.units import NO_UNIT, has_unit, in_si
+from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
 MOST = 1_000_000
 """ListedValues of one key."""
@@ -70,7 +70,8 @@ Variable = Range | ListedValues
 def variable_of(text: str) -> Variable:
     """What is written ``KEY=FROM..TO:COUNT``, ``KEY=log:FROM..TO:COUNT`` or ``KEY=V,V,...``.
 
-    Without a count it is a range for a design. ListedValues are YAML, so a value may be a list.
+    Without a count it is a range for a design. ListedValues are YAML, so a value may be a list. A
+    unit at the second end of a range is that of both.
 
     Raises:
         InputError: says what is wrong with it.
@@ -83,6 +84,7 @@ def variable_of(text: str) -> Variable:
     if not dots:
         return values(key, _listed(text, given))
     high, colon, count = rest.partition(":")
+    low, high = _ends(text, low, high)
     between = range_(key, _number(text, key, low), _number(text, key, high), log)
     return spaced(between, _count(text, count)) if colon else between
 
@@ -148,6 +150,13 @@ def values(key: str, given: Sequence[Any]) -> ListedValues:
 
 def _takes_whole_numbers(key: str) -> bool:
     return scene_keys(key)[0].range.startswith("whole")
+
+
+def _ends(text: str, low: str, high: str) -> list[str]:
+    try:
+        return with_last_unit([low, high])
+    except ValueError as error:
+        raise InputError(f"{short(text)}: {short(high.strip())} {error}") from None
 
 
 def _number(text: str, key: str, part: str) -> float:

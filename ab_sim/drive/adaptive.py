@@ -70,6 +70,7 @@ class AdaptiveRun:
         self.controller = StartUp(settings_of(scene))
         assert isinstance(profile, AdaptiveProfile)
         self.decisions: list[Decided] = []
+        self.aborted: Decided | None = None
         self.beliefs: list[BeliefAt] = []
         """One for each command, since it was made."""
         self._decided = 0
@@ -90,7 +91,7 @@ class AdaptiveRun:
             self.controller.restore(tuple(map(float, state)))
         except TypeError as error:
             raise ValueError(f"no state of an adaptive start-up: {error}") from error
-        self._decided = self.controller.decision.number
+        self._decided, self.aborted = self.controller.decision.number, None
 
     def next(self, step: int) -> int:
         """As of ``Leader``."""
@@ -119,6 +120,8 @@ class AdaptiveRun:
         if controller.decision.number != self._decided:
             self._decided = controller.decision.number
             self.decisions.append(Decided(time, controller.decision.text))
+            if controller.state is State.ABORTING:
+                self.aborted = Decided(time, controller.reason)
         believed = controller.belief
         self.beliefs.append(
             BeliefAt(

@@ -23,6 +23,8 @@ class Leader(Protocol):
 
     decisions: list[Decided]
     """Since it was made."""
+    aborted: Decided | None
+    """Its decision to run down, with why, if it fell since then."""
 
     @property
     def state(self) -> Any:

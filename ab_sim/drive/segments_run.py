@@ -14,7 +14,7 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.scene.sensors import steps_per_sample
-from ab_sim.spindle.profile_run import ProfileRun
+from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.spindle.schedule import SpeedSchedule
 from ab_sim.spindle.segments_course import SegmentsCourse
 
@@ -35,6 +35,7 @@ class SegmentsRun:
         if profile is None or profile.kind != "segments":
             raise SceneError(f"{scene.name}: profile: must be of kind segments")
         self.decisions: list[Decided] = []
+        self.aborted: Decided | None = None
         self._time = 0.0
         self._step_ns = round(step * 1e9)
         self._per_command = max(1, round(PERIOD / step))
@@ -58,6 +59,7 @@ class SegmentsRun:
             self._run.restore(state, self._course)
         except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
             raise ValueError(f"no state of a profile: {error}") from error
+        self.aborted = None
 
     def next(self, step: int) -> int:
         """As of ``Leader``."""
@@ -89,3 +91,5 @@ class SegmentsRun:
     def _say(self, status: str, well: bool) -> None:
         if status != "idle":
             self.decisions.append(Decided(self._time, status))
+            if self._run.state is ProfileState.ABORTING:
+                self.aborted = Decided(self._time, self._run.why)

@@ -1,5 +1,6 @@
 """An adaptive start-up in a run's picture: when it dwelt, and the unbalance that it believed in."""
 
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -18,8 +19,11 @@ SHADES = {
     State.DWELL: "tab:blue",
     State.RETRY: "tab:orange",
     State.ABORTING: "tab:red",
-    State.ABORTED: "tab:red",
 }
+ENDS = {State.DONE: "tab:green", State.GAVE_UP: "tab:purple", State.ABORTED: "tab:red"}
+"""Marked by a line: nothing more is decided."""
+WIDTH = 0.011
+"""Of a letter of these labels, at most, over the width of the panels."""
 TRUE, BELIEVED, LIMIT = "tab:red", "black", "0.45"
 
 
@@ -43,25 +47,43 @@ def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
 
 
 def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
-    """Shade when it dwelt, tried again or gave up, in all panels; named in the first."""
-    named = set()
+    """Shade when it dwelt, came back or ran down, and mark its end; named in the first panel."""
+    counts: Counter[State] = Counter()
+    rows: list[float] = []
+    low, high = panels[0].get_xlim()
     for stretch in stretches(adaptive.beliefs):
-        color = SHADES.get(stretch.state)
+        state, text = stretch.state, stretch.state.text
+        color = SHADES.get(state) or ENDS.get(state)
         if color is None:
             continue
         for axes in panels:
-            axes.axvspan(stretch.begin, stretch.end, color=color, alpha=0.12, lw=0)
-        if stretch.state not in named:
-            named.add(stretch.state)
-            panels[0].annotate(
-                stretch.state.text,
-                (stretch.begin, 0),
-                xycoords=("data", "axes fraction"),
-                xytext=(2, 5),
-                textcoords="offset points",
-                fontsize=8,
-                color=color,
-            )
+            if state in ENDS:
+                axes.axvline(stretch.begin, color=color, lw=1.0)
+            else:
+                axes.axvspan(stretch.begin, stretch.end, color=color, alpha=0.12, lw=0)
+        if state in (State.DWELL, State.RETRY):
+            counts[state] += 1
+            text += f" {counts[state]}"
+        at, width = (stretch.begin - low) / (high - low), WIDTH * len(text)
+        left = at + width > 1.0
+        row = _free_row(rows, at - width if left else at, width)
+        panels[0].annotate(
+            text,
+            (stretch.begin, 0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-2 if left else 2, 5 + 10 * row),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            fontsize=8,
+            color=color,
+        )
+
+
+def _free_row(rows: list[float], begin: float, width: float) -> int:
+    """The lowest row of labels in which there is room; ``rows`` has where the last of each ends."""
+    row = next((row for row, end in enumerate(rows) if end <= begin), len(rows))
+    rows[row : row + 1] = [begin + width]
+    return row
 
 
 def draw_unbalance(

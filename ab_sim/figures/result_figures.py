@@ -45,7 +45,8 @@ def run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure
     """A run, beside those that it is compared with."""
     beside = Comparison(None, None) if comparison is None else comparison
     period, adaptive = found.variable_speed_period, found.adaptive
-    drawn = drawn_run(found.trajectory, found.scene, beside, period, adaptive=adaptive)
+    path, aborted = found.trajectory, found.aborted
+    drawn = drawn_run(path, found.scene, beside, period, adaptive=adaptive, aborted=aborted)
     return with_plain_texts(drawn)
 
 

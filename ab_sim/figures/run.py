@@ -11,6 +11,7 @@ from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.leader import Decided
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.equations.effects.motor import Motor
 from ab_sim.figures.adaptive import draw_unbalance, mark_states
@@ -66,12 +67,14 @@ def drawn_run(
     period_start: float | None = None,
     title: str | None = None,
     adaptive: AdaptiveOutcome | None = None,
+    aborted: Decided | None = None,
 ) -> ResultFigure:
     """What ``run_figure`` writes, not written yet; arguments as there.
 
     Args:
         adaptive: what the controller of an adaptive start-up did: it is marked when it dwelt, and
             the net unbalance that it believed in is drawn beside the true one.
+        aborted: when the profile was aborted and why, which is said in place of the final whirl.
     """
     merits = merits_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
@@ -92,7 +95,7 @@ def drawn_run(
     panels[-1].set_xlabel("time [s]")
     for axes in panels:
         axes.grid(alpha=0.3)
-    panels[0].set_title(_summary(merits, scene, comparison), fontsize=9)
+    panels[0].set_title(_summary(merits, scene, comparison, aborted), fontsize=9)
     _draw_speed(at["speed"], trajectory, scene, comparison)
     _draw_whirl(at["whirl"], trajectory, scene, merits, comparison)
     if adaptive is not None:
@@ -114,8 +117,10 @@ def drawn_run(
     return figure
 
 
-def _summary(merits: Merits, scene: Scene, comparison: Comparison) -> str:
+def _summary(merits: Merits, scene: Scene, comparison: Comparison, aborted: Decided | None) -> str:
     """What the run comes to, in a line."""
+    if aborted is not None:  # at standstill nothing whirls
+        return f"aborted at {aborted.time:.1f} s: {aborted.text}"
     e = scene.rotor.eccentricity
     scale, unit = (1 / e, " e") if e > 0 else (1e3, " mm")
     parts = [f"final whirl {merits.final_whirl * scale:.3g}{unit}"]

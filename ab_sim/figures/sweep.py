@@ -10,11 +10,16 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.merits.merit import Better, merits_named
-from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, OUTCOME
+from ab_sim.design.judged import ABORTED, CHANGING, CIRCULATES, FAILED, OUTCOME
 from ab_sim.design.sweep import Sweep
 from ab_sim.figures.saved import ResultFigure
 
-MARKS = {CHANGING: ("o", "#e88b2d"), CIRCULATES: ("^", "#d7403a"), FAILED: ("x", "#1a1a1a")}
+MARKS = {
+    CHANGING: ("o", "#e88b2d"),
+    CIRCULATES: ("^", "#d7403a"),
+    ABORTED: ("v", "#7a4fa3"),
+    FAILED: ("x", "#1a1a1a"),
+}
 """Of runs that did not settle."""
 LINE, BEST = "#2b6ca3", "#b3007d"
 WIDE = 30.0

@@ -6,11 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ab_sim.design.tune import Tuning
+from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Tuning
 from ab_sim.figures.saved import ResultFigure
 from ab_sim.figures.sweep import BEST, LINE, WIDE
 
 OUTSIDE, BEFORE = "#c9c9c9", "#e88b2d"
+DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
 def drawn_tuning(found: Tuning) -> ResultFigure:
@@ -46,9 +47,9 @@ def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, within: np
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
     for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
         axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
-    for _, before, settled in found.before[:1]:
+    for name, before, settled in found.before:
         if before is not None and settled:
-            axes.axhline(before * tall, color=BEFORE, lw=1.2, ls="--")
+            axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=DASHES[name])
     for name, value, merit, inside in found.beside:
         if name == range_.key and inside and merit is not None:
             axes.plot(value * wide, merit * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
@@ -75,6 +76,7 @@ def _legend(found: Tuning) -> list[Line2D]:
         handles.append(
             Line2D([], [], marker="|", ms=11, mew=1.6, color=BEST, ls="", label="5 % beside it")
         )
-    if any(settled for _, _, settled in found.before[:1]):
-        handles.append(Line2D([], [], color=BEFORE, ls="--", label="the scene as it is"))
+    for name, _, settled in found.before:
+        if settled:
+            handles.append(Line2D([], [], color=BEFORE, ls=DASHES[name], label=f"the scene {name}"))
     return handles

@@ -4,12 +4,16 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
+from ab_msgs_py import topics
 from ab_sim.control import StartUp, StartUpSettings, State
+from ab_sim.control.watch import TEXTS, Reason
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 from ab_sim.spindle.course import Believed
 
 SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
 """States that the controller's own status begins with."""
+
+SPINDLE_SILENT = f"it is {topics.JOINT_STATES.name} that is silent, the sensor goes on"
 
 
 class AdaptiveCourse:
@@ -46,7 +50,11 @@ class AdaptiveCourse:
     @property
     def failure(self) -> str:
         """As of ``Course``."""
-        return self.words if self._start_up.state in (State.ABORTING, State.ABORTED) else ""
+        if self._start_up.state not in (State.ABORTING, State.ABORTED):
+            return ""
+        # The controller has no samples in either case: a reading without an angle is none.
+        silent = self._start_up.reason == TEXTS[Reason.SILENT] and self._samples.spindle_is_silent
+        return f"{self.words}; {SPINDLE_SILENT}" if silent else self.words
 
     @property
     def why(self) -> str:

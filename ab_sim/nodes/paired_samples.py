@@ -88,6 +88,13 @@ class PairedSamples:
         else:
             self._waiting.append(reading)
 
+    @property
+    def spindle_is_silent(self) -> bool:
+        """Whether readings come, and nothing of the spindle any more."""
+        if not self._waiting:
+            return False
+        return self._last is None or self._waiting[-1].time > self._last.time + GAP
+
     def state(self) -> dict[str, Any]:
         """All that it needs to go on, as JSON-able values."""
         return {

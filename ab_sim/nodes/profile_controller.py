@@ -288,7 +288,7 @@ class ProfileController(PlainLog):
 
     def _say(self, status: str, well: bool) -> None:
         self._status.publish(topics.PROFILE_STATUS.message(status))
-        words = profile_words.logged(status)
+        words = profile_words.logged(status, well)
         if well:
             self.get_logger().info(words)
         else:

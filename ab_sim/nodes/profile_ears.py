@@ -21,6 +21,11 @@ def _as_boards_have_it(topic: Topic, depth: int) -> Topic:
 VIBRATION = _as_boards_have_it(topics.VIBRATION, 100)
 SPINDLE = _as_boards_have_it(topics.JOINT_STATES, 100)
 
+IF_A_PROBE = (
+    "; of a profile alone the sensor is an accelerometer: for a proximity probe, name a scene that "
+    "has it in probes"
+)
+
 
 class ProfileEars:
     """Subscribes to what profiles need, once they do, and hands it to the one under way.
@@ -60,7 +65,8 @@ class ProfileEars:
             for topic in wanted:
                 if topic.publishers(self._node) == 0:
                     name = self._node.resolve_topic_name(topic.name)
-                    return f"nobody publishes {name}, and {why}"
+                    probe = "" if hears.probe or hears.sensor is None else IF_A_PROBE
+                    return f"nobody publishes {name}, and {why}{probe}"
         return ""
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:

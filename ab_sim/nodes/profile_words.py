@@ -4,6 +4,8 @@ from ab_msgs_py import Level
 from ab_msgs_py.actions import Outcome, Progress
 from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 
+GAVE_UP = "at the final speed, but "
+"""Said before why a profile that is over did not come to what it is for."""
 HEALTH = {
     ProfileState.IDLE: "waiting for ~/start",
     ProfileState.DONE: "profile done, holding its final speed",
@@ -12,17 +14,22 @@ HEALTH = {
 """What the status itself does not say well enough."""
 
 
-def logged(status: str) -> str:
-    """A status, for the log."""
+def logged(status: str, well: bool = True) -> str:
+    """A status, for the log; ``well``: whether nothing went wrong."""
     word, _, more = status.partition(": ")
-    words = HEALTH.get(ProfileState(word), status)
+    state = ProfileState(word)
+    if state is ProfileState.DONE and not well:
+        return f"{GAVE_UP}{more}"
+    words = HEALTH.get(state, status)
     return f"{words}; {more}" if more and more not in words else words
 
 
 def health(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
     """Level, message and values of the diagnostics."""
     message = HEALTH.get(run.state, run.status)
-    if run.why and run.why not in message:
+    if run.why and run.state is ProfileState.DONE:
+        message = f"{GAVE_UP}{run.why}"
+    elif run.why and run.why not in message:
         message += f"; {run.why}"
     values = {
         "state": run.state.value,

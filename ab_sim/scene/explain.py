@@ -19,6 +19,12 @@ from ab_sim.scene.units import in_si
 
 MOST_MESSAGES = 20
 """Findings that are told; who has more begins with these."""
+_INSTEAD = {
+    "unbalance": "give rotor.eccentricity, e = U / M0 of an unbalance U",
+    "critical_speed": "give effects.suspension.stiffness, k = M w^2 of a critical speed w",
+    "damping_ratio": "give effects.suspension.damping, c = 2 zeta M w of a damping ratio zeta",
+}
+"""What data sheets say, and the key that it becomes."""
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -88,7 +94,9 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind == "too_short":
         return f"{key} = {short(value)}: needs at least one entry{_meaning(loc)}"
     if kind in ("tuple_type", "list_type"):
-        return f"{key} = {short(value)}: must be a list{_meaning(loc)}"
+        drawn = key == "start.ball_angles" and value == "random"
+        hint = f"; to draw them: ab-sim robust --spread {key}={value}" if drawn else ""
+        return f"{key} = {short(value)}: must be a list{_meaning(loc)}{hint}"
     if kind == "string_type":
         return f"{key} = {short(value)}: must be a text; put it in quotes"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
@@ -132,6 +140,8 @@ def _unknown(loc: list[str]) -> str:
     known = _known_keys(loc[:-1])
     allowed = f"; allowed here: {', '.join(known)}" if known else "; it takes no parameters"
     owners = _owners(name)
+    if name in _INSTEAD:
+        return f"not known here; {_INSTEAD[name]}{allowed}"
     if owners and not difflib.get_close_matches(name, known, n=1, cutoff=0.8):
         return f"not known here, it is a parameter of {' or '.join(owners)}{allowed}"
     return f"not known here{nearest(name, known)}{allowed}"

@@ -8,7 +8,7 @@ import functools
 import math
 import re
 import threading
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from decimal import Context, Decimal, localcontext
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -86,6 +86,25 @@ def has_unit(text: str) -> bool:
     except ValueError:
         return True
     return False  # of 1e3 the end reads like a unit
+
+
+def with_last_unit(texts: Sequence[str]) -> list[str]:
+    """Numbers of one range or list, as they are meant: of ``80..1000 rpm`` both ends are in rpm.
+
+    Args:
+        texts: its numbers in their order; where the last one only has a unit, all take it.
+
+    Raises:
+        ValueError: another one has a unit and the last has none; says what must be there, to be put
+            after the last one.
+    """
+    units = [_TEXT.fullmatch(text.strip()) if has_unit(text) else None for text in texts]
+    last = units[-1]
+    if last is None and any(units):
+        raise ValueError("must have a unit, as another number beside it has one")
+    if last is None or any(units[:-1]):
+        return list(texts)
+    return [*(f"{text.strip()} {last[2]}" for text in texts[:-1]), texts[-1]]
 
 
 def in_si(text: str, unit: str) -> float:

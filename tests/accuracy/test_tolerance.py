@@ -59,7 +59,8 @@ def error_of(drive: Drive, name: str) -> Deviation:
 
 
 def test_all_scenes_are_here() -> None:
-    assert set(SHORT) == set(scene_names())
+    """But for one whose speed is decided while it runs: its motion is another scene's."""
+    assert set(SHORT) == set(scene_names()) - {"adaptive-start-up"}
 
 
 @pytest.mark.parametrize("name", [*SHORT, *EVENTFUL, "new"])

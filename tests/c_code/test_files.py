@@ -39,6 +39,11 @@ def test_a_stranger_builds_and_runs_them(tmp_path: Path) -> None:
     assert len(lines) == 301 and lines[-1].startswith("3.0000,60.0000,")
     wrong = subprocess.run([folder / "drive_example", "1e6"], capture_output=True, text=True)
     assert (wrong.returncode, "must be within +-420" in wrong.stderr) == (2, True)
+    for words in (["--help"], ["60", "3s"], ["60", "3", "1"]):
+        wrong = subprocess.run([folder / "drive_example", *words], capture_output=True, text=True)
+        assert (wrong.returncode, wrong.stdout, wrong.stderr[:6]) == (2, "", "usage:")
+    assert "rolling_friction" not in (folder / "README.md").read_text()
+    assert re.search("What acts in it: .*suspension", (folder / "README.md").read_text())
 
 
 @needs_compiler
@@ -69,6 +74,15 @@ def test_words_of_a_scene_end_no_comment(tmp_path: Path) -> None:
     evil = scene.model_copy(update={"description": "a */ int main; /* b \\", "name": "x */ y"})
     for text in sources_of(evil).files.values():
         assert "*/ int main" not in text and "x */ y" not in text
+
+
+def test_what_it_says_to_leave_out_can_be_left_out_so() -> None:
+    changes = ["effects.ball_spin="]  # then only friction uses the balls' radius
+    with pytest.raises(SceneError) as raised:
+        sources_of(load_scene("thesis-hold", changes))
+    hint = re.findall(r"--set (\S+=)", str(raised.value))
+    assert hint == ["effects.rolling_friction=", "balls.radius="]
+    assert sources_of(load_scene("thesis-hold", changes + hint)).files["drive.c"]
 
 
 @pytest.mark.parametrize(
@@ -103,6 +117,14 @@ def test_scenes_that_c_cannot_do_are_refused(name: str, changes: list[str], word
     with pytest.raises(SceneError) as raised:
         sources_of(load_scene(name, changes))
     assert words in str(raised.value)
+
+
+def test_all_reasons_are_named_at_once_with_what_leaves_them_out() -> None:
+    with pytest.raises(SceneError, match="2 reasons: .*rolling_friction.*profile.kind") as raised:
+        sources_of(load_scene("adaptive-start-up"))
+    options = str(raised.value).rpartition("without all of them: ")[2]
+    changes = options.removeprefix("--set ").split(" --set ")
+    assert sources_of(load_scene("adaptive-start-up", changes)).files
 
 
 def test_what_a_refusal_says_to_do_helps() -> None:

@@ -9,6 +9,7 @@ import pyarrow.parquet
 import pytest
 
 import ab_sim as package
+from ab_sim.limited_yaml import yaml_text
 from tests.cli.killed import KeptWork
 from tests.cli.tool import PNG, ab_sim
 
@@ -89,6 +90,10 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
         ((), "nothing is spread; name a key"),
         (("--spread", "balls.masss=5%"), "did you mean 'balls.mass'"),
         (("--spread", "balls.mass=5 mm"), "is a length"),
+        (
+            ("--spread", "balls.mass=1"),
+            "is 1000 times the value, balls.mass = 0.001",
+        ),
         (("--spread", "balls.mass=five"), "'five' is no number"),
         ((*SPREAD, "--balanced", "residual<1"), "no such merit"),
         ((*SPREAD, "--balanced", "final_tilt"), "say what it must be"),
@@ -133,3 +138,26 @@ def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
     assert done.returncode == 0 and "of 4000 drives balance" in done.stdout, done.stderr
     assert pyarrow.parquet.read_table(tmp_path / "s.parquet")["run"].to_pylist() == [*range(4000)]
     assert {*work.runs()} == {*range(4000)}
+
+
+def test_two_scenes_of_one_name_are_told_apart_by_their_files(tmp_path: Path) -> None:
+    scene = package.load_scene("thesis-hold", ["name=thesis-hold"])
+    (tmp_path / "my.yaml").write_text(yaml_text(scene.as_mapping()))
+    done = ab_sim(
+        "robust", "my.yaml", *SHORT, "--spread", "balls.mass=5%", *SMALL, "--runs", "20",
+        "--against", "thesis-hold", cwd=tmp_path,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "no Sobol indices: " in said
+    assert "thesis-hold (my.yaml --set duration=0.4 " in said
+    assert "against thesis-hold (thesis-hold) in the same draws" in said
+
+
+def test_few_runs_have_no_sobol_indices_unless_asked_for(tmp_path: Path) -> None:
+    words = ("--spread", "balls.mass=5%", "--spread", "rotor.eccentricity=5%", "--runs", "40")
+    done = ab_sim("robust", "thesis-hold", *SHORT, *words, *SMALL, cwd=tmp_path)
+    assert done.returncode == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "128 pairs, from which they can be relied on, take --runs 512;" in said
+    assert "with others" not in said

@@ -26,6 +26,7 @@ def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) 
     for words in (
         "on-edge: final_whirl_over_e [e] =", "% per %", "exact derivatives of the run by rk8",
         "left out: start.ball_angles.0, start.ball_angles.1", "no influence on",
+        "no percent of 0, so not in the picture; by derivative: ",
     ):  # fmt: skip
         assert words in " ".join(done.stdout.split()), words
     assert (tmp_path / "s.png").read_bytes().startswith(PNG)

@@ -24,7 +24,9 @@ def test_the_best_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert report["found"] and report["is_better"]
     assert report["active"] == ["balls.mass=0.0005"] and "at its bounds" in done.stdout
     scene = package.load_scene(tmp_path / "best.yaml")
-    assert scene.as_mapping() == report["scene"]
+    assert scene.as_mapping() == report["scene"] and scene.name == "balanced-start-up-tuned"
+    head = (tmp_path / "best.yaml").read_text()
+    assert head.startswith("# made by ab-sim tune ") and "#   with peak_whirl_over_e>10" in head
     assert scene.balls.masses[0] == report["values"]["balls.mass"]
     assert package.simulate(scene).merits["peak_whirl_over_e"] == report["best"]
     runs = package.open_sweep(tmp_path / "runs.parquet")
@@ -39,12 +41,20 @@ def test_the_best_is_shown_drawn_and_written(tmp_path: Path) -> None:
 def test_where_nothing_is_found_it_names_no_best(tmp_path: Path) -> None:
     done = ab_sim(
         "tune", "balanced-start-up", *SHORT, *MASS, "--minimise", "peak_whirl_over_e",
-        "--subject-to", "peak_whirl_over_e<1", "--scene", "best.yaml", "--json", "t.json",
-        cwd=tmp_path,
+        "--subject-to", "peak_whirl_over_e<1", "--subject-to", "balanced", "--scene", "best.yaml",
+        "--json", "t.json", "--plot", "t.png", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 1
     assert "ab-sim: nothing found: no run settled within all bounds" in done.stderr
     assert not (tmp_path / "best.yaml").exists() and "wrote best.yaml" not in done.stderr
+    assert "wrote t.png" in done.stderr and "wrote t.json" in done.stderr
+    said = " ".join(done.stdout.split())
+    assert "peak_whirl_over_e<1 holds for none of " in said
+    assert (
+        " balanced holds for " in said
+        and "; the nearest: residual_unbalance = " in said
+        and " at balls.mass=" in said
+    )
     report = json.loads((tmp_path / "t.json").read_text())
     assert report["found"] is False and report["best"] is None and report["values"] == {}
     assert yaml.safe_load("null") is report["scene"]

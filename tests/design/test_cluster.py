@@ -151,8 +151,8 @@ def test_without_workers_it_says_so_until_there_are_some(tmp_path: Path) -> None
         assert said[0] == f"waiting for workers at {small.address}"
 
         def stop(what: str | None) -> None:
-            assert what is None, "workers are at work"
-            raise KeyboardInterrupt
+            if what is None:  # workers are at work; on a busy machine not at once
+                raise KeyboardInterrupt
 
         each.waiting = stop
         begin = time.monotonic()

@@ -258,7 +258,7 @@ def test_draws_that_are_no_scene_count_and_are_the_worst(tmp_path: Path) -> None
 
 @pytest.mark.parametrize(("limit", "share"), [("<1e9", 1.0), ("<0", 0.0)])
 def test_all_or_none_balanced(limit: str, share: float) -> None:
-    asked = SpreadQuestion(40, criterion=(bound_of("peak_whirl_over_e" + limit),))
+    asked = SpreadQuestion(40, criterion=(bound_of("peak_whirl_over_e" + limit),), pairs=8)
     asked = asked._replace(against=ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
     found = spread("thesis-hold", asked, "duration=0.2", "effects.viscous_drag.coefficient=9")
     if share:

@@ -13,7 +13,7 @@ from ab_sim.design.candidates import Spreading
 from ab_sim.design.judged import CHANGING, FAILED, SETTLED
 from ab_sim.design.scores import Aim, Standard, best_of, scored
 from ab_sim.design.search import Effort, search
-from ab_sim.design.tune import Task, Tuning, aim_of, run_tuning
+from ab_sim.design.tune import NO_PERIOD, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
 from ab_sim.errors import InputError, Interrupted, SceneError
 
@@ -258,3 +258,10 @@ def test_spreads_that_cannot_be_are_refused() -> None:
     with pytest.raises(InputError, match="share = 2: must be"):
         ab_sim.tune("thesis-hold", {"race.radius": (0.01, 0.02)}, minimise="peak_whirl_over_e",
                     spread={"balls.mass": "5%"}, share=2.0)  # fmt: skip
+
+
+def test_it_says_what_else_is_as_good() -> None:
+    """The scene has a longer hold than it needs; its balls need none to start up."""
+    found = tuned("balanced-start-up", (f"{HOLD}.duration=0.1..0.3",), "start_up_time", runs=20)
+    assert found.is_better and list(found.as_good) == [NO_PERIOD]
+    assert found.best is not None and found.as_good[NO_PERIOD] < found.best

@@ -17,6 +17,7 @@ MASS, DRAG = "balls.mass", "effects.viscous_drag.coefficient"
     [
         ("balls.mass=0.001..0.003:3", (0.001, 0.002, 0.003)),
         ("balls.mass = 1 g..3g:3", (0.001, 0.002, 0.003)),
+        ("balls.mass=1..3 g:3", (0.001, 0.002, 0.003)),
         ("balls.mass=log:1e-4..1e-2:3", (1e-4, 1e-3, 1e-2)),
         ("balls.mass=1 g,0.002,3e-3", (0.001, 0.002, 0.003)),
         ("balls.count=1..4:4", (1, 2, 3, 4)),
@@ -51,6 +52,7 @@ def test_values_as_they_are_written(text: str, values: tuple[object, ...]) -> No
         ("balls.mass=1..1e999:3", "finite"),
         ("balls.mass=a..2:3", "'a' is no number"),
         ("balls.mass=1 mm..2 mm:3", "is a length"),
+        ("balls.mass=1 g..3:3", "'3' must have a unit, as another number beside it has one"),
         ("balls.mass=log:0..2:3", "must be above 0"),
         ("balls.count=1..2.5:2", "must be whole numbers"),
         ("balls.count=1..2:3", "3 values: must be from 2 to 2"),

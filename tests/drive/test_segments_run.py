@@ -61,6 +61,8 @@ def test_what_is_not_met_lasts_as_long_as_it_may_or_aborts(scene: SceneMaker) ->
     assert np.abs(goes_on.trajectory["speed"][1:] - planned["speed"])[4::5].max() < 1e-9
     assert "no vibration below 0.001 m/s^2 within 3 s" in goes_on.decisions[2].text
     assert aborts.decisions[2].text.startswith("aborting: segment 2")
+    assert goes_on.aborted is None and aborts.aborted is not None
+    assert aborts.decisions[2] == (aborts.aborted.time, f"aborting: {aborts.aborted.text}")
     assert aborts.decisions[3].text == "aborted" and aborts.trajectory["speed"][-1] == 0.0
 
 

@@ -8,8 +8,11 @@ from typing import Any
 import pytest
 
 from ab_sim.errors import InputError
+from ab_sim.nodes.adaptive_course import SPINDLE_SILENT, AdaptiveCourse
 from ab_sim.nodes.courses import PlannedCourse
+from ab_sim.nodes.paired_samples import Reading, SpindleSample
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
+from ab_sim.nodes.profile_words import logged
 from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
 
@@ -169,3 +172,26 @@ def test_an_adaptive_start_up_has_a_period_of_its_own() -> None:
     alone = planned("{kind: adaptive, target_speed: 200, acceleration: 100, sensor: imu}")
     assert alone.hears == planned(ADAPTIVE).hears._replace(sensor="imu")
     assert alone.steepest == 100.0
+
+
+@pytest.mark.parametrize("silent", ["spindle", "sensor"])
+def test_an_adaptive_start_up_says_which_topic_is_silent(silent: str) -> None:
+    bench = Bench()
+    assert bench.start(ADAPTIVE) == ""
+    for now in range(1, 1001):
+        course = bench.timed.course
+        assert isinstance(course, AdaptiveCourse)
+        t = now * 1e-3
+        if silent != "spindle" or now < 300:
+            course.spindle(SpindleSample(now * MS, 20.0 * t * t, 40.0 * t))
+        if silent != "sensor" or now < 300:
+            course.reading(Reading(now * MS, math.sin(37.0 * t), math.cos(37.0 * t)))
+        bench.to(now, 1)
+    why = next(text for text in bench.said if text.startswith("aborting: "))
+    assert "no good sample" in why and (SPINDLE_SILENT in why) is (silent == "spindle")
+
+
+def test_words_of_one_that_gave_up_do_not_contradict_themselves() -> None:
+    gave_up = logged("done: gave up: net unbalance 3 um", well=False)
+    assert gave_up == "at the final speed, but gave up: net unbalance 3 um"
+    assert logged("done: 3 um") == "profile done, holding its final speed; 3 um"

@@ -1,6 +1,7 @@
 """Scenes: found, read, changed, checked, and refused with a message that helps."""
 
 import math
+import re
 from pathlib import Path
 from typing import Any
 
@@ -289,3 +290,17 @@ def test_effects_of_the_same_scene_do_not_depend_on_their_order(scene: Any) -> N
     mapping = scene().as_mapping()
     turned = {**mapping, "effects": dict(reversed(mapping["effects"].items()))}
     assert list(check_scene(turned, "x").effects) == list(check_scene(mapping, "x").effects)
+
+
+@pytest.mark.parametrize(
+    ("change", "words"),
+    [
+        ("start.ball_angles=random", "to draw them: ab-sim robust --spread start.ball_angles=rand"),
+        ("rotor.unbalance=1e-5", "give rotor.eccentricity, e = U / M0"),
+        ("effects.suspension.critical_speed=100", "k = M w^2"),
+        ("effects.suspension.damping_ratio=0.01", "c = 2 zeta M w"),
+    ],
+)
+def test_what_data_sheets_say_is_answered_with_the_key_to_give(change: str, words: str) -> None:
+    with pytest.raises(SceneError, match=re.escape(words)):
+        load_scene("thesis-hold", [change])

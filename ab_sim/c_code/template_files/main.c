@@ -10,13 +10,23 @@
 
 int main(int count, char **arguments)
 {
-    const double seconds = count > 2 ? atof(arguments[2]) : @SECONDS@;
+    double given[2] = {0.0, @SECONDS@}; /* speed, seconds */
+    for (int i = 1; i < count; i++) {
+        char *end = arguments[i];
+        if (i < 3)
+            given[i - 1] = strtod(arguments[i], &end);
+        if (end == arguments[i] || *end != '\0') {
+            fprintf(stderr, "usage: %s [SPEED in rad/s] [SECONDS]\n", arguments[0]);
+            return 2;
+        }
+    }
+    const double seconds = given[1];
     const long every = @EVERY@;
     struct drive d;
     drive_init(&d);
     if (count < 2)
         drive_follow_profile(&d);
-    else if (drive_command(&d, atof(arguments[1])) != DRIVE_OK) {
+    else if (drive_command(&d, given[0]) != DRIVE_OK) {
         fprintf(stderr, "%s rad/s: must be within +-%g rad/s\n", arguments[1], DRIVE_MAX_SPEED);
         return 2;
     }

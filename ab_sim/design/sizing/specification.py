@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from ab_sim.errors import InputError, exact
 from ab_sim.quoting import short
-from ab_sim.scene.units import has_unit, in_si
+from ab_sim.scene.units import has_unit, in_si, with_last_unit
 
 Given = str | float
 """A number in SI units, or a text with its unit."""
@@ -165,10 +165,7 @@ def _unbalance(given: SpecificationTexts, mass: float, speed: float) -> tuple[fl
         return 0.0, unbalance_of_grade(_grade(given.grade), mass, speed)
     parts: Sequence[Given]
     if isinstance(given.unbalance, str):
-        parts = given.unbalance.split("..")
-        if len(parts) == 2 and has_unit(parts[1]) and not has_unit(parts[0]):
-            # 0.1..0.3 g cm
-            parts = [parts[0] + parts[1].strip().lstrip("+-.0123456789eE"), parts[1]]
+        parts = _ends(given.unbalance)
     elif isinstance(given.unbalance, Sequence):
         parts = given.unbalance
     else:
@@ -185,6 +182,13 @@ def _unbalance(given: SpecificationTexts, mass: float, speed: float) -> tuple[fl
             f"unbalance = {short(given.unbalance)}: must be above 0, and rise from least to largest"
         )
     return least, largest
+
+
+def _ends(text: str) -> list[str]:
+    try:
+        return with_last_unit(text.split(".."))
+    except ValueError as error:
+        raise InputError(f"unbalance = {short(text)}: its largest one {error}") from None
 
 
 def _grade(given: Given) -> float:
