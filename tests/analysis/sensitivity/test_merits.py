@@ -1,11 +1,12 @@
 """Derivatives of merits and readings, and what has none."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
 
 import ab_sim
+from ab_sim.analysis.merits import merit as registry
 from ab_sim.analysis.sensitivity import NoDerivative
 from ab_sim.analysis.sensitivity.keys import moved
 from ab_sim.errors import InputError, SceneError
@@ -104,6 +105,16 @@ def test_merits_need_all_channels_and_steps() -> None:
             found.of_merits(["final_speed"])
 
 
+@pytest.fixture
+def only_here() -> Iterator[None]:
+    """What a test registers is forgotten after it."""
+    before = dict(registry._merits)
+    yield
+    registry._merits.clear()
+    registry._merits.update(before)
+
+
+@pytest.mark.usefixtures("only_here")
 def test_a_kink_is_seen() -> None:
     @ab_sim.register_merit("distance_of_x", meaning="has a kink at the run's own x")
     class Distance:
