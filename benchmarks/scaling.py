@@ -9,7 +9,9 @@ Tasks: calls that hand back the rows of one run, and of 4,096, without running t
 Waiting: calls that wait a quarter of a second, eight for each worker: how much longer it takes than
 these two seconds does not depend on how many processors are free, as runs do.
 Throughput: `balanced-start-up` over mass and drag, in chunks, with one and two workers that have
-their kernels. A new worker: from its start to a first chunk of eight runs, and to a second one.
+their kernels; beside them processes that share nothing, and have their runs from the beginning:
+what the processors give. A new worker: from its start to a first chunk of eight runs, and to a
+second one.
 """
 
 import functools
@@ -57,7 +59,7 @@ CHUNK, CHUNKS = 64, 10
 COUNTS = (1, 2)
 WAIT, WAITS, WAITING = 0.25, 8, (1, 2, 4)
 """s that a call waits; how many calls for each worker; how many workers."""
-LOCAL, DASK = "processes", "Dask"
+LOCAL, DASK, APART = "processes", "Dask", "nothing shared"
 
 
 def job_and_points(runs: int) -> tuple[Job, list[Point]]:
@@ -126,14 +128,22 @@ def throughput(folder: Path, repeats: int) -> list[dict[str, Any]]:
     places = [folder / str(count) for count in COUNTS]
     for place in places:
         place.mkdir()
-    with executors(places[0], COUNTS[0]) as one, executors(places[1], COUNTS[1]) as two:
+    with (
+        executors(places[0], COUNTS[0]) as one,
+        executors(places[1], COUNTS[1]) as two,
+        processes_apart() as apart,
+    ):
         every = {
             (name, count): executor
             for count, (found, _) in zip(COUNTS, (one, two), strict=True)
             for name, executor in found.items()
         }
         tables = []
+        for there in apart.values():
+            time_apart(there)  # compiles
         for repeat in range(-1, repeats):
+            for count, there in apart.items() if repeat >= 0 else ():
+                rates.setdefault((APART, count), []).append(len(points) / time_apart(there))
             for which, executor in every.items():
                 begin = time.perf_counter()
                 rows = list(executor.each(functools.partial(judged, job), chunks, chunk=1))
@@ -148,6 +158,51 @@ def throughput(folder: Path, repeats: int) -> list[dict[str, Any]]:
         said = {"runs_per_second": values, "of_one_worker": ratio}
         found.append({"executor": name, "workers": count, **spreads(said)})
     return found
+
+
+@contextmanager
+def processes_apart() -> Iterator[dict[int, list[subprocess.Popen[str]]]]:
+    """By how many share the runs of ``throughput``: processes that wait for a line."""
+    started = {
+        count: [
+            subprocess.Popen(
+                [sys.executable, __file__, "--apart", str(place), str(count)],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                text=True,
+            )
+            for place in range(count)
+        ]
+        for count in COUNTS
+    }
+    try:
+        yield started
+    finally:
+        for process in (process for group in started.values() for process in group):
+            process.communicate()
+
+
+def time_apart(group: list[subprocess.Popen[str]]) -> float:
+    """Until all of them have done their runs [s]."""
+    begin = time.perf_counter()
+    for process in group:
+        assert process.stdin is not None
+        process.stdin.write("go\n")
+        process.stdin.flush()
+    for process in group:
+        assert process.stdout is not None
+        assert process.stdout.readline() == "done\n"
+    return time.perf_counter() - begin
+
+
+def run_apart(place: int, count: int) -> None:
+    """Each time that a line comes, do this process' share of the runs of ``throughput``."""
+    job, points = job_and_points(CHUNK * CHUNKS)
+    chunks = [points[first : first + CHUNK] for first in range(0, len(points), CHUNK)]
+    for _ in sys.stdin:
+        for chunk in chunks[place::count]:
+            judged(job, chunk)
+        print("done", flush=True)
 
 
 def waiting(folder: Path, repeats: int) -> list[dict[str, Any]]:
@@ -255,5 +310,7 @@ def main() -> None:
 if __name__ == "__main__":
     if sys.argv[1:] == ["--child"]:
         print(json.dumps(new_worker()))
+    elif sys.argv[1:2] == ["--apart"]:
+        run_apart(*map(int, sys.argv[2:]))
     else:
         main()

@@ -123,6 +123,11 @@ def scaling_part(report: dict[str, Any]) -> str:
         f"{machine[which][0]:.1f}" for which in ("load_average", "load_average_at_the_end")
     )
     scene, chunk, cores = report["scene"], report["chunk"], machine["cores"]
+    apart = next(
+        row["of_one_worker"]["median"]
+        for row in report["throughput"]
+        if row["executor"] == "nothing shared" and row["workers"] == 2
+    )
     wait_table = table(["shared by", "workers", "at work [%]"], waits)
     run_table = table(["shared by", "workers", "runs/s", "to one worker of the same kind"], runs)
     return f"""## More workers
@@ -137,7 +142,9 @@ the beginning, {late} at the end): what these cores had left shows here more tha
 
 {run_table}
 
-All of these rows were compared: they are the same to the bit.
+All of these rows were compared: they are the same to the bit. *Nothing shared*: processes that
+had their runs from the beginning, and hand nothing back; two of them show what a second processor
+gives here, {apart:.2f} times one.
 """
 
 
@@ -153,7 +160,9 @@ def plan(report: dict[str, Any]) -> str:
     run = (most["client_cpu"]["median"] - task) / (most["rows"] - 1)
     run += report["client"]["cpu_per_run"]["median"]
     rate = max(
-        row["runs_per_second"]["median"] for row in report["throughput"] if row["workers"] == 1
+        row["runs_per_second"]["median"]
+        for row in report["throughput"]
+        if row["workers"] == 1 and row["executor"] == "Dask"
     )
     chunk = threads * max(scheduler, task) / SHARE
     wanted, least = threads * rate, 1.0 / run
