@@ -7,6 +7,8 @@ from scipy.optimize import approx_fprime, root
 
 FARTHEST = 1e6
 """m; what holds no weight within it holds none."""
+NO_WEIGHT = 1e-100
+"""N; the square of less is no number, and nothing hangs from it."""
 BALANCED = 1e-9
 """Of the weight; what may be left of forces."""
 
@@ -29,6 +31,8 @@ def place_at_rest(
         Displacement and turn, shape (ways + turns,); None if none is found.
     """
     size = float(np.linalg.norm(weight))
+    if not size > NO_WEIGHT:
+        return np.zeros(len(weight) + turns)
     down, reach = weight / size, 1e-9
     # Down the weight until the springs have stored as much as it has done work.
     while stored(reach * down) < reach * size and reach < FARTHEST:

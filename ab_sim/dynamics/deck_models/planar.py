@@ -23,8 +23,6 @@ from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
 
-NO_WEIGHT = 1e-100
-"""N; the square of less is no number, and nothing hangs from it."""
 _DIRECTIONS = np.array([[math.cos(a), math.sin(a)] for a in math.pi * np.arange(8) / 8]).T
 """In which the suspension is looked at."""
 _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0]])
@@ -150,8 +148,6 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
     if not has_gravity(effects):
         return 0.0, 0.0
     weight = mass * np.array(over_effects(effects, "gravity", (0.0, 0.0)))
-    if not np.hypot(*weight) > NO_WEIGHT:
-        return 0.0, 0.0
 
     def unbalanced(place: np.ndarray) -> np.ndarray:
         deck = DeckMotion(float(place[0]), float(place[1]), 0.0, 0.0)
