@@ -108,9 +108,21 @@ def forget(memory: Table) -> None:
             memory[i, j] = 0.0
 
 
+def profile_time(run: Run, step_range: EqualSteps, done: int) -> float:
+    """Of a sample, since the segment began [s]: after so many nominal steps of a step range."""
+    return (step_range.first + done) * run.step - step_range.start
+
+
 def local_time(run: Run, step_range: EqualSteps, done: int) -> float:
     """Since the segment began [s], so many nominal steps into a step range."""
-    return ((step_range.first + done) * run.step - step_range.start) + step_range.offset
+    return profile_time(run, step_range, done) + step_range.offset
+
+
+def time_after(run: Run, step_range: EqualSteps, done: int) -> float:
+    """The same, but behind so many steps of the range, which may be the one part of a step."""
+    if done > 0 and step_range.length != run.step:
+        return local_time(run, step_range, done - 1) + step_range.length
+    return local_time(run, step_range, done)
 
 
 def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -> int:
@@ -130,9 +142,7 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
     known = False
     put_branches(run.balls)
     for k in range(steps + 1):
-        begin = local_time(run, step_range, k)
-        if k > 0 and length != run.step:
-            begin = local_time(run, step_range, k - 1) + length
+        begin = time_after(run, step_range, k)
         # The slope at the end of a step is the first stage of the next.
         if known:
             take_over_end(work)
@@ -141,14 +151,13 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
             if not only_record:
                 check_branches(run, begin)
         if k > 0:
-            end = (step_range.first + k) * run.step - step_range.start
-            record(run, begin, end, samples[k - 1])
+            record(run, begin, profile_time(run, step_range, k), samples[k - 1])
         elif only_record or (steps > 0 and not run.has_events):
             record(run, begin, begin, samples[0])
         if k == steps:
             break
         if run.has_events:
-            end = begin + length if length != run.step else local_time(run, step_range, k + 1)
+            end = time_after(run, step_range, k + 1)
             known = step_over_events(run, begin, length, end)
         elif run.is_implicit:
             implicit_step(run.implicit, run, begin, length)

@@ -17,9 +17,11 @@ from ab_sim.stepping.fixed_step import (
     EqualSteps,
     enter_step_range,
     local_time,
+    profile_time,
     put_labels,
     record,
     take_over_end,
+    time_after,
     unwind,
 )
 from ab_sim.stepping.tangent_events import step_over_events_with_tangents
@@ -134,13 +136,13 @@ def steps_with_tangents(
     known = False
     put_branches(run.balls)
     if fresh and step_range.first == 0 and run.balls.has_contact:
-        evaluate(run, local_time(run, step_range, 0), state, work.slope)
-        if not touch_anyhow(own, local_time(run, step_range, 0)):
+        begin = local_time(run, step_range, 0)
+        evaluate(run, begin, state, work.slope)
+        if not touch_anyhow(own, begin):
             return 0
     for k in range(steps + 1):
-        begin = local_time(run, step_range, k)
-        if k > 0 and length != run.step:
-            begin = local_time(run, step_range, k - 1) + length
+        begin = time_after(run, step_range, k)
+        on_profile = profile_time(run, step_range, k)
         if known:
             take_over_end(work)
         elif run.has_events:
@@ -149,19 +151,17 @@ def steps_with_tangents(
             hold_stuck(own)
         number = step_range.first + k
         if k > 0:
-            end = number * run.step - step_range.start
-            record(run, begin, end, samples[k - 1])
+            record(run, begin, on_profile, samples[k - 1])
         elif not run.has_events:
             record(run, begin, begin, samples[0])
         own.time[0] = begin
         if (k > 0 and ends) or number == 0:
-            end = number * run.step - step_range.start
-            put_row_change(own, changes, number, begin, end)
+            put_row_change(own, changes, number, begin, on_profile)
         if k == steps:
             break
         set_step(own, changes, fresh and k == 0)
         if run.has_events:
-            end = begin + length if length != run.step else local_time(run, step_range, k + 1)
+            end = time_after(run, step_range, k + 1)
             known = step_over_events_with_tangents(own, begin, length, end)
             if own.trouble[0] != 0:
                 own.trouble[2] = number
@@ -188,7 +188,9 @@ def set_step(own: Tangents, changes: Table, first: bool) -> None:
             own.length[block, lane] = changes[block * fields + LENGTH, lane] if first else 0.0
 
 
-def put_row_change(own: Tangents, changes: Table, number: int, begin: float, end: float) -> None:
+def put_row_change(
+    own: Tangents, changes: Table, number: int, begin: float, on_profile: float
+) -> None:
     """The changes of the sample at hand, if they are wanted."""
     if own.wanted[own.cursor[0]] != number:
         return
@@ -196,7 +198,7 @@ def put_row_change(own: Tangents, changes: Table, number: int, begin: float, end
     n, raw = run.balls.number, own.constants.shape[0] // own.blocks
     fields = changes.shape[0] // own.blocks
     put_yields(own)
-    own.time[0], own.time[1] = begin, end
+    own.time[0], own.time[1] = begin, on_profile
     for block in range(own.blocks):
         for j in range(size):
             for lane in range(lanes):
