@@ -80,9 +80,7 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
             trial_step(run, now, rest, end)
         if not within_bounds(work.trial, work.bounds):
             return False
-        slot, taken = first_crossed(work.value, work.value_ahead, work.rounding), rest
-        if slot < 0:
-            slot, taken = lowest_between(run, now, rest, end)
+        slot, taken = event_within(run, now, rest, end)
         if slot < 0:
             return True
         if count == bounces:
@@ -167,6 +165,19 @@ def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
     return -1
 
 
+def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
+    """A function that has been crossed in a trial step, and a part of it after which it has been.
+
+    Returns:
+        Its slot, -1 if there is none, and how long that part is [s]; ``trial`` is its end.
+    """
+    work = run.work
+    slot = first_crossed(work.value, work.value_ahead, work.rounding)
+    if slot >= 0:
+        return slot, length
+    return lowest_between(run, now, length, end)
+
+
 def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
     """A function that is crossed within the step but not at its end: slot and where, or (-1, ..).
 
@@ -238,9 +249,20 @@ def dip(work: Workspace, length: float, slot: int) -> float:
 
 def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
     """Rates of the functions at both ends of a step, measured, into ``force_rate``."""
+    put_rates_at_start(run, now, length)
+    put_rates_at_end(run, end, length)
+
+
+def put_rates_at_start(run: Run, now: float, length: float) -> None:
+    """At its start, unless they have been measured there."""
     work, brief = run.work, SHORTLY * length
     if work.measured[0] != brief:
         put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
+
+
+def put_rates_at_end(run: Run, end: float, length: float) -> None:
+    """At the end of a trial step."""
+    work, brief = run.work, SHORTLY * length
     put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
 
 
@@ -313,7 +335,7 @@ def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
     work = run.work
     if work.rate[slot] < NEVER:
         return work.rate[slot]
-    put_force_rates(run, now, SHORTLY * length, run.state, work.slope, work.value, 0)
+    put_rates_at_start(run, now, length)
     return work.force_rate[0, slot]
 
 
@@ -322,5 +344,5 @@ def rate_at(run: Run, time: float, length: float, slot: int) -> float:
     work = run.work
     if work.rate_ahead[slot] < NEVER:
         return work.rate_ahead[slot]
-    put_force_rates(run, time, SHORTLY * length, work.trial, work.slope_ahead, work.value_ahead, 1)
+    put_rates_at_end(run, time, length)
     return work.force_rate[1, slot]

@@ -13,9 +13,8 @@ from ab_sim.events.event_functions import MOTOR, TOUCH
 from ab_sim.events.location import (
     BOUNCES,
     CLOSE,
-    first_crossed,
+    event_within,
     locate,
-    lowest_between,
     trial_step,
     within_bounds,
 )
@@ -48,12 +47,9 @@ def step_over_events_with_tangents(own: Tangents, begin: float, length: float, e
     copy(own.length, own.rest)
     for _ in range(BOUNCES + 20 * run.balls.number):
         trial_step(run, now, rest, end)
-        slot = first_crossed(run.work.value, run.work.value_ahead, run.work.rounding)
-        taken = rest
         if not within_bounds(work.trial, work.bounds):
             return False
-        if slot < 0:
-            slot, taken = lowest_between(run, now, rest, end)
+        slot, taken = event_within(run, now, rest, end)
         if slot < 0:
             copy(own.rest, own.length)
             carry(own, now, rest)
