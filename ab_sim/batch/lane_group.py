@@ -12,7 +12,7 @@ from ab_sim.batch.prepared_run import PreparedRun, StepPlanKey
 from ab_sim.compiling import BoundFunction, compiled
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS, has_motor
+from ab_sim.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS
 from ab_sim.events.run import Run
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.stepping.assemble import known_of, run_of
@@ -157,7 +157,6 @@ class LaneGroup:
     def _lanes(self, code: Code) -> LaneRuns:
         first = self._first
         layout, n = layout_of(first.system), first.balls
-        column, motor = len(code.emission.roots["sample"]), has_motor(first.system.effects)
         tableau, quaternion = first.stepper.weights, type(first.system.deck_model).UNIT_AT
         return LaneRuns(
             prepare=code.address("prepare", LANES),
@@ -172,12 +171,12 @@ class LaneGroup:
             every=self._every,
             bounds=_room(layout.size),
             state=_room(layout.size),
-            turns=_room(n + motor),
+            turns=_room(n + code.model.has_motor),
             said=_room(2),
             sound=np.zeros(LANES),
             slopes=_room(layout.size),
             trial=_room(layout.size),
-            row=_room(column + 2 * n + motor),
+            row=_room(code.emission.row_channels),
             times=_room(4),
         )
 

@@ -63,6 +63,17 @@ class Emission:
             accelerations = self.roots["accelerations"]
             self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
+    @property
+    def states(self) -> int:
+        """How many numbers a state has."""
+        # Of the slope's roots two, the balls' angle and rate, stand for all balls.
+        return len(self.roots["slope"]) - 2 + 2 * self.model.count
+
+    @property
+    def row_channels(self) -> int:
+        """How many numbers a sample's row has."""
+        return len(self.roots["sample"]) + 2 * self.model.count + self.model.has_motor
+
     @cached_property
     def derived(self) -> list[Expression]:
         """What follows from the constants, in the order in which it lies behind them."""
@@ -155,15 +166,25 @@ class Emission:
             angles = angles + model.graph.input("turns", each=True) * (2.0 * pi)
             if model.has_motor:
                 roots[0] = roots[0] + model.graph.input("turn") * (2.0 * pi)
-        for k, x in enumerate(roots):
+        rates = model.graph.input("rate", each=True)
+        self.store_columns(body, pointer, roots, (angles, rates), self.roots["torque"][0])
+
+    def store_columns(
+        self,
+        body: Body,
+        pointer: str,
+        first: Sequence[Expression],
+        of_balls: Sequence[Expression],
+        torque: Expression,
+    ) -> None:
+        """Write what is to lie as a row does: spindle and deck, of each ball two numbers, motor."""
+        for k, x in enumerate(first):
             body.store(x, MemorySlot(pointer, k))
-        first = len(roots)
-        if model.count:
-            for k, each in enumerate((angles, model.graph.input("rate", each=True))):
-                body.store(each, MemorySlot(pointer, first + k, stride=2))
-        if model.has_motor:
-            torque = self.roots["torque"][0]
-            body.store(torque, MemorySlot(pointer, first + 2 * model.count))
+        behind, n = len(first), self.model.count
+        for k, each in enumerate(of_balls if n else ()):
+            body.store(each, MemorySlot(pointer, behind + k, stride=len(of_balls)))
+        if self.model.has_motor:
+            body.store(torque, MemorySlot(pointer, behind + len(of_balls) * n))
 
     def slope(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:
         """``slope(c, b, y, k, time)``."""

@@ -74,7 +74,7 @@ def parameter_tangents(
         return code.made(("parameter tangent", name, key), name, text)
 
     def step() -> str:
-        return carry_text(_function(code, segment, names, "slope"), states_of(code), tableau)
+        return carry_text(_function(code, segment, names, "slope"), code.emission.states, tableau)
 
     model, method = code.model, tuple(part.tobytes() for part in tableau)
     return TangentAddresses(
@@ -84,11 +84,6 @@ def parameter_tangents(
         address("impact") if model.has_contact else 0,
         address("restitution") if model.has_contact else 0,
     )
-
-
-def states_of(code: Code) -> int:
-    """How many there are."""
-    return 2 * code.model.count + len(code.emission.roots["slope"]) - 2
 
 
 def _function(code: Code, segment: type[Any], names: frozenset[str], name: str) -> Function:
@@ -121,7 +116,8 @@ def _function(code: Code, segment: type[Any], names: frozenset[str], name: str) 
     if name in ("slope", "impact"):
         emission.store_slope(body, changes, "out")
     elif name == "row":
-        _store_row(code, body, changes)
+        of_balls = [model.graph.input(f"d {each}", each=True) for each in ("theta", "rate")]
+        emission.store_columns(body, "out", changes[:-1], of_balls, changes[-1])
     elif name == "table":
         _store_table(code, body, changes)
     else:
@@ -179,7 +175,7 @@ def _directions(
     """By input its change, an input too; and where these are."""
     model, emission = code.model, code.emission
     graph, given = model.graph, emission.state_places(DIRECTION)
-    states = states_of(code)
+    states = emission.states
     if not model.has_motor:
         given = {name: place for name, place in given.items() if name not in MOTOR}
     kinds = {name: Level.STATE for name in given}
@@ -208,19 +204,6 @@ def _directions(
 
 
 MOTOR = ("psi", "omega", "integral")
-
-
-def _store_row(code: Code, body: Body, changes: Sequence[Expression]) -> None:
-    model, torque = code.model, changes[-1]
-    for k, x in enumerate(changes[:-1]):
-        body.store(x, MemorySlot("out", k))
-    first = len(changes) - 1
-    if model.count:
-        for k, name in enumerate(("theta", "rate")):
-            each = model.graph.input(f"d {name}", each=True)
-            body.store(each, MemorySlot("out", first + k, stride=2))
-    if model.has_motor:
-        body.store(torque, MemorySlot("out", first + 2 * model.count))
 
 
 def _store_table(code: Code, body: Body, changes: Sequence[Expression]) -> None:

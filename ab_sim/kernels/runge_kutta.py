@@ -22,7 +22,7 @@ def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
     """How a state is held: the deck's states by twos or fours, the balls' by groups."""
     model = emission.model
     own, n = model.states, model.count
-    size = own + 2 * n + len(emission.roots["slope"]) - own - 2
+    size = emission.states
     if lanes > 1:
         return [StatePart(j, 1) for j in range(size)]
     by = 2 if own <= 4 else 4

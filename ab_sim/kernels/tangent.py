@@ -36,7 +36,6 @@ def _text(code: Code) -> str:
         each = name in ("theta", "rate")
         source = model.graph.input(name, each=each)
         directions[source] = model.graph.input(f"d {name}", each=each)
-    size = model.states + 2 * model.count + len(slope) - model.states - 2
     directions[at.time] = model.graph.input("d time", Level.STATE)
     roots = emission.lowered({"rates": derivatives(slope, directions)})["rates"]
     lanes = lanes_for(model.count)
@@ -51,6 +50,6 @@ def _text(code: Code) -> str:
     )
     for name, place in places.items():
         body.places[f"d {name}"] = place
-    body.places["d time"] = places["theta"]._replace(at=size)
+    body.places["d time"] = places["theta"]._replace(at=emission.states)
     emission.store_slope(body, roots, "out")
     return module_text([into])

@@ -48,13 +48,6 @@ class _Function(NamedTuple):
     """Of the forces in it."""
 
 
-class _Seen(NamedTuple):
-    """Of an event function: where it and its rate are kept."""
-
-    value: MemorySlot
-    rate: MemorySlot
-
-
 def _text(emission: Emission, lanes: int) -> str:
     into, body = emission.function(
         "watch", ["y", "k", "seen", "found"], ["length", "time"], state="y", lanes=lanes

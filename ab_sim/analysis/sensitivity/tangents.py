@@ -58,7 +58,7 @@ class RunWithTangents:
         code = code_of(system, kinds[0])
         lanes = lanes_for(len(system.balls))
         self._columns = Columns(len(changes), lanes, code.model.has_events)
-        self._channels = channels_of(code)
+        self._channels = code.emission.row_channels
         own = self._arrays(code, self._run(kinds[0]), wanted)
         self._own = {kind: self._along(own, kind) for kind in dict.fromkeys(kinds)}
         self._drivers = {
@@ -197,9 +197,3 @@ class RunWithTangents:
             for name, at in raw_constants(code, kind._fields)
             if moving[at : at + (n if layout.balls <= at < layout.place else 1)].any()
         )
-
-
-def channels_of(code: Code) -> int:
-    """How many there are in a row."""
-    model = code.model
-    return len(code.emission.roots["sample"]) + 2 * model.count + model.has_motor
