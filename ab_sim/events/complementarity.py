@@ -15,7 +15,7 @@ from ab_sim.events.event_functions import (
     RATE_ROUNDING,
     SLIDE,
     TOUCH,
-    event_functions,
+    look_at_start,
     motor_functions,
 )
 from ab_sim.events.impact import collide
@@ -85,8 +85,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
         work.counts[1] += 1
         put_branches(balls)
         evaluate(run, time, run.state, work.slope)
-    event_functions(balls, run.state, work.slope, work.value, work.rounding, work.rate)
-    work.measured[0] = 0.0
+    look_at_start(run)
 
 
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:

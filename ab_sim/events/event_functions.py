@@ -33,6 +33,7 @@ from ab_sim.events.run import (
     SIZE,
     SPACING,
     BallEvents,
+    Run,
 )
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
@@ -73,6 +74,13 @@ def event_functions(
         contact_functions(balls, state, value, rounding, rate)
     if balls.has_motor:
         motor_functions(balls, value, rounding)
+
+
+def look_at_start(run: Run) -> None:
+    """All of them at a step's start, right after ``evaluate`` there; of forces no rates yet."""
+    work = run.work
+    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
+    work.measured[0] = 0.0
 
 
 def friction_functions(

@@ -10,7 +10,7 @@ microsecond or so.
 from ab_sim.compiling.kinds import Floats
 from ab_sim.events.complementarity import solve_complementarity
 from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
-from ab_sim.events.event_functions import NEVER, event_functions
+from ab_sim.events.event_functions import NEVER, event_functions, look_at_start
 from ab_sim.events.reactions import ROUNDING
 from ab_sim.events.run import Run, Workspace, evaluate, take_step
 
@@ -115,13 +115,6 @@ def trial_step(run: Run, now: float, length: float, end: float) -> None:
     """Step, and evaluate the event functions at its end."""
     take_step(run, now, length)
     look_at_end(run, end)
-
-
-def look_at_start(run: Run) -> None:
-    """The event functions at a step's start, right after ``evaluate`` there."""
-    work = run.work
-    event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
-    work.measured[0] = 0.0
 
 
 def look_at_end(run: Run, end: float) -> None:

@@ -222,15 +222,21 @@ def unwind(run: Run) -> bool:
 
 def normalise(state: Floats, first: int) -> bool:
     """Make the quaternion there a unit one again; whether it was none."""
-    square = 0.0
-    for j in range(first, first + 4):
-        square += state[j] * state[j]
+    square = square_of_quaternion(state, first)
     if abs(square - 1.0) <= DRIFT:
         return False
     scale = 1.0 / math.sqrt(square)
     for j in range(first, first + 4):
         state[j] *= scale
     return True
+
+
+def square_of_quaternion(state: Floats, first: int) -> float:
+    """Of its length."""
+    square = 0.0
+    for j in range(first, first + 4):
+        square += state[j] * state[j]
+    return square
 
 
 def is_beyond_a_turn(angle: float) -> bool:

@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 from ab_sim.compiling.kinds import Cube, Floats, Table, call
 from ab_sim.events.balls import put_branches
+from ab_sim.events.event_functions import look_at_start
 from ab_sim.events.location import (
     check_branches,
     cut_at_events,
     look_at_end,
-    look_at_start,
     may_have_event,
     put_functions_at_end,
 )

@@ -20,6 +20,7 @@ from ab_sim.stepping.fixed_step import (
     profile_time,
     put_labels,
     record,
+    square_of_quaternion,
     take_over_end,
     time_after,
     unwind,
@@ -218,11 +219,10 @@ def put_row_change(
 def normalise_change(own: Tangents) -> None:
     """What making a quaternion a unit one, which ``unwind`` is about to do, makes of changes."""
     run, state, size = own.run, own.run.state, own.run.state.size
-    first, square = run.quaternion, 0.0
+    first = run.quaternion
     if first < 0:
         return
-    for j in range(first, first + 4):
-        square += state[j] * state[j]
+    square = square_of_quaternion(state, first)
     if abs(square - 1.0) <= DRIFT:
         return
     scale = 1.0 / math.sqrt(square)
