@@ -242,13 +242,11 @@ class Drive:
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
-        samples = self._room_for(steps)
+        samples, first = self._room_for(steps), self.steps
         if self.leader is None:
             return self._taken(samples)
-        first, end = self.steps, self.steps + steps
-        while self.steps < end:
-            until = min(self.leader.next(self.steps), end)
-            self._obey(self._taken(samples[self.steps - first : until - first]))
+        while (done := self.steps - first) < steps:
+            self._obey(self._taken(samples[done : self.leader.next(self.steps) - first]))
         return Trajectory(self.channels, samples)
 
     def _taken(self, samples: np.ndarray) -> Trajectory:
@@ -299,8 +297,7 @@ class Drive:
             there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
             self._take(StepPlan([there]), 0, sample)
-            present = self._reader.present(sample)
-            return self._reader.observation(present, time, self._discrete_state)
+            return self._reader.observation(self._reader.present(sample), time, self._discrete_state)
 
     def energy(self) -> EnergyBalance:
         """The energy balance since the start.
@@ -399,8 +396,5 @@ class Drive:
             psi, omega, _ = state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
         scheduled = self._segment_at(time)
-        local = time - scheduled.start
-        return (
-            float(scheduled.start_angle + scheduled.segment.angle(local)),
-            float(scheduled.segment.speed(local)),
-        )
+        segment, local = scheduled.segment, time - scheduled.start
+        return float(scheduled.start_angle + segment.angle(local)), float(segment.speed(local))
