@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from arguments import arguments  # noqa: E402
-from scaling_page import page  # noqa: E402
+from scaling_page import APART, DASK, LOCAL, page  # noqa: E402
 
 from ab_sim import workers as local_workers  # noqa: E402
 from ab_sim.analysis import results  # noqa: E402
@@ -59,7 +59,6 @@ CHUNK, CHUNKS = 64, 10
 COUNTS = (1, 2)
 WAIT, WAITS, WAITING = 0.25, 8, (1, 2, 4)
 """s that a call waits; how many calls for each worker; how many workers."""
-LOCAL, DASK, APART = "processes", "Dask", "nothing shared"
 
 
 def job_and_points(runs: int) -> tuple[Job, list[Point]]:
