@@ -242,14 +242,21 @@ class Drive:
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
-        samples, first, end = self._room_for(steps), self.steps, self.steps + steps
+        samples = self._room_for(steps)
+        if self.leader is None:
+            return self._go_on(samples)
+        first, end = self.steps, self.steps + steps
         while self.steps < end:
-            until = end if self.leader is None else min(self.leader.next(self.steps), end)
-            part = samples[self.steps - first : until - first]
-            self._take(self._step_plan, len(part), part)
-            self.steps = until
-            self._obey(self._reader.trajectory(part))
+            until = min(self.leader.next(self.steps), end)
+            self._obey(self._go_on(samples[self.steps - first : until - first]))
         return Trajectory(self.channels, samples)
+
+    def _go_on(self, samples: np.ndarray) -> Trajectory:
+        """Take as many steps as there are samples to be written."""
+        if steps := len(samples):
+            self._take(self._step_plan, steps, samples)
+            self.steps += steps
+        return self._reader.trajectory(samples)
 
     def _obey(self, newest: Trajectory) -> None:
         """Follow what leads it, if its profile decides, which hears of the newest steps."""
