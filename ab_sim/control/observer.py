@@ -24,7 +24,7 @@ class Observer:
     """
 
     __slots__ = (
-        "_angle", "_axes", "_first_axis", "_p", "_r", "_settings", "_slope", "_unit", "_watch",
+        "_angle", "_axes", "_p", "_r", "_settings", "_slope", "_unit", "_watch",
         "average_im", "average_re", "critical", "critical_deviation", "damping", "deviation",
         "fast", "im", "known", "re", "samples", "scale", "slow", "speed", "time",
     )  # fmt: skip
