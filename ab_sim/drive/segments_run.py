@@ -16,10 +16,7 @@ from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.scene.sensors import steps_per_sample
 from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.spindle.schedule import SpeedSchedule
-from ab_sim.spindle.segments_course import SegmentsCourse
-
-PERIOD, SILENCE = 0.005, 1.0
-"""s between two commands, and for which the vibration may be missing: the controller's defaults."""
+from ab_sim.spindle.segments_course import PERIOD, SILENCE, SegmentsCourse
 
 
 class SegmentsRun:
