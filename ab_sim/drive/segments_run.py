@@ -9,7 +9,7 @@ import numpy as np
 from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profile_file import AskedProfile
@@ -76,11 +76,11 @@ class SegmentsRun:
         return self._run.commanded
 
     def _hear(self, run: Trajectory, name: str, every: int) -> None:
-        taken = run.samples[-int(run.samples[0, 0]) % every :: every]
+        rows = taken(run, every)
         own = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
         columns = [run.channels.index(channel) for channel in own if channel in run.channels]
-        steps = taken[:, 0].astype(np.int64)
-        steps, said = self._faults.sampled(name, steps, taken[:, columns])
+        steps = rows[:, 0].astype(np.int64)
+        steps, said = self._faults.sampled(name, steps, rows[:, columns])
         for step, vector in zip(steps.tolist(), said.tolist(), strict=True):
             now = stamp(step, self._step_ns)
             self._course.receive(now, name, step * self._step_ns, vector)
