@@ -86,9 +86,7 @@ def _free_row(rows: list[float], begin: float, width: float) -> int:
     return row
 
 
-def draw_unbalance(
-    axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome
-) -> None:
+def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
     """The net unbalance that there was, and the one that was believed in, with its deviation.
 
     Args:
