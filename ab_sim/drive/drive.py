@@ -7,7 +7,7 @@ import numpy as np
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
-from ab_sim.drive.leaders import is_led, leader_of, restored_leader
+from ab_sim.drive.leaders import leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.step_plan import StepPlan
@@ -98,7 +98,7 @@ class Drive:
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
-        self._led = not commanded and is_led(scene)
+        self._led = not commanded and scene.is_led
         held = commanded or self._led
         self._first_profile = (
             SpeedSchedule.at_start(scene) if held else SpeedSchedule.of_scene(scene)
