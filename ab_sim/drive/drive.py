@@ -99,10 +99,8 @@ class Drive:
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
         self._led = not commanded and scene.is_led
-        held = commanded or self._led
-        self._first_profile = (
-            SpeedSchedule.at_start(scene) if held else SpeedSchedule.of_scene(scene)
-        )
+        schedule = SpeedSchedule.at_start if commanded or self._led else SpeedSchedule.of_scene
+        self._first_profile = schedule(scene)
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
@@ -242,13 +240,12 @@ class Drive:
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
-        samples = self._room_for(steps)
+        samples, first = self._room_for(steps), self.steps
         if self.leader is None:
             return self._go_on(samples)
-        first, end = self.steps, self.steps + steps
-        while self.steps < end:
-            until = min(self.leader.next(self.steps), end)
-            self._obey(self._go_on(samples[self.steps - first : until - first]))
+        while self.steps < first + steps:
+            part = slice(self.steps - first, self.leader.next(self.steps) - first)
+            self._obey(self._go_on(samples[part]))
         return Trajectory(self.channels, samples)
 
     def _go_on(self, samples: np.ndarray) -> Trajectory:
@@ -398,9 +395,6 @@ class Drive:
         if self._has_motor:
             psi, omega, _ = state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
-        scheduled = self._segment_at(time)
-        local = time - scheduled.start
-        return (
-            float(scheduled.start_angle + scheduled.segment.angle(local)),
-            float(scheduled.segment.speed(local)),
-        )
+        start, _, start_angle, segment = self._segment_at(time)
+        local = time - start
+        return float(start_angle + segment.angle(local)), float(segment.speed(local))
