@@ -10,7 +10,6 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.drive.leaders import is_led
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -86,7 +85,7 @@ class PreparedRun:
         self._pattern = pattern(self.system)
         choice = _chosen(_Asked(self._asked(), self.scene, self.system))
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        self._led = is_led(self.scene)
+        self._led = self.scene.is_led
         schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
         scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.

@@ -89,7 +89,7 @@ def _refusals(scene: Scene) -> Iterator[_Refusal]:
             + options,
             options,
         )
-    if scene.planned.profile != scene.profile:
+    if scene.is_led:
         try:
             SpeedSchedule.of_scene(scene)
         except SceneError as error:

@@ -7,7 +7,7 @@ import numpy as np
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
-from ab_sim.drive.leaders import is_led, leader_of, restored_leader
+from ab_sim.drive.leaders import leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.step_plan import StepPlan
@@ -98,11 +98,9 @@ class Drive:
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
-        self._led = not commanded and is_led(scene)
-        held = commanded or self._led
-        self._first_profile = (
-            SpeedSchedule.at_start(scene) if held else SpeedSchedule.of_scene(scene)
-        )
+        self._led = not commanded and scene.is_led
+        schedule = SpeedSchedule.at_start if commanded or self._led else SpeedSchedule.of_scene
+        self._first_profile = schedule(scene)
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
@@ -242,14 +240,20 @@ class Drive:
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
-        samples, first, end = self._room_for(steps), self.steps, self.steps + steps
-        while self.steps < end:
-            until = end if self.leader is None else min(self.leader.next(self.steps), end)
-            part = samples[self.steps - first : until - first]
-            self._take(self._step_plan, len(part), part)
-            self.steps = until
-            self._obey(self._reader.trajectory(part))
+        samples, first = self._room_for(steps), self.steps
+        if self.leader is None:
+            return self._go_on(samples)
+        while self.steps < first + steps:
+            part = slice(self.steps - first, self.leader.next(self.steps) - first)
+            self._obey(self._go_on(samples[part]))
         return Trajectory(self.channels, samples)
+
+    def _go_on(self, samples: np.ndarray) -> Trajectory:
+        """Take as many steps as there are samples to be written."""
+        if steps := len(samples):
+            self._take(self._step_plan, steps, samples)
+            self.steps += steps
+        return self._reader.trajectory(samples)
 
     def _obey(self, newest: Trajectory) -> None:
         """Follow what leads it, if its profile decides, which hears of the newest steps."""
@@ -391,9 +395,6 @@ class Drive:
         if self._has_motor:
             psi, omega, _ = state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
-        scheduled = self._segment_at(time)
-        local = time - scheduled.start
-        return (
-            float(scheduled.start_angle + scheduled.segment.angle(local)),
-            float(scheduled.segment.speed(local)),
-        )
+        start, _, start_angle, segment = self._segment_at(time)
+        local = time - start
+        return float(start_angle + segment.angle(local)), float(segment.speed(local))
