@@ -173,7 +173,7 @@ class RecordedDrive:
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
-        prepared = [self._runs.prepared(self.scene_with(values)) for values in every]
+        prepared = [self._runs.first.with_numbers_of(self.scene_with(values)) for values in every]
         samples = self._runs.samples(prepared)
         if samples is None:
             return None
