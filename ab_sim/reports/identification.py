@@ -5,16 +5,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 from scipy.signal import periodogram
 
 from ab_sim.identification.intervals import ProfilePoints
 from ab_sim.identification.result import Identification, RecordingFit, share_words, shown_unit
-from ab_sim.output_file import write_whole
 from ab_sim.presentation import number
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
 from ab_sim.reports.grid import Limits
-from ab_sim.reports.page import STYLE, panel_figure, shown
+from ab_sim.reports.page import panel_html, shown, write_page
 from ab_sim.reports.panels import TIME, Panel, PanelLine
 
 POINTS = 3000
@@ -38,15 +36,7 @@ def identification_page(found: Identification, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    title = f"{found.before.name}: {found.verdict}"
-    body = "".join(_sections(found))
-    text = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{shown(title)}</title>\n<style>{STYLE}</style>\n"
-        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n{body}"
-        "</body></html>\n"
-    )
-    write_whole(path, text.encode())
+    write_page(path, f"{found.before.name}: {found.verdict}", "".join(_sections(found)))
 
 
 def _sections(found: Identification) -> Iterator[str]:
@@ -120,10 +110,7 @@ def _end(value: float) -> str:
 
 
 def _division(panel: Panel, limits: Limits) -> str:
-    drawn = panel_figure(panel, limits).to_html(
-        full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
-    )
-    return f"<div><h3>{shown(panel.title)}</h3>{drawn}</div>\n"
+    return f"<div><h3>{shown(panel.title)}</h3>{panel_html(panel, limits)}</div>\n"
 
 
 def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
