@@ -9,7 +9,7 @@ from scipy.signal import periodogram
 
 from ab_sim.identification.intervals import ProfilePoints
 from ab_sim.identification.result import Identification, RecordingFit, share_words, shown_unit
-from ab_sim.presentation import number
+from ab_sim.presentation import number, titled
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
 from ab_sim.reports.grid import Limits
 from ab_sim.reports.page import panel_html, shown, write_page
@@ -82,8 +82,8 @@ def _table(heads: Sequence[str], rows: Rows) -> str:
 def _value_rows(found: Identification) -> Rows:
     return [
         (
-            f"{each.name} [{each.unit}]" if each.unit != "1" else each.name,
-            f"{each.value:.6g}", _end(each.low), _end(each.high), number(each.start),
+            titled(each.name, each.unit),
+            f"{each.value:.6g}", f"{each.low:.6g}", f"{each.high:.6g}", number(each.start),
             each.how + (", at its bound" if each.at_bound else ""),
         )
         for each in found.estimates
@@ -103,10 +103,6 @@ def _proposal_rows(found: Identification) -> Rows:
         (each.name, each.words, share_words(each.now), share_words(each.then), each.gains)
         for each in found.proposals
     ]
-
-
-def _end(value: float) -> str:
-    return f"{value:.6g}" if math.isfinite(value) else ("-inf" if value < 0 else "inf")
 
 
 def _division(panel: Panel, limits: Limits) -> str:
