@@ -107,7 +107,7 @@ class RecordedDrive:
     ) -> SimulatedSignals | None:
         """A run and its derivatives; None where it diverges or cannot be.
 
-        By differences; across events by exact tangents, where these are there.
+        By differences; of runs that do not go side by side by tangents, where these are there.
 
         Args:
             values: of the scene.
@@ -142,8 +142,8 @@ class RecordedDrive:
     def _exact(self, values: Values, places: Sequence[KeyPlace]) -> np.ndarray | None:
         """Derivatives on the sensor's axes at each step, shape (places, steps, axes).
 
-        None where differences serve as well, as without events, or there are none: of a deck in
-        space, and where what varies is not the run's own scene.
+        None where runs go side by side, as differences cost less then, or there are none: of a
+        deck in space, and where what varies is not the run's own scene.
         """
         measured, first = self.measured, self._runs.first
         own = measured.with_balls and not measured.trial_mass
