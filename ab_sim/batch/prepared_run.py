@@ -1,5 +1,6 @@
 """One run of a batch: its scene, system, stepper and speed schedule."""
 
+import copy
 import functools
 import math
 from collections.abc import Sequence
@@ -97,6 +98,23 @@ class PreparedRun:
         smooth = not self._led and not has_events(self.system.effects)
         self.fits_lane = self.stepper.takes_lanes and not self._led
         self.takes_collocation_steps = self.stepper.collocation_steps and smooth
+
+    def with_numbers_of(self, scene: Scene) -> "PreparedRun":
+        """The run of a scene that differs in numbers only, of its start angle too.
+
+        Stepper, step and step ranges stay: with them the other may diverge where it would not with
+        those that it would be given by itself.
+
+        Args:
+            scene: checked; with this one's profile and start speed.
+        """
+        other = copy.copy(self)
+        other.scene, other.system = scene, system_of(scene)
+        other.numbers = numbers_of(other.system)
+        if scene.start.angle != self.scene.start.angle:
+            segments = SpeedSchedule.of_scene(scene).segments
+            other.step_plan_key = self.step_plan_key._replace(scheduled_segments=segments)
+        return other
 
     @property
     def group_key(self) -> Any:
