@@ -50,6 +50,7 @@ from adaptive_pictures import demo_picture, strategies_picture  # noqa: E402
 from arguments import arguments  # noqa: E402
 
 import ab_sim  # noqa: E402
+from ab_sim.analysis.adaptive import net_unbalance  # noqa: E402
 from ab_sim.control import StartUp  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.control.in_c import InC, compiled  # noqa: E402
@@ -200,18 +201,11 @@ def demo() -> dict[str, Any]:
     controller = StartUp(settings_of(course, MAIN))
     rows: list[list[float]] = []
     decisions: list[tuple[float, str]] = []
-    scene = course.drive.scene
-    balls = scene.balls.masses
-    total: Any = scene.rotor.total_mass
 
     def watch(run: Any) -> None:
         belief, decision = controller.belief, controller.decision
         if decision.number > len(decisions):
             decisions.append((course.drive.time, decision.text))
-        net = complex((total - sum(balls)) * scene.rotor.eccentricity)
-        for i, mass in enumerate(balls):
-            turn = complex(0.0, run[f"ball_{i}_angle"][-1])
-            net += mass * scene.race.radius * np.exp(turn)
         rows.append(
             [
                 course.drive.time,
@@ -220,7 +214,7 @@ def demo() -> dict[str, Any]:
                 belief.critical_speed_deviation,
                 abs(belief.net_unbalance),
                 belief.net_unbalance_deviation,
-                abs(net) / total,
+                float(net_unbalance(run.last(1), course.drive.scene)[0]),
                 float(np.hypot(run["x"], run["y"]).max()),
                 float(controller.state),
             ]

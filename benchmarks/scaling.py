@@ -33,7 +33,7 @@ ROOT = Path(__file__).resolve().parents[1]
 sys.path.insert(0, str(ROOT))
 
 from arguments import arguments  # noqa: E402
-from scaling_page import page  # noqa: E402
+from scaling_page import APART, DASK, LOCAL, page  # noqa: E402
 
 from ab_sim import workers as local_workers  # noqa: E402
 from ab_sim.analysis import results  # noqa: E402
@@ -59,7 +59,6 @@ CHUNK, CHUNKS = 64, 10
 COUNTS = (1, 2)
 WAIT, WAITS, WAITING = 0.25, 8, (1, 2, 4)
 """s that a call waits; how many calls for each worker; how many workers."""
-LOCAL, DASK, APART = "processes", "Dask", "nothing shared"
 
 
 def job_and_points(runs: int) -> tuple[Job, list[Point]]:
@@ -120,10 +119,15 @@ def task_cost(executor: Executor, scheduler: int, rows: int, count: int) -> dict
     return {what: seconds / count for what, seconds in spent.items()}
 
 
+def job_and_chunks() -> tuple[Job, list[list[Point]]]:
+    """The sweep of ``throughput``, and its points in chunks."""
+    job, points = job_and_points(CHUNK * CHUNKS)
+    return job, [points[first : first + CHUNK] for first in range(0, len(points), CHUNK)]
+
+
 def throughput(folder: Path, repeats: int) -> list[dict[str, Any]]:
     """Runs per second, by workers; and to one worker of the same kind, repeat by repeat."""
-    job, points = job_and_points(CHUNK * CHUNKS)
-    chunks = [points[first : first + CHUNK] for first in range(0, len(points), CHUNK)]
+    job, chunks = job_and_chunks()
     rates: dict[tuple[str, int], list[float]] = {}
     places = [folder / str(count) for count in COUNTS]
     for place in places:
@@ -143,12 +147,14 @@ def throughput(folder: Path, repeats: int) -> list[dict[str, Any]]:
             time_apart(there)  # compiles
         for repeat in range(-1, repeats):
             for count, there in apart.items() if repeat >= 0 else ():
-                rates.setdefault((APART, count), []).append(len(points) / time_apart(there))
+                rates.setdefault((APART, count), []).append(CHUNK * CHUNKS / time_apart(there))
             for which, executor in every.items():
                 begin = time.perf_counter()
                 rows = list(executor.each(functools.partial(judged, job), chunks, chunk=1))
                 if repeat >= 0:
-                    rates.setdefault(which, []).append(len(points) / (time.perf_counter() - begin))
+                    rates.setdefault(which, []).append(
+                        CHUNK * CHUNKS / (time.perf_counter() - begin)
+                    )
                 else:  # compiles, and looks at the rows
                     tables.append(pyarrow.concat_tables(rows))
         assert all(table.equals(tables[0]) for table in tables), "not the same bits"
@@ -197,8 +203,7 @@ def time_apart(group: list[subprocess.Popen[str]]) -> float:
 
 def run_apart(place: int, count: int) -> None:
     """Each time that a line comes, do this process' share of the runs of ``throughput``."""
-    job, points = job_and_points(CHUNK * CHUNKS)
-    chunks = [points[first : first + CHUNK] for first in range(0, len(points), CHUNK)]
+    job, chunks = job_and_chunks()
     for _ in sys.stdin:
         for chunk in chunks[place::count]:
             judged(job, chunk)

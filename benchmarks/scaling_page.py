@@ -7,6 +7,8 @@ from page_parts import conditions, spread, table
 
 from ab_sim.design.work import CHUNK_SECONDS
 
+LOCAL, DASK, APART = "processes", "Dask", "nothing shared"
+"""Who shares the work."""
 HOSTS, CORES = 100, 32
 """Of the plan."""
 SHARE = 0.25
@@ -63,7 +65,7 @@ def task_part(report: dict[str, Any]) -> str:
             f"{row['rows']:,}",
             spread(row["wall"], 1e3),
             spread(row["client_cpu"], 1e3),
-            spread(row["scheduler_cpu"], 1e3) if row["executor"] == "Dask" else "-",
+            spread(row["scheduler_cpu"], 1e3) if row["executor"] == DASK else "-",
         ]
         for row in report["tasks"]
     ]
@@ -126,7 +128,7 @@ def scaling_part(report: dict[str, Any]) -> str:
     apart = next(
         row["of_one_worker"]["median"]
         for row in report["throughput"]
-        if row["executor"] == "nothing shared" and row["workers"] == 2
+        if row["executor"] == APART and row["workers"] == 2
     )
     wait_table = table(["shared by", "workers", "at work [%]"], waits)
     run_table = table(["shared by", "workers", "runs/s", "to one worker of the same kind"], runs)
@@ -151,7 +153,7 @@ gives here, {apart:.2f} times one.
 def plan(report: dict[str, Any]) -> str:
     """For a hundred hosts."""
     one, most = (
-        next(row for row in report["tasks"] if row["executor"] == "Dask" and right(row["rows"]))
+        next(row for row in report["tasks"] if row["executor"] == DASK and right(row["rows"]))
         for right in (lambda rows: rows == 1, lambda rows: rows > 1)
     )
     threads = HOSTS * CORES
@@ -162,7 +164,7 @@ def plan(report: dict[str, Any]) -> str:
     rate = max(
         row["runs_per_second"]["median"]
         for row in report["throughput"]
-        if row["workers"] == 1 and row["executor"] == "Dask"
+        if row["workers"] == 1 and row["executor"] == DASK
     )
     chunk = threads * max(scheduler, task) / SHARE
     wanted, least = threads * rate, 1.0 / run

@@ -1,5 +1,6 @@
 """One run of a batch: its scene, system, stepper and speed schedule."""
 
+import copy
 import functools
 import math
 from collections.abc import Sequence
@@ -10,7 +11,6 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.drive.leaders import is_led
 from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
@@ -86,7 +86,7 @@ class PreparedRun:
         self._pattern = pattern(self.system)
         choice = _chosen(_Asked(self._asked(), self.scene, self.system))
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        self._led = is_led(self.scene)
+        self._led = self.scene.is_led
         schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
         scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
@@ -98,6 +98,23 @@ class PreparedRun:
         smooth = not self._led and not has_events(self.system.effects)
         self.fits_lane = self.stepper.takes_lanes and not self._led
         self.takes_collocation_steps = self.stepper.collocation_steps and smooth
+
+    def with_numbers_of(self, scene: Scene) -> "PreparedRun":
+        """The run of a scene that differs in numbers only, of its start angle too.
+
+        Stepper, step and step ranges stay: with them the other may diverge where it would not with
+        those that it would be given by itself.
+
+        Args:
+            scene: checked; with this one's profile and start speed.
+        """
+        other = copy.copy(self)
+        other.scene, other.system = scene, system_of(scene)
+        other.numbers = numbers_of(other.system)
+        if scene.start.angle != self.scene.start.angle:
+            segments = SpeedSchedule.of_scene(scene).segments
+            other.step_plan_key = self.step_plan_key._replace(scheduled_segments=segments)
+        return other
 
     @property
     def group_key(self) -> Any:

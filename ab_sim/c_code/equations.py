@@ -4,7 +4,7 @@ Lowered as for machine code, so that they have the same bits.
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ab_sim.c_code.parameters import GIVEN, DriveParameter
@@ -20,7 +20,7 @@ from ab_sim.scene.sensors import Accelerometer
 from ab_sim.spindle import RaisedCosine, Ramp
 from ab_sim.tracing import Graph, Level
 from ab_sim.tracing.c_text import Store, c_literal, c_statements
-from ab_sim.tracing.expression import lifted, reached
+from ab_sim.tracing.expression import Expression, lifted, reached
 from ab_sim.tracing.lowering import without_cosines
 
 KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
@@ -83,6 +83,11 @@ class _Part(NamedTuple):
 _NOTHING = _Part("", frozenset())
 
 
+def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
+    """Names of the inputs that expressions read."""
+    return frozenset(x.payload for x in reached(roots) if x.op == "input")
+
+
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
     """By the model's inputs, the C text of where each is."""
     found = {name: f"b->{name}[i]" for name in COLUMNS}
@@ -141,7 +146,7 @@ class _Kind:
     def used(self) -> frozenset[str]:
         """Inputs."""
         roots = [store.root for store in [*self._slope, *self._sample]]
-        return frozenset(x.payload for x in reached(roots) if x.op == "input")
+        return _read_by(roots)
 
     def text(self) -> str:
         """The functions."""
@@ -215,10 +220,9 @@ def _of_balls(system: System, columns: Sequence[str]) -> _Part:
         for x, name in zip(without_cosines(roots), columns, strict=True)
     ]
     places = {name: f"d->p.{field}[i]" for name, (field, *_) in GIVEN.items()}
-    used = frozenset(x.payload for x in reached(roots) if x.op == "input")
     lines = c_statements(stores, places)
     head = "/* Constants of the balls that follow from others. */\nstatic void derive_balls"
-    return _Part(function(head, "struct drive *d", lines, (0, 0)), used)
+    return _Part(function(head, "struct drive *d", lines, (0, 0)), _read_by(roots))
 
 
 _OF_BALL = [*FORMULA_COLUMNS[:-1], 0]
@@ -290,11 +294,7 @@ def _felt(
         force = deck.specific_force(effects, shown, sensor.position)
         roots = without_cosines([lifted(graph, x) for x in force])
         stores += [Store(x, f"force[{k}][{axis}]") for axis, x in enumerate(roots)]
-    used = frozenset(
-        x.payload
-        for x in reached(store.root for store in stores)
-        if x.op == "input" and x.payload not in channels
-    )
+    used = _read_by(store.root for store in stores).difference(channels)
     lines = c_statements(stores, inputs)
     head = "/* Specific force at each sensor [m/s^2], on the deck's axes. */\nstatic void feel"
     arguments = "const struct drive *d, const struct drive_outputs *out, double (*force)[AXES]"

@@ -56,7 +56,7 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     Raises:
         InputError: the C compiler fails.
     """
-    variables, files_in = variables_of(sources), {}
+    variables, machine = variables_of(sources), platform_tuple()
     drive = {name: sources.files[name] for name in ("drive.h", "drive.c")}
     token = "{" + hashlib.sha256("".join(drive.values()).encode()).hexdigest()[:32] + "}"
     values = {
@@ -66,6 +66,7 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
         "TOKEN": token,
         "VARIABLES": "".join(_rows(variables)),
         "FOLLOW_PROFILE": str([each.name for each in variables].index("follow_profile")),
+        "PLATFORM": machine,
     }
     flags = {"quaternion": "qw" in sources.channels}
     text = filled("fmu.c", {**values, "UNSUPPORTED": ""}, flags)
@@ -74,18 +75,16 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     # Several FMUs may be linked into one program.
     own = {name: _PRIVATE.sub(rf"{identifier}_drive_\1", text) for name, text in own.items()}
     binary = _binary(own)
-    described = model_description(sources.scene, variables, identifier, token)
-    files_in["modelDescription.xml"] = described
-    files_in["sources/buildDescription.xml"] = build_description(identifier, ["drive.c", "fmu.c"])
-    files_in |= {f"sources/{name}": text.encode() for name, text in own.items()}
-    files_in |= {f"{EXTRA}/{name}": (HEADERS / name).read_bytes() for name in HEADER_NAMES}
-    values["PLATFORM"] = platform_tuple()
-    files_in["documentation/index.html"] = filled("fmu.html", values, flags).encode()
+    content = {
+        "modelDescription.xml": model_description(sources.scene, variables, identifier, token),
+        "sources/buildDescription.xml": build_description(identifier, ["drive.c", "fmu.c"]),
+        **{f"sources/{name}": text.encode() for name, text in own.items()},
+        **{f"{EXTRA}/{name}": (HEADERS / name).read_bytes() for name in HEADER_NAMES},
+        "documentation/index.html": filled("fmu.html", values, flags).encode(),
+    }
     if binary is not None:
-        files_in[f"binaries/{platform_tuple()}/{identifier}.so"] = binary
-    return Fmu(
-        _zipped(files_in), platform_tuple() if binary is not None else None, tuple(variables)
-    )
+        content[f"binaries/{machine}/{identifier}.so"] = binary
+    return Fmu(_zipped(content), None if binary is None else machine, tuple(variables))
 
 
 def identifier_of(name: str) -> str:

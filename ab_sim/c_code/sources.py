@@ -23,12 +23,12 @@ from ab_sim.c_code.parameters import DriveParameter, parameters_of, start_of_bal
 from ab_sim.c_code.suitable import suitable
 from ab_sim.c_code.templates import comment, filled, plain
 from ab_sim.drive import Drive
+from ab_sim.drive.rows import RowReader
 from ab_sim.dynamics.assemble import start_state, state_bounds
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import System
 from ab_sim.integrate.choose import Choice
 from ab_sim.scene.model import Scene
-from ab_sim.sensing import Pickup
 from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule
 from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 
@@ -212,14 +212,8 @@ def _effects(scene: Scene) -> str:
 
 def _felt_at_start(made: _Made) -> dict[str, np.ndarray]:
     """What sensors feel at the start, on their own axes [m/s^2]."""
-    scene, system = made.scene, made.system
-    deck, found = system.deck_model, {}
-    shown = deck.at_rest(start_state(scene, system)[layout_of(system).deck])[0].tolist()
-    for name, sensor in scene.sensors.items():
-        pickup = Pickup(sensor, scene.solver.step, type(deck).AXES)
-        pickup.reset(np.array(deck.specific_force(system.effects, shown, sensor.position)))
-        found[name] = pickup.state.force
-    return found
+    pickups = RowReader(made.scene, made.system).pickups
+    return {name: pickup.state.force for name, pickup in pickups.items()}
 
 
 def _expected(scene: Scene) -> str:

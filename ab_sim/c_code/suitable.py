@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import linear_rates, system_of
-from ab_sim.dynamics.system import System
+from ab_sim.dynamics.system import EVENTFUL, System
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import Choice, choose_stepper, limiting, top_speed
 from ab_sim.integrate.explicit import Tableau
@@ -13,13 +13,6 @@ from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
-
-EVENTFUL = {
-    "friction_coefficient": "balls stick and slip",
-    "restitution": "balls collide",
-    "rotor_moment": "a motor reaches its limit",
-}
-"""Methods of effects that have events, and what happens there."""
 
 
 def suitable(scene: Scene) -> tuple[System, Choice]:
@@ -96,7 +89,7 @@ def _refusals(scene: Scene) -> Iterator[_Refusal]:
             + options,
             options,
         )
-    if scene.planned.profile != scene.profile:
+    if scene.is_led:
         try:
             SpeedSchedule.of_scene(scene)
         except SceneError as error:

@@ -16,7 +16,7 @@ from ab_sim.identification.parameters import bounds_of
 from ab_sim.identification.result import INTERRUPTED, Identification, share_words
 from ab_sim.identification.run import Question, run_identification
 from ab_sim.output_file import PAGE, SCENE
-from ab_sim.presentation import number
+from ab_sim.presentation import number, titled
 from ab_sim.scene import load_scene
 
 MOST_NAMED = 3
@@ -107,8 +107,8 @@ def _parameter_table(found: Identification) -> Table:
     table.add_column("by", overflow="fold")
     for each in found.estimates:
         table.add_row(
-            f"{each.name} [{each.unit}]" if each.unit != "1" else each.name,
-            f"{each.value:.5g}", _end(each.low), _end(each.high), number(each.start),
+            titled(each.name, each.unit),
+            f"{each.value:.5g}", f"{each.low:.5g}", f"{each.high:.5g}", number(each.start),
             each.how + (", at bound" if each.at_bound else ""),
         )  # fmt: skip
     return table
@@ -124,10 +124,6 @@ def _tried_table(found: Identification) -> Table:
         else:
             table.add_row(each.name, _percent(each.explains), f"{each.z:.1f}")
     return table
-
-
-def _end(value: float) -> str:
-    return f"{value:.5g}" if np.isfinite(value) else ("-inf" if value < 0 else "inf")
 
 
 def _percent(share: float) -> str:

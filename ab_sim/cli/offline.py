@@ -51,13 +51,10 @@ def run_command(
         report = {**result.report(), **beside}
 
         def draw(file: Path) -> None:
-            from ab_sim.figures.run import DOTS, drawn_run
+            from ab_sim.figures.run import DOTS
             from ab_sim.figures.saved import save
 
-            period, led, ended = result.variable_speed_period, result.adaptive, result.aborted
-            path, ran = result.trajectory, result.scene
-            drawn = drawn_run(path, ran, comparison, period, adaptive=led, aborted=ended)
-            save(drawn, file, DOTS)
+            save(result.plot(comparison), file, DOTS)
 
         def write() -> None:
             if rrd is not None:

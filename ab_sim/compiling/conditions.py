@@ -34,37 +34,41 @@ class Conditions(Expressions):
                 self.fail(part, f"{x.kind} in 'and' or 'or'", "write a comparison, as x != 0")
             return x
 
-        parts, every = list(node.values), isinstance(node.op, ast.And)
-        first = step(parts.pop(0))
-        while first.constant is not None and parts:
-            if bool(first.constant) is not every:
-                return first
-            first = step(parts.pop(0))
-        steps: list[Callable[[], Number]] = [lambda: first]
-        steps += [functools.partial(step, part) for part in parts]
-        return self._one_by_one(steps, every)
+        steps = [functools.partial(step, part) for part in node.values]
+        return self._one_by_one(steps, isinstance(node.op, ast.And))
 
     def _one_by_one(self, steps: Sequence[Callable[[], Number]], every: bool) -> Number:
-        """Whether all are true, or any: the next is only looked at if need be."""
+        """Whether all are true, or any: the next is only looked at if need be.
+
+        One that is known is not looked at in the code: it decides, or changes nothing.
+        """
         if len(steps) == 1:
             return steps[0]()
-        done, known = self.new("done"), []
+        done, ends = self.new("done"), list[str]()
         for step in steps[:-1]:
-            found, following = step(), self.new("next")
-            known.append(f"[ {'false' if every else 'true'}, %{self.block} ]")
-            self.fork(found.code, *((following, done) if every else (done, following)))
-            self.start(following)
-        known.append(f"[ {steps[-1]().code}, %{self.block} ]")
+            found = step()
+            if found.constant is (not every):
+                break
+            if found.constant is None:
+                following = self.new("next")
+                ends.append(f"[ {'false' if every else 'true'}, %{self.block} ]")
+                self.fork(found.code, *((following, done) if every else (done, following)))
+                self.start(following)
+        else:
+            found = steps[-1]()
+        if not ends:
+            return found
+        ends.append(f"[ {found.code}, %{self.block} ]")
         self.go(done)
         self.start(done)
-        return Number(BOOL, self.put(f"phi i1 {', '.join(known)}"))
+        return Number(BOOL, self.put(f"phi i1 {', '.join(ends)}"))
 
     def _IfExp(self, node: ast.IfExp) -> Value:
-        test = self.number(node.test)
+        test = self.condition(node.test)
         if test.constant is not None:
             return self.value(node.body if test.constant else node.orelse)
         yes, no, done = self.new("yes"), self.new("no"), self.new("done")
-        self.fork(self.truth(test).code, yes, no)
+        self.fork(test.code, yes, no)
         self.start(yes)
         a = self.value(node.body)
         kind: Kind = a.kind

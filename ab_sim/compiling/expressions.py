@@ -119,9 +119,9 @@ class Expressions(Operations):
             )
         return value
 
-    def condition(self, node: ast.AST) -> str:
-        """Whether an expression is true."""
-        return self.truth(self.number(node)).code
+    def condition(self, node: ast.AST) -> Number:
+        """Whether an expression is true; a constant where that is known."""
+        return self.truth(self.number(node))
 
     def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
         """A value as one of a kind that is asked for."""
@@ -259,9 +259,10 @@ class Expressions(Operations):
     def _UnaryOp(self, node: ast.UnaryOp) -> Value:
         x = self.number(node.operand)
         if isinstance(node.op, ast.Not):
+            x = self.truth(x)
             if x.constant is not None:
                 return constant(not x.constant)
-            return Number(BOOL, self.put(f"xor i1 {self.truth(x).code}, true"))
+            return Number(BOOL, self.put(f"xor i1 {x.code}, true"))
         if isinstance(node.op, ast.Invert):
             self.fail(node, "~", "write not, or -1 - x")
         x = self.converted(x, self.wider(x))

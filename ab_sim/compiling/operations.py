@@ -55,6 +55,8 @@ class Operations(BlockWriter):
 
     def truth(self, x: Number) -> Number:
         """Whether a number is not zero."""
+        if x.constant is not None:
+            return constant(bool(x.constant))
         if x.kind == FLOAT:
             return Number(BOOL, self.put(f"fcmp une double {x.code}, 0.0"))
         return x if x.kind == BOOL else Number(BOOL, self.put(f"icmp ne i64 {x.code}, 0"))

@@ -181,12 +181,12 @@ class FunctionTranslator(Conditions):
     # Control
 
     def _If(self, node: ast.If) -> None:
-        test = self.number(node.test)
+        test = self.condition(node.test)
         if test.constant is not None:
             self._run(node.body if test.constant else node.orelse)
             return
         yes, no, done = self.new("if"), self.new("else"), self.new("endif")
-        self.fork(self.truth(test).code, yes, no if node.orelse else done)
+        self.fork(test.code, yes, no if node.orelse else done)
         self.start(yes)
         self._run(node.body)
         reached = self.open or not node.orelse
@@ -208,7 +208,7 @@ class FunctionTranslator(Conditions):
         if for_ever:
             self.go(body)
         else:
-            self.fork(self.condition(node.test), body, done)
+            self.fork(self.condition(node.test).code, body, done)
         self._loop(node.body, body, head, done)
         self.go(head)
         if not for_ever or done in self._left:

@@ -1,7 +1,23 @@
-"""An adaptive start-up: how the spindle finds its way up to speed. It knows no scene, no ROS."""
+"""An adaptive start-up: how the spindle finds its way up to speed. It knows no scene, no ROS.
 
-from ab_sim.control.belief import Belief, Decision, State
+What decides is imported when it is first asked for: each scene needs the settings, and few run one.
+"""
+
+from typing import TYPE_CHECKING, Any
+
 from ab_sim.control.settings import SensorFacts, StartUpSettings, checked
-from ab_sim.control.start_up import StartUp
+
+if TYPE_CHECKING:
+    from ab_sim.control.belief import Belief, Decision, State
+    from ab_sim.control.start_up import StartUp
+else:
+
+    def __getattr__(name: str) -> Any:
+        if name not in __all__:
+            raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+        from ab_sim.control import start_up
+
+        return getattr(start_up, name)
+
 
 __all__ = ["Belief", "Decision", "SensorFacts", "StartUpSettings", "StartUp", "State", "checked"]

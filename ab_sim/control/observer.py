@@ -24,7 +24,7 @@ class Observer:
     """
 
     __slots__ = (
-        "_angle", "_axes", "_first_axis", "_p", "_r", "_settings", "_slope", "_unit", "_watch",
+        "_angle", "_axes", "_p", "_r", "_settings", "_slope", "_unit", "_watch",
         "average_im", "average_re", "critical", "critical_deviation", "damping", "deviation",
         "fast", "im", "known", "re", "samples", "scale", "slow", "speed", "time",
     )  # fmt: skip
@@ -41,7 +41,8 @@ class Observer:
         self._watch = Watch(sensing.axes, self._unit, settings.limit)
         self.samples = 0.0
         self.time = self._angle = self.speed = self._slope = 0.0
-        self._p, self._r = [0.0, 0.0], [0.0, 0.0]
+        self._p = self._r = 0.0
+        """Force per mass of a net unbalance of 1 and of i, along the first axis."""
         self.re = self.im = self.deviation = 0.0
         """Net unbalance and its standard deviation [m]."""
         self.fast = self.slow = self.average_re = self.average_im = self.scale = 0.0
@@ -102,8 +103,7 @@ class Observer:
     def _take_over(self, time: float, angle: float, speed: float, p: float, r: float) -> None:
         self.samples += 1.0
         self.time, self._angle, self.speed = time, angle, speed
-        # The second axis is 90 degrees ahead: angles counted from it are that much smaller.
-        self._p[0], self._r[0], self._p[1], self._r[1] = p, r, -r, p
+        self._p, self._r = p, r
 
     def _filter(
         self, dt: float, angle: float, speed: float, p: float, r: float, first: float, second: float
@@ -112,7 +112,7 @@ class Observer:
         fastest = max(self._settings.final_speed, speed)
         parts = 1 + int(dt * fastest / chosen.STEP_ANGLE)
         h, slope = dt / parts, self._slope
-        p0, r0 = self._p[0], self._r[0]
+        p0, r0 = self._p, self._r
         axes = self._axes
         for k in range(1, parts + 1):
             p1, r1 = p, r
@@ -123,6 +123,7 @@ class Observer:
                 p1, r1 = square * c + slope * s, slope * c - square * s
             if axes[0].known == 1.0:
                 axes[0].predict(h, p0, r0, p1, r1)
+            # The second axis is 90 degrees ahead: angles counted from it are that much smaller.
             if len(axes) == 2 and axes[1].known == 1.0:
                 axes[1].predict(h, -r0, p0, -r1, p1)
             p0, r0 = p1, r1
@@ -179,7 +180,7 @@ class Observer:
 
     def numbers(self) -> list[float]:
         """Its state, for ``restore``."""
-        own = [self.samples, self.time, self._angle, self.speed, self._slope, *self._p, *self._r]
+        own = [self.samples, self.time, self._angle, self.speed, self._slope, self._p, self._r]
         own += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
         own += [self.average_im, self.scale, self.critical, self.critical_deviation]
         own += [self.damping, self.known, *self._watch.numbers()]
@@ -190,10 +191,10 @@ class Observer:
     def restore(self, numbers: list[float]) -> None:
         """Go on from there."""
         self.samples, self.time, self._angle, self.speed, self._slope = numbers[:5]
-        self._p, self._r = numbers[5:7], numbers[7:9]
-        self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[9:15]
-        self.average_im, self.scale, self.critical, self.critical_deviation = numbers[15:19]
-        self.damping, self.known = numbers[19:21]
-        self._watch.restore(numbers[21:37])
+        self._p, self._r = numbers[5:7]
+        self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[7:13]
+        self.average_im, self.scale, self.critical, self.critical_deviation = numbers[13:17]
+        self.damping, self.known = numbers[17:19]
+        self._watch.restore(numbers[19:35])
         for i, axis in enumerate(self._axes):
-            axis.restore(numbers[37 + i * NUMBERS : 37 + (i + 1) * NUMBERS])
+            axis.restore(numbers[35 + i * NUMBERS : 35 + (i + 1) * NUMBERS])

@@ -34,7 +34,7 @@ from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.shown_units import ShownUnits, shown_units
+from ab_sim.scene.shown_units import ShownUnit, ShownUnits, shown_units
 
 if TYPE_CHECKING:
     from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]
@@ -122,7 +122,7 @@ class Sweep(Presented):
 
     def factor(self, name: str) -> float:
         """Turns a column's values into the unit in which they are shown."""
-        shown = self.shown_units.get(self.unit(name) or "")
+        shown = self._shown_unit(name)
         return 1.0 if shown is None else shown.factor
 
     def shown(self, name: str) -> np.ndarray:
@@ -132,7 +132,7 @@ class Sweep(Presented):
 
     def titled(self, name: str) -> str:
         """A column's name with the unit in which it is shown."""
-        shown = self.shown_units.get(self.unit(name) or "")
+        shown = self._shown_unit(name)
         return titled(name, self.unit(name) if shown is None else shown.text)
 
     def setting(self, key: str, value: float | str) -> str:
@@ -143,9 +143,13 @@ class Sweep(Presented):
         """
         if isinstance(value, str):
             return f"{key}={value}"
-        shown = self.shown_units.get(self.unit(key) or "")
+        shown = self._shown_unit(key)
         said = number(value) if shown is None else number(value * shown.factor, shown.text)
         return f"{key}={said}"
+
+    def _shown_unit(self, name: str) -> ShownUnit | None:
+        """In which a column is shown; None: in its own."""
+        return self.shown_units.get(self.unit(name) or "")
 
     def _about(self, name: str, what: bytes) -> str | None:
         found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)

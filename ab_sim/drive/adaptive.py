@@ -11,7 +11,7 @@ from ab_sim.control.settings import Quantity
 from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.errors import SceneError
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.model import Scene
@@ -104,12 +104,12 @@ class AdaptiveRun:
         return None if step % self._per_command else self._decide(stamp(step, self._step_ns))
 
     def _hear(self, run: Trajectory) -> None:
-        taken = run.samples[-int(run.samples[0, 0]) % self._per_sample :: self._per_sample]
-        steps, at = taken[:, 0].astype(np.int64), run.channels.index
+        rows, at = taken(run, self._per_sample), run.channels.index
+        steps = rows[:, 0].astype(np.int64)
         first = at(f"{self._sensor}_1")
-        said = self._faults.said(self._sensor, taken[:, first : first + 2].T, steps)
-        speed = self._faults.said(SPINDLE, taken[:, at("speed")], steps)
-        shown = np.column_stack((taken[:, at("angle")], speed, said.T))
+        said = self._faults.said(self._sensor, rows[:, first : first + 2].T, steps)
+        speed = self._faults.said(SPINDLE, rows[:, at("speed")], steps)
+        shown = np.column_stack((rows[:, at("angle")], speed, said.T))
         for step, row in zip(steps.tolist(), shown.tolist(), strict=True):
             if not self._faults.silent(step) & self._heard:
                 self.controller.sample(stamp(step, self._step_ns), *row)

@@ -7,7 +7,7 @@ import numpy as np
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
-from ab_sim.drive.leaders import is_led, leader_of, restored_leader
+from ab_sim.drive.leaders import leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.step_plan import StepPlan
@@ -98,11 +98,9 @@ class Drive:
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
-        self._led = not commanded and is_led(scene)
-        held = commanded or self._led
-        self._first_profile = (
-            SpeedSchedule.at_start(scene) if held else SpeedSchedule.of_scene(scene)
-        )
+        self._led = not commanded and scene.is_led
+        schedule = SpeedSchedule.at_start if commanded or self._led else SpeedSchedule.of_scene
+        self._first_profile = schedule(scene)
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
@@ -244,16 +242,17 @@ class Drive:
     def _advance(self, steps: int) -> Trajectory:
         samples, first = self._room_for(steps), self.steps
         if self.leader is None:
-            return self._taken(samples)
-        while (done := self.steps - first) < steps:
-            self._obey(self._taken(samples[done : self.leader.next(self.steps) - first]))
+            return self._go_on(samples)
+        while self.steps < first + steps:
+            part = slice(self.steps - first, self.leader.next(self.steps) - first)
+            self._obey(self._go_on(samples[part]))
         return Trajectory(self.channels, samples)
 
-    def _taken(self, samples: np.ndarray) -> Trajectory:
-        """Take as many steps as there is room for."""
-        if len(samples):
-            self._take(self._step_plan, len(samples), samples)
-            self.steps += len(samples)
+    def _go_on(self, samples: np.ndarray) -> Trajectory:
+        """Take as many steps as there are samples to be written."""
+        if steps := len(samples):
+            self._take(self._step_plan, steps, samples)
+            self.steps += steps
         return self._reader.trajectory(samples)
 
     def _obey(self, newest: Trajectory) -> None:
@@ -297,7 +296,8 @@ class Drive:
             there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
             self._take(StepPlan([there]), 0, sample)
-            return self._reader.observation(self._reader.present(sample), time, self._discrete_state)
+            present = self._reader.present(sample)
+            return self._reader.observation(present, time, self._discrete_state)
 
     def energy(self) -> EnergyBalance:
         """The energy balance since the start.
@@ -395,6 +395,6 @@ class Drive:
         if self._has_motor:
             psi, omega, _ = state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
-        scheduled = self._segment_at(time)
-        segment, local = scheduled.segment, time - scheduled.start
-        return float(scheduled.start_angle + segment.angle(local)), float(segment.speed(local))
+        start, _, start_angle, segment = self._segment_at(time)
+        local = time - start
+        return float(start_angle + segment.angle(local)), float(segment.speed(local))

@@ -11,14 +11,9 @@ from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.model import Scene
 
 
-def is_led(scene: Scene) -> bool:
-    """Whether its profile decides while it runs: there is no speed over time before."""
-    return scene.planned.profile != scene.profile
-
-
 def leader_of(scene: Scene, faults: Iterable[Fault] = ()) -> Leader | None:
     """What commands a drive of a scene from its start on; None: its profile is known beforehand."""
-    if not is_led(scene):
+    if not scene.is_led:
         return None
     adaptive = isinstance(scene.profile, AdaptiveProfile)
     return AdaptiveRun(scene, faults) if adaptive else SegmentsRun(scene, faults)

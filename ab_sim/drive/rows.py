@@ -38,8 +38,11 @@ class RowReader:
         self._driven = DrivenBalls.of(scene)._replace(masses=masses)
         self._deck_model, self._layout = system.deck_model, layout_of(system)
         self._motor, self._ways = bool(has_motor(system.effects)), type(system.deck_model).AXES
+        self._friction = bool(has_friction(system.effects))
+        sensors = scene.pickups
+        self._points = {name: sensor.position for name, sensor in sensors.items()}
         self.pickups = {
-            name: Pickup(sensor, self._step, self._ways) for name, sensor in scene.pickups.items()
+            name: Pickup(sensor, self._step, self._ways) for name, sensor in sensors.items()
         }
         self.channels = channels_of(scene, system)
         self._own = slice(DECK, DECK + len(type(system.deck_model).CHANNELS))
@@ -118,7 +121,7 @@ class RowReader:
     def _stuck(self, discrete_state: np.ndarray) -> np.ndarray:
         """Whether friction holds a ball on the race, shape (balls,)."""
         held = (discrete_state[:, DIRECTION] == 0) & (discrete_state[:, LOADED] == 1)
-        stuck: np.ndarray = held & bool(has_friction(self._system.effects))
+        stuck: np.ndarray = held & self._friction
         return stuck
 
     def _readings(self) -> list[slice]:
@@ -131,10 +134,10 @@ class RowReader:
 
         That is specific force on the deck's axes [m/s^2], or a probe's displacement [m].
         """
-        point, effects = self._scene.pickups[name].position, self._system.effects
+        point, effects = self._points[name], self._system.effects
         if name in self._scene.probes:
             return self._displaced(shown, np.array(point))
-        return np.stack(self._deck_model.specific_force(effects, shown.T, point), axis=1)
+        return np.column_stack(self._deck_model.specific_force(effects, shown.T, point))
 
     def _displaced(self, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
         """How far a point of the deck has moved, on inertial axes [m], shape (samples, ways)."""

@@ -9,17 +9,14 @@ import numpy as np
 from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.scene.sensors import steps_per_sample
 from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.spindle.schedule import SpeedSchedule
-from ab_sim.spindle.segments_course import SegmentsCourse
-
-PERIOD, SILENCE = 0.005, 1.0
-"""s between two commands, and for which the vibration may be missing: the controller's defaults."""
+from ab_sim.spindle.segments_course import PERIOD, SILENCE, SegmentsCourse
 
 
 class SegmentsRun:
@@ -79,11 +76,11 @@ class SegmentsRun:
         return self._run.commanded
 
     def _hear(self, run: Trajectory, name: str, every: int) -> None:
-        taken = run.samples[-int(run.samples[0, 0]) % every :: every]
+        rows = taken(run, every)
         own = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
         columns = [run.channels.index(channel) for channel in own if channel in run.channels]
-        steps = taken[:, 0].astype(np.int64)
-        steps, said = self._faults.sampled(name, steps, taken[:, columns])
+        steps = rows[:, 0].astype(np.int64)
+        steps, said = self._faults.sampled(name, steps, rows[:, columns])
         for step, vector in zip(steps.tolist(), said.tolist(), strict=True):
             now = stamp(step, self._step_ns)
             self._course.receive(now, name, step * self._step_ns, vector)

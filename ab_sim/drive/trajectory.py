@@ -26,6 +26,11 @@ def channels_for(
     return (*SPINDLE_CHANNELS, *deck_model, *each, *torque, *readings)
 
 
+def taken(run: "Trajectory", every: int) -> np.ndarray:
+    """The samples that a sensor takes, one of so many integration steps; a run has one at least."""
+    return run.samples[-int(run.samples[0, 0]) % every :: every]
+
+
 def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
     """Refuse a run whose samples would not fit.
 

@@ -32,6 +32,12 @@ FORMULA_COLUMNS = (
     *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
 )
 """Columns of System.balls, in the order of ``equations.race.BallConstants``."""
+EVENTFUL = {
+    "friction_coefficient": "balls stick and slip",
+    "restitution": "balls collide",
+    "rotor_moment": "a motor reaches its limit",
+}
+"""Methods of effects with set-valued laws, which have events; and what happens there."""
 
 
 class System(NamedTuple):
@@ -94,7 +100,7 @@ def has_motor(effects: tuple[Any, ...]) -> bool:
 
 def has_events(effects: tuple[Any, ...]) -> bool:
     """Whether there are set-valued laws."""
-    return any_has(effects, "friction_coefficient", "restitution", "rotor_moment")
+    return any_has(effects, *EVENTFUL)
 
 
 def has_gravity(effects: tuple[Any, ...]) -> bool:

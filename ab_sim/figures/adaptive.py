@@ -24,7 +24,7 @@ ENDS = {State.DONE: "tab:green", State.GAVE_UP: "tab:purple", State.ABORTED: "ta
 """Marked by a line: nothing more is decided."""
 WIDTH = 0.011
 """Of a letter of these labels, at most, over the width of the panels."""
-TRUE, BELIEVED, LIMIT = "tab:red", "black", "0.45"
+TRUE, BELIEVED = "tab:red", "black"
 
 
 class Stretch(NamedTuple):
@@ -86,9 +86,7 @@ def _free_row(rows: list[float], begin: float, width: float) -> int:
     return row
 
 
-def draw_unbalance(
-    axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome, begins: float = 0.0
-) -> None:
+def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
     """The net unbalance that there was, and the one that was believed in, with its deviation.
 
     Args:
@@ -96,10 +94,9 @@ def draw_unbalance(
         path: the run.
         scene: what was run.
         adaptive: what its controller believed.
-        begins: time of the run at which the controller's is 0 [s].
     """
     length, symbol = scene.whirl_unit
-    times = np.array([believed.time for believed in adaptive.beliefs]) + begins
+    times = np.array([believed.time for believed in adaptive.beliefs])
     values = np.array([believed.net_unbalance for believed in adaptive.beliefs]) / length
     spread = np.array([b.net_unbalance_deviation for b in adaptive.beliefs]) / length
     true = net_unbalance(path, scene) / length

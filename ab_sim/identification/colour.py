@@ -22,6 +22,18 @@ PARTS = 4
 """Steps of a real sensor's low-pass in a sampling interval."""
 
 
+def low_pass_alone(sensor: Sampled, step: float) -> Pickup:
+    """What is left of a sensor without noise and digits, sampled at each step, on the deck's axes.
+
+    Args:
+        sensor: its parameters.
+        step: integration step [s].
+    """
+    digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
+    own = {**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step}
+    return Pickup(sensor.model_copy(update=own), step)
+
+
 def whitening_of(measured: Measured) -> np.ndarray | None:
     """Taps of the filter after which the sensor's noise is white, the first being 1.
 
@@ -64,9 +76,7 @@ def _covariance(sensor: Sampled, step: float, every: int) -> np.ndarray:
     """Of noise at samples so many steps apart, in cyclic order."""
     response = np.zeros((LONG, 2))
     response[0] = 1.0
-    quiet = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9, "axis_angle": 0.0}
-    own = sensor.model_copy(update={**quiet, "sample_rate": 1.0 / step})
-    passed = Pickup(own, step).process(1, response)[:, 0]
+    passed = low_pass_alone(sensor, step).process(1, response)[:, 0]
     size = sensor.noise_density**2 * 0.5 / step
     whole = size * fftconvolve(passed, passed[::-1])[LONG - 1 :: every]
     count = LONG // 2

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from ab_sim.errors import InputError, nearest
-from ab_sim.identification.inputs import check_kinds, measured_of
+from ab_sim.identification.inputs import check_names, measured_of
 from ab_sim.identification.mapping import Mapping as ColumnMapping
 from ab_sim.identification.mapping import number_of, read_mapping_file
 from ab_sim.identification.measured import NUISANCES, Measured
@@ -65,7 +65,7 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
                 f"{measured.name}: trial mass = {mass} kg: must be at least 0, below {MOST_MASS:g}"
             )
         found.append(replace(measured, free=free, trial_mass=mass))
-    check_kinds(found)
+    check_names(found)
     names = [each.name for each in found]
     for name in files.trial_masses:
         if name not in names:

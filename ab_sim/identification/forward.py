@@ -16,12 +16,11 @@ from ab_sim.dynamics.assemble import start_state
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.equations.planar import Planar
 from ab_sim.errors import AbSimError, SceneError
+from ab_sim.identification.colour import low_pass_alone
 from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.runs import AlikeRuns
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.sensors import Sampled
-from ab_sim.sensing import Pickup
 
 MOTOR = "motor"
 ON_GRID = 1e-6
@@ -108,7 +107,7 @@ class RecordedDrive:
     ) -> SimulatedSignals | None:
         """A run and its derivatives; None where it diverges or cannot be.
 
-        By differences; across events by exact tangents, where these are there.
+        By differences; of runs that do not go side by side by tangents, where these are there.
 
         Args:
             values: of the scene.
@@ -143,8 +142,8 @@ class RecordedDrive:
     def _exact(self, values: Values, places: Sequence[KeyPlace]) -> np.ndarray | None:
         """Derivatives on the sensor's axes at each step, shape (places, steps, axes).
 
-        None where differences serve as well, as without events, or there are none: of a deck in
-        space, and where what varies is not the run's own scene.
+        None where runs go side by side, as differences cost less then, or there are none: of a
+        deck in space, and where what varies is not the run's own scene.
         """
         measured, first = self.measured, self._runs.first
         own = measured.with_balls and not measured.trial_mass
@@ -163,7 +162,7 @@ class RecordedDrive:
             return None
         across = found.derivatives[:, :, 1 : self.steps + 1].transpose(1, 2, 0)
         if measured.sensor is not None:
-            pickup = Pickup(noiseless(measured.sensor, self.step), self.step)
+            pickup = low_pass_alone(measured.sensor, self.step)
             felt = []
             for each in across:
                 pickup.reset(np.zeros(2))
@@ -173,7 +172,7 @@ class RecordedDrive:
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
-        prepared = [self._runs.prepared(self.scene_with(values)) for values in every]
+        prepared = [self._runs.first.with_numbers_of(self.scene_with(values)) for values in every]
         samples = self._runs.samples(prepared)
         if samples is None:
             return None
@@ -189,7 +188,7 @@ class RecordedDrive:
         shown = taken.samples[:, first : first + len(type(deck).CHANNELS)]
         across = self._felt(run, shown)
         if sensor is not None:
-            pickup = Pickup(noiseless(sensor, self.step), self.step)
+            pickup = low_pass_alone(sensor, self.step)
             start = start_state(run.scene, run.system)[layout_of(run.system).deck]
             # As if the drive had hung there at rest for ever.
             pickup.reset(self._felt(run, deck.at_rest(start))[0])
@@ -226,12 +225,6 @@ def _heavier(scene: Scene, mass: float) -> Scene:
         "rotor.eccentric_mass": scene.eccentric_mass,
     }
     return changed_scene(scene, changes, "trial mass")
-
-
-def noiseless(sensor: Sampled, step: float) -> Sampled:
-    """What is left of a sensor is its low-pass; its axes and samples are those of the recording."""
-    digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
-    return sensor.model_copy(update={**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step})
 
 
 def _step(scene: Scene, measured: Measured) -> float:

@@ -88,7 +88,7 @@ class _Reader:
         )  # fmt: skip
         time = self._time(len(signals))
         check_time(time, name)
-        own, step, first = self._run(time)
+        own, step = self._run(time)
         time = time - (0.0 if own else time[0])
         speed = self._optional(mapping.speed, "rad/s", "speed")
         angle = self._optional(mapping.angle, "rad", "angle")
@@ -200,13 +200,13 @@ class _Reader:
             raise InputError(f"{self._name}: sampling = {rate} Hz: must be more than 0")
         return np.arange(count) / rate
 
-    def _run(self, time: np.ndarray) -> tuple[bool, float | None, float]:
+    def _run(self, time: np.ndarray) -> tuple[bool, float | None]:
         """Whether the run's own start is known; the step that it was made with."""
         step = self._table.description.get("step")
         if not isinstance(step, float) or "step" not in self._table.columns:
-            return False, None, 0.0
+            return False, None
         first = float(self._table.columns["step"][0])
-        return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step, first
+        return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step
 
     def _axes(self) -> tuple[float, ...]:
         found = []
@@ -248,8 +248,8 @@ class _Reader:
         )
 
 
-def check_kinds(found: Sequence[Measured]) -> None:
-    """Refuse recordings that have nothing to do with each other.
+def check_names(found: Sequence[Measured]) -> None:
+    """Refuse recordings that no name tells apart.
 
     Raises:
         InputError: two have the same name.

@@ -182,23 +182,19 @@ def _skews(
     variance: float, reach: float,
 ) -> dict[int, float]:  # fmt: skip
     """By how much the rise at the intervals' ends is off what a parabola says, as a share."""
-    best = _square(problem, values)
+    best = problem.cost(values)
     found = {}
     for j in free:
         k = list(free).index(j)
         step = reach * float(np.sqrt(covariance[k, k]))
         rises = [
-            (_square(problem, _moved(problem, values, free, covariance, j, way * step)) - best)
+            2.0
+            * (problem.cost(_moved(problem, values, free, covariance, j, way * step)) - best)
             / (variance * reach**2)
             for way in (-1.0, 1.0)
         ]
         found[j] = max(abs(rise - 1.0) for rise in rises)
     return found
-
-
-def _square(problem: Problem, values: np.ndarray) -> float:
-    found = problem.residuals(values)
-    return float(found @ found)
 
 
 def _end(
@@ -208,7 +204,7 @@ def _end(
     """Where the fit has become worse by so much, and the points on the way; infinite: nowhere."""
     each, k = problem.parameters[j], list(free).index(j)
     others = [i for i in free if i != j]
-    best = _square(problem, values)
+    best = problem.cost(values)
     bound = each.high if way > 0.0 else each.low
     step = 2.0 * float(np.sqrt(covariance[k, k]))
     at, seen = float(values[j]), 0.0
@@ -219,7 +215,7 @@ def _end(
         moved = _moved(problem, begin, free, covariance, j, place - float(begin[j]))
         moved[j] = place
         found = minimise(problem, moved, others, PROFILE_STEPS)
-        return max(2.0 * found.cost - best, 0.0), found.values
+        return max(2.0 * (found.cost - best), 0.0), found.values
 
     for _ in range(PROFILE_POINTS):
         place = at + way * step

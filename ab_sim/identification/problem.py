@@ -1,5 +1,6 @@
 """What a fit makes small: measured less simulated, over all recordings, in units of their noise."""
 
+import copy
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -87,8 +88,7 @@ class Problem:
 
     def with_noise(self, noise: Sequence[float]) -> "Problem":
         """The same with other standard deviations."""
-        found = object.__new__(Problem)
-        found.__dict__.update(self.__dict__)
+        found = copy.copy(self)
         found.noise = tuple(noise)
         return found
 
@@ -98,6 +98,11 @@ class Problem:
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
             found.append(self.left(k, values)[there] / noise)
         return np.concatenate(found)
+
+    def cost(self, values: np.ndarray) -> float:
+        """Half the sum of squares of the residuals."""
+        found = self.residuals(values)
+        return 0.5 * float(found @ found)
 
     def left(self, number: int, values: np.ndarray) -> np.ndarray:
         """Measured less simulated, whitened, where noise has a colour; shape (samples, axes).

@@ -227,6 +227,4 @@ def words_of(each: Estimate) -> str:
     value = f"{each.name} = {each.value:.6g}{unit}"
     if not np.isfinite(each.low) and not np.isfinite(each.high):
         return f"{value}, {each.how}: any value fits (-inf to inf)"
-    low = "-inf" if not np.isfinite(each.low) else f"{each.low:.6g}"
-    high = "inf" if not np.isfinite(each.high) else f"{each.high:.6g}"
-    return f"{value} ({low} to {high})"
+    return f"{value} ({each.low:.6g} to {each.high:.6g})"

@@ -1,6 +1,5 @@
 """Many runs of one kind of scene, whose numbers differ: prepared once, run side by side."""
 
-import copy
 from collections.abc import Sequence
 
 import numpy as np
@@ -9,10 +8,6 @@ from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.batch.sample_buffer import SampleBuffer
 from ab_sim.batch.sequential import SequentialRuns
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.kernels.constants import numbers_of
-from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule
 from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
@@ -33,16 +28,6 @@ class AlikeRuns:
         self._one_by_one = (
             None if first.fits_lane else SequentialRuns(first, SampleBuffer(0, shape))
         )
-
-    def prepared(self, scene: Scene) -> PreparedRun:
-        """A run of one of the scenes."""
-        run = copy.copy(self.first)
-        run.scene, run.system = scene, system_of(scene)
-        run.numbers = numbers_of(run.system)
-        if scene.start.angle != self.first.scene.start.angle:
-            segments = SpeedSchedule.of_scene(scene).segments
-            run.step_plan_key = run.step_plan_key._replace(scheduled_segments=segments)
-        return run
 
     def samples(self, runs: Sequence[PreparedRun]) -> np.ndarray | None:
         """All steps of each, shape (runs, steps, channels); None where one of them diverged."""

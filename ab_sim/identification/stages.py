@@ -38,7 +38,6 @@ class Fitted(NamedTuple):
     """Of all parameters [SI]."""
     cost: float
     """Half the sum of squares, in units of noise; of a robust loss where one was asked for."""
-    converged: bool
 
 
 def minimise(
@@ -61,8 +60,7 @@ def minimise(
     """
     free = list(free)
     if not free:
-        found = problem.residuals(values)
-        return Fitted(values.copy(), 0.5 * float(found @ found), True)
+        return Fitted(values.copy(), problem.cost(values))
     scales = problem.scales[free]
     low = np.array([problem.parameters[j].low for j in free]) / scales
     high = np.array([problem.parameters[j].high for j in free]) / scales
@@ -89,7 +87,7 @@ def minimise(
         xtol=1e-10,
         gtol=1e-10,
     )
-    return Fitted(whole(result.x), float(result.cost), bool(result.status > 0))
+    return Fitted(whole(result.x), float(result.cost))
 
 
 class _Points:
@@ -198,7 +196,7 @@ class StagedFit:
         start = self.best[places]
         common = [j for j in felt if part.parameters[j].recording is None]
         tried = [start, *self._drawn(part, start, common, SCAN, 0)]
-        costs = [_cost(part, values) for values in tried]
+        costs = [part.cost(values) for values in tried]
         best: Fitted | None = None
         order = np.argsort(costs, kind="stable")[:4]
         for done, k in enumerate([0, *(k for k in order if k != 0)]):
@@ -276,11 +274,6 @@ def _places(whole: Problem, recordings: Sequence[int]) -> list[int]:
         j for k in recordings for j, each in enumerate(whole.parameters) if each.recording == k
     ]  # fmt: skip
     return [*range(common), *own]
-
-
-def _cost(problem: Problem, values: np.ndarray) -> float:
-    found = problem.residuals(values)
-    return 0.5 * float(found @ found)
 
 
 def _known(jacobian: np.ndarray) -> np.ndarray:

@@ -1,7 +1,6 @@
 """Functions of a model's expressions in LLVM's language, and where their inputs are in memory."""
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from math import pi
 
 from ab_sim.kernels.constants import PLACE_FIELDS, ConstantsLayout
@@ -54,6 +53,8 @@ class Emission:
         self.known: dict[int, MemorySlot] = {}
         self.size = layout.size
         """Of the constants, with what follows from them."""
+        self.derived: list[Expression] = []
+        """What follows from the constants, in the order in which it lies behind them."""
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
             self.derived.append(x)
@@ -73,11 +74,6 @@ class Emission:
     def row_channels(self) -> int:
         """How many numbers a sample's row has."""
         return len(self.roots["sample"]) + 2 * self.model.count + self.model.has_motor
-
-    @cached_property
-    def derived(self) -> list[Expression]:
-        """What follows from the constants, in the order in which it lies behind them."""
-        return []
 
     def motor(self, evaluated: Evaluated) -> list[Expression]:
         """Torque asked for and its limit [N m], and the speed of the spindle [rad/s]."""

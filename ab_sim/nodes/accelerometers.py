@@ -11,7 +11,7 @@ from ab_msgs_py.imu import FORCE
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import frame_of
 from ab_sim.drive.faults.active import ActiveFaults
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.scene import Scene
 from ab_sim.scene.sensors import steps_per_sample
 from ab_sim.sensing import noise_variance
@@ -34,9 +34,9 @@ class _Stream(NamedTuple):
         # A sample takes 5 us, a thousand times a second and more, in vain if nobody listens.
         if not self.publisher.get_subscription_count():
             return
-        taken = run.samples[-int(run.samples[0, 0]) % self.every :: self.every]
+        rows = taken(run, self.every)
         at = run.channels.index(f"{self.name}_1")
-        steps, forces = faults.sampled(self.name, taken[:, 0], taken[:, at : at + self.axes])
+        steps, forces = faults.sampled(self.name, rows[:, 0], rows[:, at : at + self.axes])
         for step, (x, y, *z) in zip(steps.tolist(), forces.tolist(), strict=True):
             force = x, y, z[0] if z else 0.0
             self.publisher.publish(self.message.at(int(step) * self.step_ns, force))

@@ -24,6 +24,7 @@ from ab_sim.nodes.settings import Settings, Values
 from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.spindle.profile_run import ProfileState
+from ab_sim.spindle.segments_course import PERIOD, SILENCE
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
@@ -53,7 +54,7 @@ class ProfileController(PlainLog):
              ParameterSpec("snapshot", "profile.json")),
         ):  # fmt: skip
             self._settings.declare(meaning, wanted)
-        rate = declare(self, "command_rate", 200.0, "commands", "1/s", (1.0, 1000.0))
+        rate = declare(self, "command_rate", 1.0 / PERIOD, "commands", "1/s", (1.0, 1000.0))
         auto_start = declare(self, "auto_start", False, "start as soon as there is a drive")
         self._slope = declare(
             self,
@@ -66,7 +67,7 @@ class ProfileController(PlainLog):
         self._silence = declare(
             self,
             "vibration_timeout",
-            1.0,
+            SILENCE,
             "without a good sample of it, where a condition needs the vibration, before an abort",
             "s",
             (0.001, 1e4),

@@ -228,7 +228,7 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
 
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
     """Whether the commands are the scene's profile, to the bit, at the first samples."""
-    if scene.planned.profile != scene.profile:
+    if scene.is_led:
         return False  # what was measured has decided
     steps, commands = next(run.blocks(("step", "command"))).T
     replay = ReplayedDrive(Drive(scene), obeys=False)

@@ -5,16 +5,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 
 import numpy as np
-from plotly.offline import get_plotlyjs
 from scipy.signal import periodogram
 
 from ab_sim.identification.intervals import ProfilePoints
 from ab_sim.identification.result import Identification, RecordingFit, share_words, shown_unit
-from ab_sim.output_file import write_whole
-from ab_sim.presentation import number
+from ab_sim.presentation import number, titled
 from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
 from ab_sim.reports.grid import Limits
-from ab_sim.reports.page import STYLE, panel_figure, shown
+from ab_sim.reports.page import panel_html, shown, write_page
 from ab_sim.reports.panels import TIME, Panel, PanelLine
 
 POINTS = 3000
@@ -38,15 +36,7 @@ def identification_page(found: Identification, path: Path) -> None:
     Raises:
         OSError: it cannot be written.
     """
-    title = f"{found.before.name}: {found.verdict}"
-    body = "".join(_sections(found))
-    text = (
-        '<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{shown(title)}</title>\n<style>{STYLE}</style>\n"
-        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n{body}"
-        "</body></html>\n"
-    )
-    write_whole(path, text.encode())
+    write_page(path, f"{found.before.name}: {found.verdict}", "".join(_sections(found)))
 
 
 def _sections(found: Identification) -> Iterator[str]:
@@ -92,8 +82,8 @@ def _table(heads: Sequence[str], rows: Rows) -> str:
 def _value_rows(found: Identification) -> Rows:
     return [
         (
-            f"{each.name} [{each.unit}]" if each.unit != "1" else each.name,
-            f"{each.value:.6g}", _end(each.low), _end(each.high), number(each.start),
+            titled(each.name, each.unit),
+            f"{each.value:.6g}", f"{each.low:.6g}", f"{each.high:.6g}", number(each.start),
             each.how + (", at its bound" if each.at_bound else ""),
         )
         for each in found.estimates
@@ -115,15 +105,8 @@ def _proposal_rows(found: Identification) -> Rows:
     ]
 
 
-def _end(value: float) -> str:
-    return f"{value:.6g}" if math.isfinite(value) else ("-inf" if value < 0 else "inf")
-
-
 def _division(panel: Panel, limits: Limits) -> str:
-    drawn = panel_figure(panel, limits).to_html(
-        full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
-    )
-    return f"<div><h3>{shown(panel.title)}</h3>{drawn}</div>\n"
+    return f"<div><h3>{shown(panel.title)}</h3>{panel_html(panel, limits)}</div>\n"
 
 
 def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:

@@ -18,7 +18,7 @@ from ab_sim.reports.summary import CAPTION, Row
 
 HEIGHT = 270
 """Pixels of a panel of height 1."""
-STYLE = """
+_STYLE = """
 body { font-family: sans-serif; margin: 1.5em; color: #222; }
 table { border-collapse: collapse; margin-bottom: 0.5em; }
 th, td { text-align: left; padding: 0.25em 1.2em 0.25em 0.3em; border-bottom: 1px solid #ccc; }
@@ -78,12 +78,29 @@ def report_page(
     for panels, limits, own in zip(grid.rows, grid.limits, grid.own, strict=True):
         for panel, each in zip(panels, limits, strict=True):
             body += "<div></div>\n" if panel is None else _division(panel, each, own)
+    write_page(
+        path,
+        title,
+        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{shown(CAPTION)}</p>\n{said}"
+        f'<div class="runs" style="{columns}">\n{body}</div>\n<script>{_SCRIPT}</script>',
+    )
+
+
+def write_page(path: Path, title: str, body: str) -> None:
+    """Write a page that has all that its figures need.
+
+    Args:
+        path: file to write: .html.
+        title: a text from outside.
+        body: what is below the title, as HTML.
+
+    Raises:
+        OSError: it cannot be written.
+    """
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
-        f"<title>{shown(title)}</title>\n<style>{STYLE}</style>\n"
-        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n"
-        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{shown(CAPTION)}</p>\n{said}"
-        f'<div class="runs" style="{columns}">\n{body}</div>\n<script>{_SCRIPT}</script>'
+        f"<title>{shown(title)}</title>\n<style>{_STYLE}</style>\n"
+        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n{body}"
         "</body></html>\n"
     )
     write_whole(path, text.encode())
@@ -95,17 +112,20 @@ def shown(text: str) -> str:
 
 
 def _division(panel: Panel, limits: Limits, own: bool) -> str:
-    figure = panel_figure(panel, limits)
-    drawn = figure.to_html(
-        full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
-    )
     kind = "time" if panel.across == TIME else "other"
     title = shown(grid_title(panel, own))
-    return f'<div class="{kind}"><h3>{title}</h3>{drawn}</div>\n'
+    return f'<div class="{kind}"><h3>{title}</h3>{panel_html(panel, limits)}</div>\n'
 
 
-def panel_figure(panel: Panel, limits: Limits) -> Any:
-    """A panel as Plotly draws it, on axes of these limits."""
+def panel_html(panel: Panel, limits: Limits) -> str:
+    """A panel as a part of a page, on axes of these limits."""
+    drawn: str = _figure(panel, limits).to_html(
+        full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
+    )
+    return drawn
+
+
+def _figure(panel: Panel, limits: Limits) -> Any:
     figure = go.Figure()
     if panel.heat is not None:
         figure.add_heatmap(

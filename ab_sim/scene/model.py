@@ -141,6 +141,11 @@ class Scene(Section):
         return (e, "e") if e > 0 else (self.race.radius, "R")
 
     @property
+    def is_led(self) -> bool:
+        """Whether its profile decides while it runs: there is no speed over time before."""
+        return planned(self.profile) != self.profile
+
+    @property
     def planned(self) -> "Scene":
         """The scene without what is decided while it runs: see ``profiles.planned``."""
         return self.model_copy(update={"profile": planned(self.profile)})

@@ -2,10 +2,8 @@
 
 from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator
-
 from ab_sim.scene.quantities import Length, Number, quantity
-from ab_sim.scene.sensors import Sampled, SensorName
+from ab_sim.scene.sensors import BY_DEFAULT, Sampled, SensorName
 
 
 class ProximityProbe(Sampled):
@@ -53,8 +51,5 @@ class ProximityProbe(Sampled):
     )
 
 
-Probes = dict[
-    SensorName,
-    Annotated[ProximityProbe, BeforeValidator(lambda value: {} if value is None else value)],
-]
+Probes = dict[SensorName, Annotated[ProximityProbe, BY_DEFAULT]]
 """By names of the scene's own, which no sensor has."""

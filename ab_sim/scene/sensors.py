@@ -191,8 +191,7 @@ SensorName = Annotated[
     BeforeValidator(_name),
     InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
 ]
-Sensors = dict[
-    SensorName,
-    Annotated[Accelerometer, BeforeValidator(lambda value: {} if value is None else value)],
-]
+BY_DEFAULT = BeforeValidator(lambda value: {} if value is None else value)
+"""A name with nothing behind it is a sensor with all its defaults."""
+Sensors = dict[SensorName, Annotated[Accelerometer, BY_DEFAULT]]
 """By names of the scene's own; all are accelerometers."""

@@ -8,6 +8,9 @@ from ab_sim.spindle.course import Believed
 from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
 from ab_sim.spindle.vibration_watch import VibrationWatch
 
+PERIOD, SILENCE = 0.005, 1.0
+"""s between two commands, and for which the vibration may be missing, if nobody says otherwise."""
+
 
 def waits_for_vibration(asked: AskedProfile) -> bool:
     """Whether a condition of a profile is judged by the vibration."""

@@ -136,8 +136,11 @@ class _Statements:
             self._round[x.number] = max(
                 (self._round[arg.number] for arg in self._args(x)), default=0
             ) + int(behind)
-        self._uses = Counter(arg.number for x in self._nodes for arg in self._args(x))
+        users = [(arg.number, x) for x in self._nodes for arg in self._args(x)]
+        self._uses = Counter(number for number, _ in users)
         self._uses.update(store.root.number for store in stores)
+        self._user = dict(users)
+        """By number of a node what computes with it; of those with several uses, one."""
         self._columns = self._kept()
         self._text: dict[int, str] = {}
         """Of a node, as it stands in another expression."""
@@ -225,10 +228,10 @@ class _Statements:
 
     def _used_near(self, x: Expression) -> bool:
         """Whether its one use is in the same loop, or outside of all as it is."""
-        for user in self._nodes:
-            if any(arg is x for arg in self._args(user)):
-                same_round = self._round[user.number] == self._round[x.number]
-                return user.each == x.each and (same_round or not x.each)
+        user = self._user.get(x.number)
+        if user is not None:
+            same_round = self._round[user.number] == self._round[x.number]
+            return user.each == x.each and (same_round or not x.each)
         (store,) = (store for store in self._stores if store.root is x)
         return x.each or not store.each
 

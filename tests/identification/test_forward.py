@@ -59,6 +59,9 @@ def test_exact_tangents_across_events_agree_with_differences(
         KeyPlace("start.ball_angles", 1),
     ]
     moves, values = [3e-12, 5e-10, 1e-6], {"start.ball_angles": [0.7, -2.0]}
+    # Side by side, as they go, they would be differentiated by differences.
+    monkeypatch.setattr(own._runs.first, "fits_lane", False)
+    assert own._exact(values, places) is not None
     exact = own.signals(values, places, moves)
     monkeypatch.setattr(RecordedDrive, "_exact", lambda *_: None)
     differences = own.signals(values, places, moves)

@@ -309,11 +309,8 @@ static void take_over(struct adaptive *a, double time, real angle, real speed, r
     a->time = time;
     a->angle = angle;
     a->speed = speed;
-    /* The second axis is 90 degrees ahead: angles counted from it are that much smaller. */
-    a->p[0] = p;
-    a->r[0] = r;
-    a->p[1] = -r;
-    a->r[1] = p;
+    a->p = p;
+    a->r = r;
 }
 
 static void filter(struct adaptive *a, real dt, real angle, real speed, real p, real r,
@@ -322,7 +319,7 @@ static void filter(struct adaptive *a, real dt, real angle, real speed, real p, 
     const struct adaptive_settings *settings = &a->settings;
     struct adaptive_axis *first = &a->axis[0], *second = &a->axis[1];
     int parts = 1 + (int)(dt * larger(settings->final_speed, speed) / STEP_ANGLE), k;
-    real h = dt / (real)parts, slope = a->slope, p0 = a->p[0], r0 = a->r[0];
+    real h = dt / (real)parts, slope = a->slope, p0 = a->p, r0 = a->r;
     for (k = 1; k <= parts; k++) {
         real p1 = p, r1 = r;
         if (k < parts) {
@@ -333,6 +330,7 @@ static void filter(struct adaptive *a, real dt, real angle, real speed, real p, 
         }
         if (first->known)
             axis_predict(first, settings, h, p0, r0, p1, r1);
+        /* The second axis is 90 degrees ahead: angles counted from it are that much smaller. */
         if (settings->axes == 2 && second->known)
             axis_predict(second, settings, h, -r0, p0, -r1, p1);
         p0 = p1;
@@ -799,10 +797,10 @@ static void walk(struct walk *w, struct adaptive *a)
 {
     real *const doing[] = {&a->heard, &a->standing, &a->stood_at, &a->nudge, &a->stagnant,
                            &a->before};
-    real *const seen[] = {&a->angle, &a->speed,     &a->slope,      &a->p[0], &a->p[1],
-                          &a->r[0],  &a->r[1],      &a->re,         &a->im,   &a->deviation,
-                          &a->fast,  &a->slow,      &a->average_re, &a->average_im,
-                          &a->scale, &a->critical,  &a->critical_deviation, &a->damping};
+    real *const seen[] = {&a->angle, &a->speed,    &a->slope,      &a->p,          &a->r,
+                          &a->re,    &a->im,       &a->deviation,  &a->fast,       &a->slow,
+                          &a->average_re,          &a->average_im, &a->scale,      &a->critical,
+                          &a->critical_deviation,  &a->damping};
     real *const watch[] = {&a->stuck[0], &a->stuck[1], &a->agreement, &a->slip};
     int state = (int)a->state, reason = (int)a->reason, i;
     whole_int(w, &state);

@@ -54,7 +54,7 @@ enum adaptive_reason {
     ADAPTIVE_NOT_FOLLOWING
 };
 
-enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 53, ADAPTIVE_AXIS_NUMBERS = 67 };
+enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 51, ADAPTIVE_AXIS_NUMBERS = 67 };
 
 /* One axis: x, x', Re q, Im q, K, D, offset; their covariance. */
 struct adaptive_axis {
@@ -81,7 +81,8 @@ struct adaptive {
     /* What it has seen. */
     long samples;
     double time;
-    adaptive_real angle, speed, slope, p[2], r[2];
+    adaptive_real angle, speed, slope;
+    adaptive_real p, r; /* force per mass of a net unbalance of 1 and of i, along the first axis */
     adaptive_real re, im, deviation; /* net unbalance [m] */
     adaptive_real fast, slow, average_re, average_im, scale;
     adaptive_real critical, critical_deviation, damping;
