@@ -39,7 +39,7 @@ class KeptWork:
         while len(self.runs()) < runs:
             assert program.poll() is None, f"it ended with {len(self.runs())} runs"
             assert time.monotonic() < give_up, f"it has kept {len(self.runs())} runs"
-            time.sleep(0.01)
+            time.sleep(0.05)  # a look reads all files, and takes its time from the command
         os.killpg(program.pid, number)
         return program.wait(timeout=ENDS)
 

@@ -7,6 +7,7 @@ import re
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import numpy as np
@@ -193,7 +194,7 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
         env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])},
     ) as process:  # fmt: skip
         while len(list(tmp_path.iterdir())) < 2 and process.poll() is None:
-            pass  # until it has begun to write
+            time.sleep(0.01)  # until it has begun to write
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
     assert process.returncode == 130 and "nothing was written" in said, said

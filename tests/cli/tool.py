@@ -11,16 +11,15 @@ from tempfile import NamedTemporaryFile
 PNG = b"\x89PNG\r\n"
 WIDTH = {"COLUMNS": "200"}
 SERVER = multiprocessing.get_context("forkserver")
-SERVER.set_forkserver_preload(
-    ["ab_sim.cli.app", "ab_sim.cli.offline", "ab_sim.figures.run", "ab_sim.nodes.caller"]
-)
+SERVER.set_forkserver_preload(["tests.cli.warm", "pyarrow.parquet", "scipy.stats", "pandas"])
 
 
 def ab_sim(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
     """Run a command, its tables 200 columns wide.
 
-    Its process is forked from one that has only imported what commands need: there are hundreds,
-    and imports would take each a second or two. Those in ``test_interruption`` begin from nothing.
+    Its process is forked from one that has imported what commands need, and has run a scene: there
+    are hundreds, and that would take each a second or two. Those in ``test_interruption`` begin
+    from nothing.
     """
     before = dict(os.environ)
     os.environ.update(WIDTH)  # Consoles look at it when they are imported.

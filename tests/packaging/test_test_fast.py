@@ -59,7 +59,7 @@ def test_every_room_has_tests_to_run(room: str) -> None:
 def test_what_there_is_no_time_for_is_skipped_and_said() -> None:
     environment = {**os.environ, fast.UNTIL: "0", fast.FILES: "tests/test_quoting.py"}
     environment["PYTHONPATH"] = os.pathsep.join([str(ROOT / "tools"), os.getenv("PYTHONPATH", "")])
-    how = ("-p", "test_fast", "-q", "-n", "2", "tests/test_quoting.py")
+    how = ("-p", "test_fast", "-q", "-n", "1", "tests/test_quoting.py")
     command = [sys.executable, "-m", "pytest", *how]
     done = subprocess.run(
         command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120

@@ -44,6 +44,9 @@ class Screen:
     def open(self, url: str) -> None:
         self._page.goto(url, timeout=PATIENCE)
 
+    def resize(self, width: int, height: int) -> None:
+        self._page.set_viewport_size({"width": width, "height": height})
+
     def sideways(self) -> int:
         """How far the page can be scrolled to the side [px]."""
         return int(

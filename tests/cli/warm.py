@@ -1,0 +1,12 @@
+"""What the process has behind it from which those of commands are forked.
+
+A short run, beside imports: it makes what takes the steps of all runs, which takes half a second.
+"""
+
+import ab_sim
+import ab_sim.cli.app
+import ab_sim.cli.offline
+import ab_sim.figures.run
+import ab_sim.nodes.caller  # noqa: F401
+
+ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.01"]))
