@@ -15,7 +15,7 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo action test test-fast coverage lint docs clean
+.PHONY: help demo action test test-fast coverage lint style types pytest docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -36,19 +36,24 @@ demo: $(VENV)/run.stamp
 
 action: $(VENV)/action.stamp
 
-# PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
-PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest -n 2 --dist loadfile --durations=15
+# PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it. Tests that start
+# ROS 2 nodes or commands wait for them half of their time: four processes keep two cores busy.
+PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest -n 4 --dist loadfile --durations=15
 
-# Most of the time goes into compiling kernels, which two processes share. What runs in real time
-# comes after that: it waits more than it works.
-test: lint $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
-	$(PYTEST) -m 'not ros'
-	$(PYTEST) -m ros
+test: style $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
+	@$(MAKE) --jobs=2 --no-print-directory types pytest
 
-lint: $(VENV)/dev.stamp
+lint: style types
+
+style: $(VENV)/dev.stamp
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
+
+types: $(VENV)/dev.stamp
 	$(BIN)/mypy
+
+pytest: $(VENV)/dev.stamp
+	$(PYTEST)
 
 # From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
 docs: $(VENV)/docs.stamp
