@@ -20,7 +20,9 @@ from std_srvs.srv import SetBool, Trigger
 
 from ab_msgs_py import Health, Topic, topics
 from ab_msgs_py.services import Answer, answer_of, switch_request, trigger_request
+from tests.forked.node import ForkedNode
 
+Process = subprocess.Popen[bytes] | ForkedNode
 DEADLINE = 120.0
 """s; generous: a node may have to compile its kernel first."""
 
@@ -37,7 +39,7 @@ class Fleet:
         }
         os.environ["ROS_AUTOMATIC_DISCOVERY_RANGE"] = "LOCALHOST"
         self._logs = logs
-        self.processes: dict[str, subprocess.Popen[bytes]] = {}
+        self.processes: dict[str, Process] = {}
         self.heard: dict[str, list[Any]] = {}
         self._context = rclpy.Context()
         rclpy.init(
@@ -57,16 +59,24 @@ class Fleet:
         topic.subscription(self.node, heard.append)
         return heard
 
-    def start(self, node: str, **parameters: Any) -> subprocess.Popen[bytes]:
-        """Start a node with parameters; ``left/drive_sim`` in a namespace, with a clock there."""
+    def start(self, node: str, **parameters: Any) -> Process:
+        """Start a node with parameters; ``left/drive_sim`` in a namespace, with a clock there.
+
+        Its process is forked, but for the recorder's, whose imports start threads. `ab-sim demo`
+        and `live`, and scripts that are installed, begin from nothing.
+        """
         settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
         namespace, _, executable = node.rpartition("/")
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
-        module = f"ab_sim.nodes.{executable}"
-        return self.start_process(node, sys.executable, "-m", module, "--ros-args", *settings)
+        module, arguments = f"ab_sim.nodes.{executable}", ["--ros-args", *settings]
+        if executable == "recorder":
+            return self.start_process(node, sys.executable, "-m", module, *arguments)
+        log = self._log_file(node)
+        self.processes[node] = ForkedNode(module, arguments, self._environment, log)
+        return self.processes[node]
 
-    def start_process(self, name: str, *command: str | Path) -> subprocess.Popen[bytes]:
+    def start_process(self, name: str, *command: str | Path) -> Process:
         """Start any program on the fleet's domain; it is watched and ended like a node."""
         with self._log_file(name).open("wb") as log:
             self.processes[name] = subprocess.Popen(
