@@ -40,7 +40,7 @@ action: $(VENV)/action.stamp
 # ROS 2 nodes or commands wait for them half of their time: four processes keep two cores busy.
 PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest -n 4 --dist loadfile --durations=15
 
-test: style $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
+test: style
 	@$(MAKE) --jobs=2 --no-print-directory types pytest
 
 lint: style types
@@ -52,7 +52,7 @@ style: $(VENV)/dev.stamp
 types: $(VENV)/dev.stamp
 	$(BIN)/mypy
 
-pytest: $(VENV)/dev.stamp
+pytest: $(VENV)/dev.stamp $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
 	$(PYTEST)
 
 # From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
@@ -95,11 +95,12 @@ $(VENV)/action.stamp: tools/install-action $(wildcard ab_interfaces/*.py ab_inte
 	@tools/install-action $(BIN)/python $(PIP_INSTALL)
 	@touch $@
 
-$(VENV)/browser.stamp: | $(VENV)/venv.stamp
+# One after the other, even with --jobs: each may call apt-get, which lets no second one in.
+$(VENV)/browser.stamp: | $(VENV)/action.stamp
 	@tools/install-browser
 	@touch $@
 
-$(VENV)/cyclonedds.stamp: tools/install-cyclonedds | $(VENV)/venv.stamp
+$(VENV)/cyclonedds.stamp: tools/install-cyclonedds | $(VENV)/browser.stamp
 	@tools/install-cyclonedds
 	@touch $@
 
