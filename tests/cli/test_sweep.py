@@ -17,7 +17,7 @@ MASSES = "balls.mass=0.5 g..3 g:6"
 
 def test_a_grid_is_shown_drawn_and_written(tmp_path: Path) -> None:
     done = ab_sim(
-        "sweep", "thesis-hold", *SHORT, "--over", MASSES, "--over", "start.speed=0,20 rad/s,40",
+        "sweep", "thesis-hold", *SHORT, "--over", MASSES, "--over", "start.speed=0,20,40 rad/s",
         "--merits", "peak_whirl_over_e,still_changing,final_tilt", "--json", "s.json",
         "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png", cwd=tmp_path,
     )  # fmt: skip
@@ -39,7 +39,7 @@ def test_a_grid_is_shown_drawn_and_written(tmp_path: Path) -> None:
     [
         ["balls.mass=0.5 g..3 g:9"],
         ["solver.stepper=rk4,rk8", "balls.mass=0.5 g..3 g:9"],
-        ["balls.mass=0.5 g,1 g,-1", "start.speed=0,10,20", "balls.count=1..2:2"],
+        ["balls.mass=0.5 g,1 g,-1 g", "start.speed=0,10,20", "balls.count=1..2:2"],
         ["balls.mass=-1,0.001"],
     ],
     ids=["line", "words", "three keys", "a failure"],
@@ -62,7 +62,7 @@ def test_every_kind_of_sweep_has_a_picture(over: list[str], tmp_path: Path) -> N
         ((), "Missing option"),
         (("--over", "balls.masss=1,2"), "did you mean 'balls.mass'"),
         (("--over", "balls.mass=1..2"), "how many values"),
-        (("--over", "balls.mass=12 mm,2"), "is a length"),
+        (("--over", "balls.mass=12 mm,2 mm"), "is a length"),
         (("--over", MASSES, "--merits", "final"), "no such merit"),
         (("--over", MASSES, "--merits", "final_ball_angles"), "is a list, not a number"),
         (("--over", MASSES, "--workers", "0"), "--workers 0: must be at least 1"),

@@ -1,6 +1,7 @@
 """What the process has behind it from which others are forked.
 
 A short run, beside imports: it makes what takes the steps of all runs, which takes half a second.
+Nothing of it imports rerun, which starts threads, and they are not forked.
 """
 
 import contextlib

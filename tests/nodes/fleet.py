@@ -3,7 +3,6 @@
 import os
 import signal
 import subprocess
-import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -62,16 +61,14 @@ class Fleet:
     def start(self, node: str, **parameters: Any) -> Process:
         """Start a node with parameters; ``left/drive_sim`` in a namespace, with a clock there.
 
-        Its process is forked, but for the recorder's, whose imports start threads. `ab-sim demo`
-        and `live`, and scripts that are installed, begin from nothing.
+        Its process is forked; those of `ab-sim demo` and `live`, and of scripts that are installed,
+        begin from nothing.
         """
         settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
         namespace, _, executable = node.rpartition("/")
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
         module, arguments = f"ab_sim.nodes.{executable}", ["--ros-args", *settings]
-        if executable == "recorder":
-            return self.start_process(node, sys.executable, "-m", module, *arguments)
         log = self._log_file(node)
         self.processes[node] = ForkedNode(module, arguments, self._environment, log)
         return self.processes[node]
