@@ -19,9 +19,9 @@ translated from its source and annotations to LLVM's language:
     again = compiled(above).bind(row)   # looks at the first argument once
     again(0.5)                          # 1 to 2 us, without holding up Python's other threads
 
-Modules, in the order in which they build on each other: ``kinds``, ``source``, ``body``,
-``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``calling``; and
-``elementary``, which is written in the subset.
+Modules, in the order in which they build on each other: ``kinds``, ``source``, ``blocks``,
+``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``library``,
+``calling``; and ``elementary``, which is written in the subset.
 
 What there is
 -------------
@@ -72,6 +72,7 @@ from ab_sim.compiling.kinds import (
     fma,
     scratch,
 )
+from ab_sim.compiling.library import Library
 from ab_sim.compiling.source import Untranslatable
 
 __all__ = [
@@ -81,6 +82,7 @@ __all__ = [
     "Floats",
     "IntegerTable",
     "Integers",
+    "Library",
     "Table",
     "Untranslatable",
     "call",

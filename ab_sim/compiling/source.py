@@ -99,6 +99,17 @@ def _record_of(cls: Any) -> Record | None:
     return Record(cls, cls._fields, tuple(k for k in kinds if k)) if all(kinds) else None
 
 
+class Signature(NamedTuple):
+    """What others have to know of a function to call it."""
+
+    symbol: str
+    """Its name in LLVM's language, without @."""
+    arguments: list[str]
+    kinds: list[Kind]
+    """Of the arguments."""
+    result: Kind | None
+
+
 class FunctionSource:
     """A function as written.
 
