@@ -2,9 +2,11 @@
 
 import ast
 import builtins
+import contextlib
 import functools
 import linecache
 import typing
+from collections.abc import Sequence
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -123,9 +125,8 @@ class FunctionSource:
     def __init__(self, function: FunctionType) -> None:
         code = function.__code__
         self.function, self.file, self.name = function, code.co_filename, function.__qualname__
-        found = _definitions(self.file, "".join(linecache.getlines(self.file)))
-        tree = found.get((code.co_firstlineno, code.co_name))
-        if not isinstance(tree, ast.FunctionDef):
+        tree = _definition(linecache.getlines(self.file), code.co_firstlineno)
+        if not isinstance(tree, ast.FunctionDef) or tree.name != code.co_name:
             where = f"{self.file}:{code.co_firstlineno}: {self.name}"
             raise Untranslatable(f"{where}: no source found; write it with def, in a file")
         self.tree = tree
@@ -172,12 +173,25 @@ class FunctionSource:
         return Untranslatable(f"{self.file}:{line}: in {self.name}: {what}; {instead}")
 
 
-@functools.lru_cache(maxsize=64)
-def _definitions(file: str, text: str) -> dict[tuple[int, str], ast.AST]:
-    """All functions of a file, by first line (a decorator's, if there is one) and name."""
-    found: dict[tuple[int, str], ast.AST] = {}
-    for node in ast.walk(ast.parse(text, file)):
-        if isinstance(node, ast.FunctionDef):
-            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-            found[first, node.name] = node
-    return found
+def _definition(lines: Sequence[str], first: int) -> ast.stmt | None:
+    """The statement that begins on a line, counted from 1: to parse all of a file takes longer.
+
+    It ends before a line that is no further indented, but not in brackets or quotes: what is before
+    it cannot be parsed then.
+    """
+    own = lines[first - 1 :]
+    if not own:
+        return None
+    margin = _margin(own[0])
+    # Lines keep their numbers. With a margin, the statement is one within another.
+    above = "\n" * (first - 2) + "if True:\n" if margin else "\n" * (first - 1)
+    for end, line in enumerate([*own[1:], "end"], 1):
+        if line.strip() and _margin(line) <= margin and line.lstrip()[0] != "#":
+            with contextlib.suppress(SyntaxError):
+                (found,) = ast.parse(above + "".join(own[:end])).body
+                return found.body[0] if isinstance(found, ast.If) else found
+    return None
+
+
+def _margin(line: str) -> int:
+    return len(line) - len(line.lstrip())
