@@ -8,7 +8,7 @@ import ctypes
 import functools
 import struct
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
@@ -145,7 +145,7 @@ class _Entry:
         # A function with the arguments' names, which also says how many there must be.
         self.row = eval(f"lambda {names}: ({''.join(part + ', ' for part in row[1:])})", puts)
         first, *others = map(leaves, kinds)
-        rest, result = sum(others, []), leaves(of_result) if of_result else []
+        rest, result = sum(others, ()), leaves(of_result) if of_result else ()
         self._of_first, self.others, results = map(_struct, (first, rest, result))
         self.block = ctypes.c_int64 * max(len(rest) + len(result), 1)
         kind, unpack, at = of_result, results.unpack_from, self.others.size
@@ -173,7 +173,7 @@ class _Entry:
         raise AssertionError
 
 
-def _struct(kinds: list[str]) -> struct.Struct:
+def _struct(kinds: Sequence[str]) -> struct.Struct:
     return struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
 
 

@@ -56,16 +56,17 @@ def element_of(kind: Array) -> Scalar:
     return _SCALARS[kind.element]
 
 
-def leaves(kind: Kind) -> list[str]:
+@functools.lru_cache(maxsize=1024)
+def leaves(kind: Kind) -> tuple[str, ...]:
     """LLVM's types of what a value of a kind consists of.
 
     In memory each of them takes eight bytes. Arrays are a pointer and a length per axis.
     """
     if isinstance(kind, Scalar):
-        return [kind.llvm]
+        return (kind.llvm,)
     if isinstance(kind, Array):
-        return ["ptr"] + ["i64"] * kind.rank
-    return [leaf for field in kind.kinds for leaf in leaves(field)]
+        return ("ptr", *["i64"] * kind.rank)
+    return tuple(leaf for field in kind.kinds for leaf in leaves(field))
 
 
 def tuple_of(kinds: typing.Iterable[Kind]) -> Record:
@@ -125,11 +126,14 @@ class FunctionSource:
     def __init__(self, function: FunctionType) -> None:
         code = function.__code__
         self.function, self.file, self.name = function, code.co_filename, function.__qualname__
-        tree = _definition(linecache.getlines(self.file), code.co_firstlineno)
+        tree = _definition(linecache.getlines(self.file)[code.co_firstlineno - 1 :])
         if not isinstance(tree, ast.FunctionDef) or tree.name != code.co_name:
             where = f"{self.file}:{code.co_firstlineno}: {self.name}"
             raise Untranslatable(f"{where}: no source found; write it with def, in a file")
         self.tree = tree
+        first = min(each.lineno for each in (tree, *tree.decorator_list))
+        self._above = code.co_firstlineno - first
+        """Lines of the file above those that have been parsed."""
         spec = tree.args
         if spec.vararg or spec.kwarg or spec.defaults or any(spec.kw_defaults):
             raise self.error(tree, "*args, **kwargs or a default", "pass every argument")
@@ -169,26 +173,24 @@ class FunctionSource:
 
     def error(self, node: ast.AST, what: str, instead: str) -> Untranslatable:
         """An error at a place in the function."""
-        line = getattr(node, "lineno", self.tree.lineno)
+        line = getattr(node, "lineno", self.tree.lineno) + self._above
         return Untranslatable(f"{self.file}:{line}: in {self.name}: {what}; {instead}")
 
 
-def _definition(lines: Sequence[str], first: int) -> ast.stmt | None:
-    """The statement that begins on a line, counted from 1: to parse all of a file takes longer.
+def _definition(lines: Sequence[str]) -> ast.stmt | None:
+    """The statement that lines begin with; to parse all of them would take longer.
 
     It ends before a line that is no further indented, but not in brackets or quotes: what is before
     it cannot be parsed then.
     """
-    own = lines[first - 1 :]
-    if not own:
+    if not lines:
         return None
-    margin = _margin(own[0])
-    # Lines keep their numbers. With a margin, the statement is one within another.
-    above = "\n" * (first - 2) + "if True:\n" if margin else "\n" * (first - 1)
-    for end, line in enumerate([*own[1:], "end"], 1):
+    margin = _margin(lines[0])
+    above = "if True:\n" if margin else ""
+    for end, line in enumerate([*lines[1:], "end"], 1):
         if line.strip() and _margin(line) <= margin and line.lstrip()[0] != "#":
             with contextlib.suppress(SyntaxError):
-                (found,) = ast.parse(above + "".join(own[:end])).body
+                (found,) = ast.parse(above + "".join(lines[:end])).body
                 return found.body[0] if isinstance(found, ast.If) else found
     return None
 

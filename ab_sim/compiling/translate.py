@@ -14,7 +14,7 @@ never change, so nothing is copied on the way down.
 
 import ast
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from types import FunctionType
 from typing import NamedTuple
 
@@ -77,10 +77,8 @@ class FunctionTranslator(Conditions):
     """
 
     def __init__(self, source: FunctionSource, callees: Callees) -> None:
-        names = [n for n in ast.walk(source.tree) if isinstance(n, ast.Name)]
-        stored = [n.id for n in names if isinstance(n.ctx, ast.Store)]
-        super().__init__(source, callees, {*source.arguments, *stored}, INTRINSICS)
-        self._stored = Counter(stored)
+        self._stored = Counter(stored(source.tree.body))
+        super().__init__(source, callees, {*source.arguments, *self._stored}, INTRINSICS)
         self._ways: list[tuple[str, str]] = []
         """Of the loops that this is in: labels for continue and break."""
         self._left: set[str] = set()
@@ -252,7 +250,7 @@ class FunctionTranslator(Conditions):
             item, begin, following = self.field(items, k), self.new("do"), self.new("next")
             self._unrolling += 1
             name = node.target.id if isinstance(node.target, ast.Name) else ""
-            stays = bool(name) and not self._assigned_in(node.body, name)
+            stays = bool(name) and name not in stored(node.body)
             in_memory = isinstance(item, StoredRecord) and item.fixed
             if not (stays and in_memory):
                 self._assign(node.target, item)
@@ -266,10 +264,6 @@ class FunctionTranslator(Conditions):
             self.start(following)
         self.go(done)
         self.start(done)
-
-    def _assigned_in(self, body: list[ast.stmt], name: str) -> bool:
-        names = [n for part in body for n in ast.walk(part) if isinstance(n, ast.Name)]
-        return any(n.id == name and isinstance(n.ctx, ast.Store) for n in names)
 
     def _for_range(self, node: ast.For, given: ast.Call) -> None:
         if not 1 <= len(given.args) <= 3 or given.keywords or not isinstance(node.target, ast.Name):
@@ -349,3 +343,14 @@ class FunctionTranslator(Conditions):
 
     def _Pass(self, node: ast.Pass) -> None:
         pass
+
+
+def stored(statements: Sequence[ast.stmt]) -> Iterator[str]:
+    """Names that are assigned to, each as often as it is."""
+    for each in statements:
+        own = [getattr(each, "target", None), *getattr(each, "targets", ())]
+        for target in filter(None, own):
+            names = (n for n in ast.walk(target) if isinstance(n, ast.Name))
+            yield from (n.id for n in names if isinstance(n.ctx, ast.Store))
+        for part in ("body", "orelse"):
+            yield from stored(getattr(each, part, ()))
