@@ -30,12 +30,11 @@ def _text(code: Code) -> str:
     emission, model = code.emission, code.model
     at = model.motion()
     slope = model.slope(at, model.evaluated(at))
-    directions: dict[Expression, Expression] = {}
     places = emission.state_places("d")
-    for name in list(places):
-        each = name in ("theta", "rate")
-        source = model.graph.input(name, each=each)
-        directions[source] = model.graph.input(f"d {name}", each=each)
+    directions = {
+        source: model.graph.input(f"d {source.payload}", each=source.each)
+        for source in model.state_inputs()
+    }
     directions[at.time] = model.graph.input("d time", Level.STATE)
     roots = emission.lowered({"rates": derivatives(slope, directions)})["rates"]
     lanes = lanes_for(model.count)

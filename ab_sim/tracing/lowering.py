@@ -5,7 +5,7 @@ of them round alike. Nothing is left to a compiler's judgement.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 
 from ab_sim.tracing.expression import Expression, fma, neg, reached, rebuilt
 
@@ -16,6 +16,7 @@ ROUND = 6755399441055744.0
 PI_2A, PI_2B, PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
 """pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact; with more, what is
 left by the first is, and the others are small."""
+NOTHING: Mapping[Expression, Expression] = {}
 
 
 def lowered(roots: Iterable[Expression]) -> list[Expression]:
@@ -66,12 +67,16 @@ def fused(roots: Iterable[Expression]) -> list[Expression]:
 def mapped(
     roots: Iterable[Expression],
     rule: Callable[[Expression, Sequence[Expression]], Expression],
+    inputs: Mapping[Expression, Expression] = NOTHING,
 ) -> list[Expression]:
-    """Roots made anew from their inputs: each node by ``rule(node, its new arguments)``."""
+    """Roots made anew from their inputs: each node by ``rule(node, its new arguments)``.
+
+    ``inputs`` are what stands in the place of some of these.
+    """
     roots = list(roots)
     new: dict[int, Expression] = {}
     for x in reached(roots):
-        new[x.number] = rule(x, [new[arg.number] for arg in x.args]) if x.args else x
+        new[x.number] = rule(x, [new[arg.number] for arg in x.args]) if x.args else inputs.get(x, x)
     return [new[root.number] for root in roots]
 
 
