@@ -43,7 +43,8 @@ them, also of other modules (``math.pi``); calls of functions of the subset, by 
     abs min max int float bool len
     math.  sqrt fabs copysign fmod floor ceil trunc isnan isinf isfinite
     kinds. fma float_from_bits scratch call
-    elementary. cos_sin exp expm1 power_of_two
+    elementary. exp expm1 power_of_two
+    ab_sim.tracing.cosine. cos_sin
 
 What differs from Python
 ------------------------
