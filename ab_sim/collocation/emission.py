@@ -45,14 +45,7 @@ OF_BALL = re.compile(r"(.+)\[(\d+)\]")
 """What an input of one ball is called, see ``unrolled.name_of``."""
 MATRICES = ("into_x", "into_v", "into_pull")
 AT_INSTANTS = ("response_to_one", "impulse", "impulse_rate")
-"""Parts of a table: N lines each, and one line each."""
-
-
-def line_of(what: str, nodes: int) -> int:
-    """Line of a table at which a quantity begins: see ``responses``."""
-    names = {"into_x": 0, "into_v": nodes, "into_pull": 2 * nodes}
-    names |= {"response_to_one": 3 * nodes, "impulse": 3 * nodes + 1, "impulse_rate": 3 * nodes + 2}
-    return names[what]
+"""Parts of a table, in the order of ``responses``: N lines each, and one line each."""
 
 
 class MemorySlots(dict[str, MemorySlot]):
@@ -127,13 +120,12 @@ class CollocationEmission:
 
     def table_places(self) -> dict[str, MemorySlot]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
-        found, nodes, size = {}, self.nodes, lines_of_table(self.nodes)
+        found, size = {}, lines_of_table(self.nodes)
+        matrices = [f"{what}.{k}" for what in MATRICES for k in range(self.nodes)]
         for name, (pointer, at, stride) in self._table_of().items():
-            lines = {f"{what}.{k}": (what, k) for what in MATRICES for k in range(nodes)}
-            lines |= {what: (what, 0) for what in AT_INSTANTS}
-            for one, (what, k) in lines.items():
-                line = at * size + line_of(what, nodes) + k
-                found[f"{one}[{name}]"] = MemorySlot(pointer, line, stride * size)
+            for line, one in enumerate([*matrices, *AT_INSTANTS]):
+                place = MemorySlot(pointer, at * size + line, stride * size)
+                found[f"{one}[{name}]"] = place
         return found
 
     def _numbers(self) -> dict[str, MemorySlot]:

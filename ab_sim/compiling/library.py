@@ -60,10 +60,10 @@ class Library:
             self._codes.append(code)
             for each, own in module.new.items():
                 fields = {name: known.get(name) for name in module.reads(each)}
-                self._kept.setdefault(each, []).append(Kept(own, fields))
                 if not own.is_short:
-                    symbol = own.signature.symbol
+                    symbol, own = own.signature.symbol, own._replace(body="")
                     self._addresses[symbol] = code.address(symbol)
+                self._kept.setdefault(each, []).append(Kept(own, fields))
             return code.address("entry"), module.signature(function)
 
 
