@@ -241,9 +241,7 @@ class Formulas:
         change: Number = 0.0
         size: Number = 0.0
         place = DeckPlace(self.own, axes, at.deck)
-        accelerations = self.coordinates.accelerations(
-            model.deck, model.effects, spindle, place, a
-        )
+        accelerations = self.coordinates.accelerations(model.deck, model.effects, spindle, place, a)
         linear = [self.pull(each) for each in self.deck]
         new = [self._lifted(a + b) for a, b in zip(accelerations, linear, strict=True)]
         for each, own, now in zip(self.deck, new, self._pulled(new, roots), strict=True):

@@ -124,9 +124,7 @@ class BoundFunction:
 class _Entry:
     """Machine code, and how its arguments are packed."""
 
-    def __init__(
-        self, function: FunctionType, known: Mapping[str, bool], library: Library
-    ) -> None:
+    def __init__(self, function: FunctionType, known: Mapping[str, bool], library: Library) -> None:
         address, (_, arguments, kinds, of_result) = library.made(function, known)
         if of_result and "ptr" in leaves(of_result):
             source = FunctionSource(function)

@@ -131,7 +131,7 @@ class FunctionSource:
             where = f"{self.file}:{code.co_firstlineno}: {self.name}"
             raise Untranslatable(f"{where}: no source found; write it with def, in a file")
         self.tree = tree
-        first = min(each.lineno for each in (tree, *tree.decorator_list))
+        first = min([tree.lineno, *(each.lineno for each in tree.decorator_list)])
         self._above = code.co_firstlineno - first
         """Lines of the file above those that have been parsed."""
         spec = tree.args

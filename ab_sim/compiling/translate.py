@@ -27,7 +27,7 @@ from ab_sim.compiling.blocks import (
     is_known,
 )
 from ab_sim.compiling.conditions import Conditions
-from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
+from ab_sim.compiling.expressions import MISSING, Callees, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
     INT,

@@ -145,7 +145,7 @@ class Emission:
                 body.store(x, place, each=is_ball)
 
     def row(self, turned: bool) -> tuple[list[Expression], tuple[Expression, Expression]]:
-        """A sample's row but for a motor's torque: the deck's channels, the balls' angles and rates.
+        """A sample's row but for a motor's torque: spindle and deck, the balls' angles and rates.
 
         With ``turned``, whole turns are added: inputs ``turns`` of each ball and ``turn``.
         """

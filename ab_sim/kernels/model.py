@@ -26,7 +26,6 @@ from ab_sim.kernels.constants import traced_balls, traced_bodies
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
 from ab_sim.tracing.expression import rows
 
-
 OF_EACH_BALL = ("theta", "rate")
 """States of which each ball has one."""
 

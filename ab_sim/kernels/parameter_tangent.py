@@ -15,6 +15,7 @@ from ab_sim.equations.arrowhead import solve
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.constants import PLACE_FIELDS
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
+from ab_sim.kernels.model import OF_EACH_BALL
 from ab_sim.kernels.tangent import lanes_for
 from ab_sim.kernels.tangent_step import carry_text
 from ab_sim.tracing import Expression, Level, derivatives, total

@@ -4,7 +4,7 @@ from functools import partial
 
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
-from ab_sim.tracing import Expression, Level, derivatives
+from ab_sim.tracing import Level, derivatives
 from ab_sim.tracing.llvm_text import module_text
 
 FEW = 8
