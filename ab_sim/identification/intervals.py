@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from ab_sim.identification.information import covariance_of
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import Tell, minimise
 
@@ -106,7 +107,7 @@ def intervals_of(
     left = max(len(residuals) - len(free), 1)
     # Less than the noise is no noise at all, but what rounding leaves: of recorded simulations.
     variance = max(float(residuals @ residuals) / left, 1.0)
-    covariance = variance * _inverse(jacobian) * np.outer(scales, scales)
+    covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
     deviations = np.sqrt(np.diag(covariance))
     skews = _skews(problem, values, free, covariance, variance, reach) if profiles else {}
@@ -151,17 +152,6 @@ def intervals_of(
         )  # fmt: skip
     names = tuple(problem.parameters[j].name for j in free)
     return Intervals(tuple(estimates), names, covariance, tuple(drawn))
-
-
-def _inverse(jacobian: np.ndarray) -> np.ndarray:
-    """Of the information J^T J, by the columns' sizes and singular values."""
-    size = np.linalg.norm(jacobian, axis=0)
-    size = np.where(size > 0.0, size, 1e-300)
-    _, singular, rows = np.linalg.svd(jacobian / size, full_matrices=False)
-    singular = np.maximum(singular, 1e-12)
-    half = (rows / singular[:, None]).T / size[:, None]
-    found: np.ndarray = half @ half.T
-    return found
 
 
 def _moved(

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from ab_sim.identification.information import deviations_of, triangle
 from ab_sim.identification.problem import Problem
 
 Function = Callable[[np.ndarray], np.ndarray]
@@ -130,7 +131,7 @@ class _Points:
         slopes, whole = self.jacobian(scaled), self.residuals(scaled)
         along = whole / max(float(np.linalg.norm(whole)), 1e-300)
         row = along @ slopes
-        rest = np.linalg.qr(slopes - np.outer(along, row), mode="r")
+        rest = triangle(slopes - np.outer(along, row))
         return np.vstack([rest, row])
 
     def _at(self, scaled: np.ndarray, both: bool) -> tuple[np.ndarray, np.ndarray | None]:
@@ -207,7 +208,7 @@ class StagedFit:
         assert best is not None
         self.best[places] = best.values
         jacobian = part.derivatives(best.values, felt)
-        known = _known(jacobian)
+        known = deviations_of(jacobian) < SETTLED
         return {places[j] for j, good in zip(felt, known, strict=True) if good}
 
     def _with_balls(self, number: int, settled: set[int]) -> None:
@@ -274,16 +275,6 @@ def _places(whole: Problem, recordings: Sequence[int]) -> list[int]:
         j for k in recordings for j, each in enumerate(whole.parameters) if each.recording == k
     ]  # fmt: skip
     return [*range(common), *own]
-
-
-def _known(jacobian: np.ndarray) -> np.ndarray:
-    """Which columns' parameters are known to a part of their scale."""
-    if not jacobian.shape[1]:
-        return np.zeros(0, bool)
-    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
-    variance = (directions / np.maximum(singular, 1e-300)[:, None]) ** 2
-    known: np.ndarray = np.sqrt(variance.sum(axis=0)) < SETTLED
-    return known
 
 
 def _distinct(found: Sequence[Fitted]) -> list[Fitted]:
