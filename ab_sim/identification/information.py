@@ -5,13 +5,20 @@ import numpy as np
 ROUNDING = 1e-6
 """Of the largest singular value: what differences leave of one that is 0."""
 ROWS = 256
-"""Of a block. BLAS shares the decomposition of a tall matrix among threads, at each of whose
-columns they wait for each other: that takes ten times as long as one thread alone, and rounds
-differently with each number of threads. It leaves small blocks alone."""
+"""Of a block."""
+
+
+def sum_of_squares(numbers: np.ndarray) -> float:
+    """Without BLAS, see ``triangle``."""
+    return float(np.square(numbers).sum())
 
 
 def triangle(matrix: np.ndarray) -> np.ndarray:
     """R of a matrix Q R, up to the signs of its rows, block by block.
+
+    BLAS shares a tall matrix among threads, which wait for each other at each of its columns: that
+    took ten times as long as one thread alone, and rounds differently with each number of threads.
+    Small blocks it leaves alone.
 
     J. Demmel, L. Grigori, M. Hoemmen and J. Langou, Communication-optimal parallel and sequential
     QR and LU factorizations, SIAM J. Sci. Comput. 34 (2012).
@@ -28,9 +35,12 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
         blocks = -(-len(left) // height)
         whole = np.zeros((blocks * height, left.shape[1]))
         whole[: len(left)] = left
-        stacked = whole.reshape(blocks, height, -1)
-        left = np.linalg.qr(stacked, mode="r").reshape(-1, left.shape[1])
-    found: np.ndarray = np.linalg.qr(left, mode="r")  # type: ignore[assignment]
+        left = _r(whole.reshape(blocks, height, -1)).reshape(-1, left.shape[1])
+    return _r(left)
+
+
+def _r(matrices: np.ndarray) -> np.ndarray:
+    found: np.ndarray = np.linalg.qr(matrices, mode="r")  # type: ignore[assignment]
     return found
 
 

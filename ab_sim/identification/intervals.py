@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
-from ab_sim.identification.information import covariance_of
+from ab_sim.identification.information import covariance_of, sum_of_squares
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import Tell, minimise
 
@@ -106,7 +106,7 @@ def intervals_of(
     jacobian = problem.derivatives(values, free)
     left = max(len(residuals) - len(free), 1)
     # Less than the noise is no noise at all, but what rounding leaves: of recorded simulations.
-    variance = max(float(residuals @ residuals) / left, 1.0)
+    variance = max(sum_of_squares(residuals) / left, 1.0)
     covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
     deviations = np.sqrt(np.diag(covariance))

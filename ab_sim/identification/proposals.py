@@ -155,4 +155,6 @@ def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndar
     other = Problem(problem.scene, problem.common, [measured], [problem.noise[0]])
     begin = other.start
     begin[: len(problem.common)] = values[: len(problem.common)]
-    return _information(other, begin)
+    found = _information(other, begin)
+    problem.runs += other.runs
+    return found

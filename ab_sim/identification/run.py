@@ -30,6 +30,7 @@ from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
 from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.workers import WorkerLost, Workers
 
 LOOKS = 2
 """Draws of start angles from which it is asked what can be known."""
@@ -58,6 +59,7 @@ def run_identification(
     question: Question,
     held_out: Sequence[Measured] = (),
     tell: Tell = lambda *_: None,
+    workers: int = 1,
 ) -> Identification:
     """Fit a scene to recordings, and say how far to believe it.
 
@@ -68,16 +70,25 @@ def run_identification(
         held_out: recordings that are not fitted, but judged.
         tell: called with what is done now, done, of all; of what it raises ``Interrupted`` leaves
             the best so far, marked as such.
+        workers: processes that share the search where it takes long.
 
     Raises:
         InputError: it cannot be; says why and what to do.
         SceneError: the scene cannot be run as it was recorded.
+        WorkerLost: a process of these was ended.
     """
     scene, _ = resolve_accuracy(scene)
     if not recordings:
         raise InputError("no recordings: give one or several")
     work = _Work(scene, recordings, question, held_out, tell)
-    return work.run()
+    with Workers(workers) as shared:
+        try:
+            return work.run(shared)
+        except WorkerLost as lost:
+            raise WorkerLost(
+                "a process that shared the search was ended, by a signal or for want of memory: "
+                "run it again, with fewer --workers where memory is short"
+            ) from lost
 
 
 class _Work:
@@ -91,11 +102,12 @@ class _Work:
         self._problem = Problem(scene, common, recordings, noises_of(recordings))
         self._check_sizes()
 
-    def run(self) -> Identification:
+    def run(self, workers: Workers) -> Identification:
+        """All of it."""
         problem, question = self._problem, self._question
         knowledge = self._knowledge()
         held = list(knowledge.held) if question.hold_open else []
-        search = StagedFit(problem, held, question.seed, self._tell)
+        search = StagedFit(problem, held, question.seed, self._tell, workers)
         interrupted = False
         values, open_after = search.best, Knowledge((), (), (), ())
         free = [j for j in range(len(problem.parameters)) if j not in held]
@@ -129,8 +141,9 @@ class _Work:
                 if not all(each.white for each in whiteness):
                     tried = tried_effects(problem, values, free, self._tell)
                 if self._held_out:
-                    others = self._held_out
-                    outside, more = held_out(problem, values, others, question.seed, self._tell)
+                    outside, more = held_out(
+                        problem, values, self._held_out, question.seed, self._tell, workers
+                    )
                     comparisons += more
                 unbounded = [
                     each.name for each in intervals.estimates if not each.bounded and not each.own

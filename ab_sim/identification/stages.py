@@ -2,14 +2,16 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
-from ab_sim.identification.information import deviations_of, triangle
+from ab_sim.identification.information import deviations_of, sum_of_squares, triangle
 from ab_sim.identification.problem import Problem
+from ab_sim.workers import Workers
 
 Function = Callable[[np.ndarray], np.ndarray]
 Tell = Callable[[str, int, int], None]
@@ -124,13 +126,13 @@ class _Points:
         An orthogonal transformation, of which the last axis lies along the residuals: thousands
         of numbers would be decomposed in each iteration otherwise.
         """
-        return np.append(np.zeros(len(scaled)), np.linalg.norm(self.residuals(scaled)))
+        return np.append(np.zeros(len(scaled)), math.sqrt(sum_of_squares(self.residuals(scaled))))
 
     def short_jacobian(self, scaled: np.ndarray) -> np.ndarray:
         """Derivatives, on these axes."""
         slopes, whole = self.jacobian(scaled), self.residuals(scaled)
-        along = whole / max(float(np.linalg.norm(whole)), 1e-300)
-        row = along @ slopes
+        along = whole / max(math.sqrt(sum_of_squares(whole)), 1e-300)
+        row = (along[:, None] * slopes).sum(axis=0)
         rest = triangle(slopes - np.outer(along, row))
         return np.vstack([rest, row])
 
@@ -155,11 +157,14 @@ class StagedFit:
         held: numbers of the parameters that stay at their start.
         seed: of the random starts.
         tell: see ``Tell``.
+        workers: share the starts; whoever does them, they give the same to the bit.
     """
 
-    def __init__(self, problem: Problem, held: Sequence[int], seed: int, tell: Tell) -> None:
+    def __init__(
+        self, problem: Problem, held: Sequence[int], seed: int, tell: Tell, workers: Workers
+    ) -> None:
         self.problem, self._held, self._tell = problem, set(held), tell
-        self._seed = seed
+        self._seed, self._workers = seed, workers
         self.best = problem.start
         """Values of all parameters [SI], the best so far."""
 
@@ -208,6 +213,7 @@ class StagedFit:
         assert best is not None
         self.best[places] = best.values
         jacobian = part.derivatives(best.values, felt)
+        whole.runs += part.runs
         known = deviations_of(jacobian) < SETTLED
         return {places[j] for j, good in zip(felt, known, strict=True) if good}
 
@@ -219,20 +225,16 @@ class StagedFit:
             j for j, place in enumerate(places)
             if place not in self._held and (place not in settled)
         ]  # fmt: skip
-        tried: list[np.ndarray] = []
-        part = whole.part([number])
-        start = self.best[places]
-        tried = self._drawn(part, start, free, STARTS, number + 1)
+        tried = self._drawn(whole.part([number]), self.best[places], free, STARTS, number + 1)
         for horizon, keep in HORIZONS:
             part = whole.part([number], horizon)
-            found: list[Fitted] = []
-            for done, values in enumerate(tried[:keep]):
-                self._tell(
-                    f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %",
-                    done,
-                    min(keep, len(tried)),
-                )
-                found.append(minimise(part, values, free, SEARCH_STEPS))
+            what = f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %"
+            starts, found = tried[:keep], list[Fitted]()
+            self._tell(what, 0, len(starts))
+            for each, runs in self._workers.each(partial(_searched, part, free), starts, 1):
+                found.append(each)
+                whole.runs += runs
+                self._tell(what, len(found), len(starts))
             found.sort(key=lambda each: each.cost)
             tried = [each.values for each in _distinct(found)]
             self.best[places] = tried[0]
@@ -251,6 +253,13 @@ class StagedFit:
                 values[j] = _between(part, j, float(start[j]), share)
             found.append(values)
         return found
+
+
+def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
+    """Where the search from a start ends, and how many runs it has made."""
+    before = part.runs
+    found = minimise(part, values, free, SEARCH_STEPS)
+    return found, part.runs - before
 
 
 def _between(part: Problem, j: int, now: float, share: float) -> float:
