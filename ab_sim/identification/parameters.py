@@ -55,6 +55,11 @@ class FitParameter(NamedTuple):
     least: float = -math.inf
     """Below which the scene takes none: 0 of a stiffness."""
 
+    @property
+    def is_own_angle(self) -> bool:
+        """Whether it is an angle of a recording, which is the same after a whole turn."""
+        return self.recording is not None and self.unit == "rad"
+
 
 def fitted_parameters(
     scene: Scene, keys: Sequence[str], bounds: Mapping[str, tuple[float, float]]

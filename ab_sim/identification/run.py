@@ -212,7 +212,7 @@ class _Work:
             self._tell("what can be known", look, LOOKS)
             values = problem.start
             for j, each in enumerate(problem.parameters):
-                if each.recording is not None and each.unit == "rad":
+                if each.is_own_angle:
                     values[j] += numbers.uniform(0.0, 2.0 * np.pi)
             found.append(knowledge_of(problem, values))
         first = found[0]
@@ -238,7 +238,7 @@ def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
     """Start angles without the whole turns that a search has gone through."""
     turned = values.copy()
     for j, each in enumerate(problem.parameters):
-        if each.recording is not None and each.unit == "rad":
+        if each.is_own_angle:
             turned[j] = math.remainder(float(values[j]), 2.0 * math.pi)
     return turned
 

@@ -265,7 +265,7 @@ def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[F
 def _between(part: Problem, j: int, now: float, share: float) -> float:
     """A start of a parameter, at a share of the way over where it is looked for."""
     each = part.parameters[j]
-    if each.unit == "rad" and each.recording is not None:
+    if each.is_own_angle:
         return now + 2.0 * math.pi * share
     if each.recording is not None:
         return now

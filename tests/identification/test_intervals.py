@@ -1,6 +1,7 @@
 """Intervals of fits: from the curvature, along profiles, at bounds; and per-ball numbers."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -63,6 +64,40 @@ def test_at_its_bound_a_value_has_the_interval_of_its_profile() -> None:
     # From the unbounded best value the rise to the lower end is 1 + 3.84 noise variances.
     assert stiffness.low == pytest.approx(best[0] - math.sqrt(1.0 + 3.84) * deviation, rel=1e-5)
     assert [each.name for each in found.profiles] == [DECK[0]]
+
+
+def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
+    """Noise as large as the signals leaves what a start angle does far from straight."""
+    drive = drives.scene()
+    table = drives.recorded(drive)
+    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
+    measured = Measured(
+        "with", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
+        SpeedSchedule.of_scene(drive), True, True,
+    )  # fmt: skip
+    common = fitted_parameters(drive, ["balls.mass"], {})
+    own = Problem(drive, common, [measured], [float(np.sqrt(np.mean(signals**2)))])
+    fit = minimise(own, np.array([5.5e-4, 0.7, -2.0]), [0, 1, 2], 30, central=True)
+    found = intervals_of(own, fit.values, [0, 1, 2], quiet)
+    angle = found.estimates[1]
+    assert angle.own and angle.how == PROFILE and angle.name in [p.name for p in found.profiles]
+    assert angle.value - angle.low > 1.2 * (angle.high - angle.value)
+    for end in (angle.low, angle.high):
+        values = fit.values.copy()
+        values[1] = end
+        rise = 2.0 * (minimise(own, values, [0, 2], 30, central=True).cost - fit.cost)
+        assert rise == pytest.approx(1.96**2, rel=0.05)
+
+
+def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:
+    own = problem(1000.0, {})
+    (bare,) = own.recordings
+    louder = replace(bare, signals=2.1 * bare.signals, free=("gain",))
+    scaled = Problem(drives.scene(), own.common, [louder], own.noise)
+    fit = minimise(scaled, scaled.start, [3], 30, central=True)
+    gain = intervals_of(scaled, fit.values, [3], quiet).estimates[3]
+    assert gain.at_bound and gain.how == PROFILE
+    assert gain.high == 1.95 and 1.94 < gain.low < 1.95
 
 
 def test_what_is_held_has_an_infinite_interval() -> None:
