@@ -5,7 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.design.draws import value_of
 from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, SimulatedSignals
 from ab_sim.identification.information import sum_of_squares
@@ -193,9 +192,7 @@ class Problem:
                 found[POSITION], found[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
         for each, value in zip(self.parameters, values.tolist(), strict=True):
             if each.place is not None and each.recording in (None, number):
-                if each.place.entry is not None and each.place.key not in found:
-                    found[each.place.key] = value_of(self.scene, each.place.key)
-                each.place.put(found, value)
+                each.place.put(found, value, self.scene)
         return found
 
     def _signals(
