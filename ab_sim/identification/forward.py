@@ -38,7 +38,7 @@ class KeyPlace(NamedTuple):
     of the list, as a whole of which it changes."""
 
     def put(self, values: dict[str, Any], value: float, scene: Scene) -> None:
-        """Set it among values, of which a list is not shared: the scene's, where it is not there."""
+        """Set it among values, of which a list is not shared; the scene's, where there is none."""
         if self.inside and self.key not in values:
             values[self.key] = value_of(scene, self.key)
         values[self.key] = _replaced(values.get(self.key), self.inside, value)

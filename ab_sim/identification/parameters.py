@@ -92,7 +92,7 @@ def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitPar
             raise InputError(f"fit {key}: cannot be fitted: {why}; leave it out")
     if isinstance(now, dict | list) and now:
         names = [f"{key}.{name}" for name in (now if isinstance(now, dict) else range(len(now)))]
-        raise InputError(f"fit {key}: has {len(now)} entries; fit one of {', '.join(names)}")
+        raise InputError(f"fit {key}: is no number; fit one of {', '.join(names)}")
     row = scene_keys(key.rpartition(".")[0] if place.inside and _is_count(key) else key)[0]
     if row.range.startswith("whole") or row.unit == "-":
         raise InputError(f"fit {key}: cannot be fitted: it is no continuous number; leave it out")
@@ -126,7 +126,9 @@ def _entry(key: str, node: Any, part: str, above: str) -> Any:
     """Of a list or an entry of it with names."""
     if isinstance(node, list):
         if not node:
-            raise InputError(f"fit {key}: the scene has no {above}; write them there, or leave it out")
+            raise InputError(
+                f"fit {key}: the scene has no {above}; write them there, or leave it out"
+            )
         if not part.isdecimal() or int(part) >= len(node):
             raise InputError(
                 f"fit {key}: {above} has {len(node)} entries, {above}.0 to {above}.{len(node) - 1}"
