@@ -7,11 +7,9 @@ import numpy as np
 import pytest
 
 from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_of
-from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
-from ab_sim.spindle import SpeedSchedule
 from tests.identification import drives
 
 DECK = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]
@@ -23,15 +21,9 @@ def quiet(*_: object) -> None:
 
 def problem(stiffness: float, bounds: dict[str, tuple[float, float]]) -> Problem:
     """A drive without balls of this stiffness, fitted by a scene with 1000 N/m."""
-    drive = drives.scene({DECK[0]: stiffness})
-    table = drives.recorded(drive, balls=False)
-    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
-    measured = Measured(
-        "bare", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
-        SpeedSchedule.of_scene(drive), True, False,
-    )  # fmt: skip
+    measured = drives.measured(drives.scene({DECK[0]: stiffness}), balls=False)
     common = fitted_parameters(drives.scene(), DECK, bounds)
-    noise = 0.01 * float(np.sqrt(np.mean(signals**2)))
+    noise = 0.01 * float(np.sqrt(np.mean(measured.signals**2)))
     return Problem(drives.scene(), common, [measured], [noise])
 
 
@@ -69,14 +61,9 @@ def test_at_its_bound_a_value_has_the_interval_of_its_profile() -> None:
 def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
     """Noise as large as the signals leaves what a start angle does far from straight."""
     drive = drives.scene()
-    table = drives.recorded(drive)
-    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
-    measured = Measured(
-        "with", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
-        SpeedSchedule.of_scene(drive), True, True,
-    )  # fmt: skip
+    measured = drives.measured(drive)
     common = fitted_parameters(drive, ["balls.mass"], {})
-    own = Problem(drive, common, [measured], [float(np.sqrt(np.mean(signals**2)))])
+    own = Problem(drive, common, [measured], [float(np.sqrt(np.mean(measured.signals**2)))])
     fit = minimise(own, np.array([5.5e-4, 0.7, -2.0]), [0, 1, 2], 30, central=True)
     found = intervals_of(own, fit.values, [0, 1, 2], quiet)
     angle = found.estimates[1]
@@ -112,7 +99,7 @@ def test_a_ball_s_own_mass_is_a_parameter() -> None:
     (parameter,) = fitted_parameters(scene, ["balls.mass.1"], {})
     assert parameter.start == 6e-4 and parameter.place is not None
     values: dict[str, object] = {"balls.mass": [5e-4, 6e-4]}
-    parameter.place.put(values, 7e-4)
+    parameter.place.put(values, 7e-4, scene)
     assert values["balls.mass"] == [5e-4, 7e-4]
 
 

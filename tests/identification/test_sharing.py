@@ -1,18 +1,13 @@
 """Starts of a search shared by processes: the same answer, and the best so far at Ctrl-C."""
 
-import math
-
-import numpy as np
 import pytest
 
 import ab_sim
 from ab_sim import workers
 from ab_sim.errors import Interrupted
-from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.result import INTERRUPTED
 from ab_sim.identification.run import Question, run_identification
 from ab_sim.results import Identification
-from ab_sim.spindle import SpeedSchedule
 from tests.identification import drives
 
 MASS = "balls.mass"
@@ -21,15 +16,9 @@ MASS = "balls.mass"
 def found(count: int, **more: object) -> Identification:
     """A drive whose balls' mass and start angles are looked for by so many processes."""
     drive = drives.scene({"duration": 1.0})
-    table = drives.recorded(drive)
-    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
-    measured = Measured(
-        "with", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
-        SpeedSchedule.of_scene(drive), True, True,
-    )  # fmt: skip
     begin = drives.scene({MASS: 5e-4, "duration": 1.0})
     question = Question((MASS,), propose=False)
-    return run_identification(begin, [measured], question, workers=count, **more)  # type: ignore[arg-type]
+    return run_identification(begin, [drives.measured(drive)], question, workers=count, **more)  # type: ignore[arg-type]
 
 
 @pytest.fixture
