@@ -132,7 +132,7 @@ def covered(seed: int, friction: bool) -> dict[str, Any]:
     )
     true = np.array([*blind.true.values(), *blind.angles])
     free = range(len(true))
-    fit = minimise(problem, true, free, LAST_STEPS, robust=True, central=True)
+    fit = minimise(problem, true, free, LAST_STEPS, last=True)
     found = intervals_of(problem, fit.values, free, quiet, profiles=False)
     off = (fit.values - true) / np.array([each.deviation for each in found.estimates])
     return {

@@ -1,5 +1,6 @@
 """The page of benchmarks/identification.py."""
 
+import math
 from collections.abc import Sequence
 from typing import Any
 
@@ -42,12 +43,12 @@ def page(report: dict[str, Any]) -> str:
         ),
         "## What the noise allows",
         "The bound of Cramer and Rao, computed at each drive's true values, is the least standard "
-        "deviation that an unbiased estimate from its two recordings can have. An error beyond a "
-        "goal is chance where it is few of the fit's own standard deviations.",
+        "deviation that an unbiased estimate from its two recordings can have. With normal errors "
+        "of just these deviations so many would be above the goal as stand under *by chance*.",
         table(
             ["of", "goal", "bound: median", "most", "drives whose bound is above the goal",
              "whose interval of 95 % at best is", "errors above the goal",
-             "most error [own deviations]"],
+             "by chance", "most error [own deviations]"],
             _allowed(report),
         ),
         *_misses(report),
@@ -121,11 +122,12 @@ def _allowed(report: dict[str, Any]) -> list[list[str]]:
             continue
         bounds = np.array([each["bounds"][key] for each in drives])
         off = [abs(each["deviations_off"][key]) for each in drives if key in each["deviations_off"]]
+        chance = sum(math.erfc(goal / bound / math.sqrt(2.0)) for bound in bounds.tolist())
         beyond = sum(abs(each["errors"][key]) > goal for each in drives)
         rows.append(
             [key, f"{goal:.2g}", f"{np.median(bounds):.2g}", f"{bounds.max():.2g}",
              _share(bounds > goal), _share(INSIDE * bounds > goal), f"{beyond} of {len(drives)}",
-             f"{max(off):.1f}" if off else "-"]
+             f"{chance:.1f}", f"{max(off):.1f}" if off else "-"]
         )  # fmt: skip
     return rows
 

@@ -114,7 +114,7 @@ class _Work:
         try:
             values = _within_a_turn(problem, search.run().values)
             problem = problem.with_noise(self._left(problem, values))
-            values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
+            values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._left(problem, values))
             if question.hold_open:
                 open_after = knowledge_of(problem, values, held)
@@ -123,7 +123,7 @@ class _Work:
             intervals = intervals_of(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
-            values = search.best
+            values = _within_a_turn(problem, search.best)
             problem = problem.with_noise(self._left(problem, values))
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
@@ -221,6 +221,9 @@ class _Work:
         return first._replace(
             held=always, open=tuple(each for each in first.open if each.held in names)
         )
+
+    def _last(self, *_: object) -> None:
+        self._tell("all recordings, to the last digit", 0, 1)
 
     def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
         """Standard deviation of each recording's residuals."""

@@ -16,6 +16,8 @@ from ab_sim.workers import Workers
 Function = Callable[[np.ndarray], np.ndarray]
 Tell = Callable[[str, int, int], None]
 """Called with what is done now, done, of all; what it raises ends the work."""
+Seen = Callable[[np.ndarray, float], None]
+"""Called with values of all parameters [SI], and half the sum of squares there."""
 STARTS = 24
 """Random starts of each recording with balls."""
 HORIZONS = ((0.2, 24), (0.4, 10), (0.7, 4), (1.0, 2))
@@ -48,8 +50,8 @@ def minimise(
     values: np.ndarray,
     free: Sequence[int],
     steps: int,
-    robust: bool = False,
-    central: bool = False,
+    last: bool = False,
+    seen: Seen = lambda *_: None,
 ) -> Fitted:
     """Least squares over some parameters, within their bounds.
 
@@ -58,8 +60,8 @@ def minimise(
         values: where to begin [SI].
         free: numbers of the parameters that vary.
         steps: iterations at most.
-        robust: whether outliers count less.
-        central: see ``Problem.derivatives``.
+        last: whether outliers count less, and differences are taken to both sides.
+        seen: called with each point; what it raises ends the work.
     """
     free = list(free)
     if not free:
@@ -76,14 +78,14 @@ def minimise(
     start = np.clip(values[free] / scales, low, high)
     inside = np.where(np.isfinite(high - low), 1e-9 * (high - low), 0.0)
 
-    points = _Points(problem, whole, free, central)
+    points = _Points(problem, whole, free, last, seen)
     result = least_squares(
-        points.residuals if robust else points.short,
+        points.residuals if last else points.short,
         np.clip(start, low + inside, high - inside),
-        jac=points.jacobian if robust else points.short_jacobian,
+        jac=points.jacobian if last else points.short_jacobian,
         bounds=(low, high),
         x_scale="jac",
-        loss="huber" if robust else "linear",
+        loss="huber" if last else "linear",
         f_scale=SOFT,
         max_nfev=steps,
         ftol=1e-10,
@@ -100,12 +102,13 @@ class _Points:
         problem: has the residuals.
         whole: makes values of all parameters of those that vary, in units of scales.
         free, central: see ``Problem.both``.
+        seen: called with each point.
     """
 
     def __init__(
-        self, problem: Problem, whole: Function, free: Sequence[int], central: bool
+        self, problem: Problem, whole: Function, free: Sequence[int], central: bool, seen: Seen
     ) -> None:
-        self._problem, self._whole, self._free = problem, whole, free
+        self._problem, self._whole, self._free, self._seen = problem, whole, free, seen
         self._central = central
         self._at_once = problem.costs_no_more(free, central)
         self._known: dict[bytes, tuple[np.ndarray, np.ndarray | None]] = {}
@@ -146,6 +149,7 @@ class _Points:
                 else (self._problem.residuals(values), None)
             )
             self._known = {**dict(list(self._known.items())[-1:]), key: found}
+            self._seen(values, 0.5 * sum_of_squares(found[0]))
         return found
 
 
@@ -167,6 +171,7 @@ class StagedFit:
         self._seed, self._workers = seed, workers
         self.best = problem.start
         """Values of all parameters [SI], the best so far."""
+        self._least = math.inf
 
     def run(self) -> Fitted:
         """All stages."""
@@ -182,11 +187,15 @@ class StagedFit:
             settled |= {
                 j for j, each in enumerate(problem.parameters) if each.recording in (None, k)
             }
-        self._tell("all recordings", 0, 1)
         free = [j for j in range(len(problem.parameters)) if j not in self._held]
-        found = minimise(problem, self.best, free, LAST_STEPS)
+        found = minimise(problem, self.best, free, LAST_STEPS, seen=self._keep)
         self.best = found.values
         return found
+
+    def _keep(self, values: np.ndarray, cost: float) -> None:
+        if cost < self._least:
+            self.best, self._least = values, cost
+        self._tell("all recordings", 0, 1)
 
     def _without_balls(self, bare: Sequence[int]) -> set[int]:
         """Fit what recordings without balls tell; which parameters these settle."""

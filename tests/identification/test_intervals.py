@@ -30,7 +30,7 @@ def problem(stiffness: float, bounds: dict[str, tuple[float, float]]) -> Problem
 def test_half_an_interval_is_two_standard_deviations() -> None:
     own = problem(1000.0, {})
     free = [0, 1, 2]
-    fit = minimise(own, own.start, free, 30, central=True)
+    fit = minimise(own, own.start, free, 30, last=True)
     found = intervals_of(own, fit.values, free, quiet)
     assert 2.0 * fit.cost / 4000 == pytest.approx(1.0, abs=0.1)
     for each in found.estimates:
@@ -44,11 +44,11 @@ def test_at_its_bound_a_value_has_the_interval_of_its_profile() -> None:
     """What fits best lies one standard deviation beyond the bound."""
     free, true = [0, 1, 2], 1003.0
     own = problem(true, {})
-    best = minimise(own, own.start, free, 30, central=True).values
+    best = minimise(own, own.start, free, 30, last=True).values
     deviation = intervals_of(own, best, free, quiet, profiles=False).estimates[0].deviation
     bound = float(best[0]) - deviation
     bounded = problem(true, {DECK[0]: (900.0, bound)})
-    fit = minimise(bounded, bounded.start, free, 30, central=True)
+    fit = minimise(bounded, bounded.start, free, 30, last=True)
     found = intervals_of(bounded, fit.values, free, quiet)
     stiffness = found.estimates[0]
     assert stiffness.at_bound and stiffness.how == PROFILE
@@ -64,7 +64,7 @@ def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
     measured = drives.measured(drive)
     common = fitted_parameters(drive, ["balls.mass"], {})
     own = Problem(drive, common, [measured], [float(np.sqrt(np.mean(measured.signals**2)))])
-    fit = minimise(own, np.array([5.5e-4, 0.7, -2.0]), [0, 1, 2], 30, central=True)
+    fit = minimise(own, np.array([5.5e-4, 0.7, -2.0]), [0, 1, 2], 30, last=True)
     found = intervals_of(own, fit.values, [0, 1, 2], quiet)
     angle = found.estimates[1]
     assert angle.own and angle.how == PROFILE and angle.name in [p.name for p in found.profiles]
@@ -72,7 +72,7 @@ def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
     for end in (angle.low, angle.high):
         values = fit.values.copy()
         values[1] = end
-        rise = 2.0 * (minimise(own, values, [0, 2], 30, central=True).cost - fit.cost)
+        rise = 2.0 * (minimise(own, values, [0, 2], 30, last=True).cost - fit.cost)
         assert rise == pytest.approx(1.96**2, rel=0.05)
 
 
@@ -81,7 +81,7 @@ def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:
     (bare,) = own.recordings
     louder = replace(bare, signals=2.1 * bare.signals, free=("gain",))
     scaled = Problem(drives.scene(), own.common, [louder], own.noise)
-    fit = minimise(scaled, scaled.start, [3], 30, central=True)
+    fit = minimise(scaled, scaled.start, [3], 30, last=True)
     gain = intervals_of(scaled, fit.values, [3], quiet).estimates[3]
     assert gain.at_bound and gain.how == PROFILE
     assert gain.high == 1.95 and 1.94 < gain.low < 1.95
