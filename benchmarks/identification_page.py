@@ -44,7 +44,8 @@ def page(report: dict[str, Any]) -> str:
         "## What the noise allows",
         "The bound of Cramer and Rao, computed at each drive's true values, is the least standard "
         "deviation that an unbiased estimate from its two recordings can have. With normal errors "
-        "of just these deviations so many would be above the goal as stand under *by chance*.",
+        "of just these deviations so many would be above the goal as stand under *by chance*: an error "
+        "above its goal is no fault of the fit as long as these are as many.",
         table(
             ["of", "goal", "bound: median", "most", "drives whose bound is above the goal",
              "whose interval of 95 % at best is", "errors above the goal",
@@ -137,7 +138,7 @@ def _share(which: np.ndarray) -> str:
 
 
 def _misses(report: dict[str, Any]) -> list[str]:
-    """Each error above its goal, with what the noise allows."""
+    """Each error above its goal, with what the noise allows; empty where there is none."""
     rows = [
         [key, str(each["seed"]), f"{each['errors'][key]:.2g}", f"{each['bounds'][key]:.2g}",
          f"{each['errors'][key] / each['bounds'][key]:.1f}"]
