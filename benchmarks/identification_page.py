@@ -44,8 +44,8 @@ def page(report: dict[str, Any]) -> str:
         "## What the noise allows",
         "The bound of Cramer and Rao, computed at each drive's true values, is the least standard "
         "deviation that an unbiased estimate from its two recordings can have. With normal errors "
-        "of just these deviations so many would be above the goal as stand under *by chance*: an error "
-        "above its goal is no fault of the fit as long as these are as many.",
+        "of just these deviations so many would be above the goal as stand under *by chance*: "
+        "where as many are, they are no fault of the fit.",
         table(
             ["of", "goal", "bound: median", "most", "drives whose bound is above the goal",
              "whose interval of 95 % at best is", "errors above the goal",
