@@ -15,7 +15,7 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo action test test-fast coverage lint style types pytest docs clean
+.PHONY: help demo action test test-fast coverage lint style types alone docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -36,12 +36,15 @@ demo: $(VENV)/run.stamp
 
 action: $(VENV)/action.stamp
 
-# PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it. Tests that start
-# ROS 2 nodes or commands wait for them half of their time: four processes keep two cores busy.
-PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest -n 4 --dist loadfile --durations=15
+# PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
+PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
+# Tests that start ROS 2 nodes or commands wait for them: four processes keep two cores busy.
+SHARED = -n 4 --dist loadfile
 
+# What is judged by real time has a core to itself, beside mypy, and comes before the rest.
 test: style
-	@$(MAKE) --jobs=2 --no-print-directory types pytest
+	@$(MAKE) --jobs=2 --no-print-directory types alone
+	$(PYTEST) $(SHARED) -m 'not alone'
 
 lint: style types
 
@@ -52,8 +55,8 @@ style: $(VENV)/dev.stamp
 types: $(VENV)/dev.stamp
 	$(BIN)/mypy
 
-pytest: $(VENV)/dev.stamp $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
-	$(PYTEST)
+alone: $(VENV)/dev.stamp $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
+	$(PYTEST) -m alone
 
 # From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
 docs: $(VENV)/docs.stamp
@@ -68,7 +71,7 @@ test-fast: $(VENV)/dev.stamp
 
 # Nodes run in processes that are killed, which leave no figures.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) $(SHARED) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes. Without build
 # isolation setuptools is pinned like the rest.

@@ -16,7 +16,7 @@ from ab_sim.recording import read_recording  # noqa: E402
 from ab_sim.scene import check_scene  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 
 @pytest.fixture(scope="module")
