@@ -23,6 +23,7 @@ class ForkedNode:
     def __init__(
         self, module: str, arguments: list[str], environment: Mapping[str, str], log: Path
     ) -> None:
+        log.write_bytes(b"")  # there to be read from now on
         self._process = forked(_run, module, arguments, dict(environment), str(log))
         self.pid = self._process.pid
 
@@ -50,7 +51,7 @@ class ForkedNode:
 
 def _run(module: str, arguments: list[str], environment: dict[str, str], log: str) -> None:
     """In the new process."""
-    file = os.open(log, os.O_WRONLY | os.O_CREAT | os.O_TRUNC, 0o644)
+    file = os.open(log, os.O_WRONLY)
     for number in (1, 2):
         os.dup2(file, number)
     sys.stdout.reconfigure(line_buffering=True)  # type: ignore[union-attr]
