@@ -29,7 +29,7 @@ from ab_sim.taylor.run import (
 )
 
 
-def advance_side_by_side_by_taylor(
+def advance_by_taylor_side_by_side(
     runs: TaylorRuns, plan: LanePlan, samples: LaneSamples
 ) -> None:
     """See ``stepping.side_by_side.advance_side_by_side``."""
