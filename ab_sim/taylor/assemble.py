@@ -13,8 +13,9 @@ from ab_sim.events.run import Run
 from ab_sim.events.run_arrays import aligned
 from ab_sim.integrate.steppers.taylor import PARTS, TaylorParameters
 from ab_sim.kernels.code import Code
+from ab_sim.taylor.clock import AIM, CLOCK, EVERY, PER_LENGTH, SHORTEST, STEP
 from ab_sim.taylor.emission import TaylorEmission
-from ab_sim.taylor.run import AIM, LINES, PER_LENGTH, STATE, TaylorRun, TaylorRuns
+from ab_sim.taylor.run import STATE, TaylorRun, TaylorRuns
 from ab_sim.tracing.llvm_text import module_text
 from ab_sim.tracing.machine_code import MachineCode
 from ab_sim.tracing.power_series import NotAnalyticError
@@ -79,30 +80,32 @@ def lanes_of(
     """
     own = taylor_code(code, told.order, lanes)
     states, n = layout_of(system).size, len(system.balls)
-    clock = aligned((LINES, lanes))
+    clock = aligned((len(CLOCK), lanes))
     clock[AIM], clock[PER_LENGTH] = math.log2(told.tolerance), per_length(system)
+    clock[SHORTEST], clock[STEP], clock[EVERY] = step / PARTS, step, every
+    width = code.emission.row_channels
     return TaylorRuns(
         prepare=code.address("prepare", lanes),
         coefficients=own.addresses["coefficients"],
         move=own.addresses["move"],
+        turn=own.addresses["turn"],
         sample=own.addresses["sample"],
+        record=own.addresses.get("record", 0),
+        record_dense=own.addresses.get("record_dense", 0),
         c=aligned((code.size, lanes)),
         b=aligned((code.branches(), lanes)),
         place=code.layout.place,
-        step=step,
-        shortest=step / PARTS,
         clock=clock,
         y=aligned((states, lanes)),
         turns=aligned((n, lanes)),
         series=aligned((own.size * lanes,)),
-        lengths=aligned((lanes,)),
         state=aligned((states, lanes)),
         bounds=aligned((states, lanes)),
-        said=np.ones((1, lanes)),
-        row=aligned((code.emission.row_channels, lanes)),
+        said=np.ones((3, lanes)),
+        row=aligned((width, lanes)),
+        nowhere=aligned((width + 2,)),
         fine=np.ones(lanes),
         sound=np.zeros(lanes),
-        every=every,
     )
 
 

@@ -8,35 +8,29 @@ next begins at the sample that was the present.
 
 from ab_sim.compiling.kinds import Table
 from ab_sim.events.run import TURNS
+from ab_sim.stepping import fixed_step
 from ab_sim.stepping.fixed_step import (
     ANGLE,
-    END as RANGE_END,
-    PLACE,
     EqualSteps,
     enter_step_range,
     local_time,
     put_labels,
     step_by_step,
 )
-from ab_sim.taylor.run import (
+from ab_sim.taylor.clock import (
     ANEW,
-    BEGAN,
     BEGIN,
     COUNT,
+    FIRST,
+    INSIDE,
     LENGTH,
+    LOCAL,
     OFFSET,
     START,
-    STATE,
-    TAKEN,
     TO,
     UNTIL,
-    VALID,
-    TaylorRun,
-    aim_at_next,
-    expand,
-    next_samples,
-    renew,
 )
+from ab_sim.taylor.run import BEGAN, VALID, TaylorRun, aim, expand, next_samples, renew
 
 PLACE_UNTIL = 2
 """Of the numbers of a place, counted from the last one back: the local time of its end."""
@@ -57,13 +51,12 @@ def advance_by_taylor(
     done, sound = 0, True
     while sound and at < step_plan.shape[0]:
         step_range = enter_step_range(run, step_plan[at], first + done, only_record)
-        here = int(min(step_plan[at, RANGE_END] - (first + done), float(steps - done)))
-        # Part by part of a step makes the same sample, and the last one stays.
-        count = max(here, 1) if steps > 0 else 0
-        if count > 0:
-            until = step_plan[at, step_plan.shape[1] - PLACE_UNTIL]
-            begin(one, step_range, until, count)
-            taken = go_along(one, step_range.first, count, samples[done : samples.shape[0]])
+        here = int(min(step_plan[at, fixed_step.END] - (first + done), float(steps - done)))
+        if steps > 0:
+            # Part by part of a step makes the same sample, and the last one stays.
+            count = max(here, 1)
+            begin(one, step_range, step_plan[at, step_plan.shape[1] - PLACE_UNTIL], count)
+            taken = go_along(one, samples[done : samples.shape[0]], count)
             sound = taken == count
             done += here if sound else taken
         else:
@@ -81,27 +74,28 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
     clock, memory, balls = own.clock, run.work.memory, run.balls
     clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
     clock[LENGTH, 0], clock[UNTIL, 0] = step_range.length, until
-    clock[TAKEN, 0], clock[COUNT, 0] = 0.0, float(count)
+    clock[FIRST, 0], clock[COUNT, 0] = float(step_range.first), float(count)
     if memory[0, VALID] == 0.0:
-        clock[ANEW, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
         for j in range(run.state.size):
             own.state[j, 0] = run.state[j]
         for i in range(balls.number):
             own.turns[i, 0] = float(balls.discrete[i, TURNS])
+        clock[ANEW, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
         renew(own)
     else:
         # The series is not in memory: it is found again.
         clock[BEGIN, 0] = memory[0, BEGAN]
         expand(own)
-    aim_at_next(own, step_range.first, 0)
+    clock[LOCAL, 0] = clock[BEGIN, 0]
+    aim(own, 0)
 
 
-def go_along(one: TaylorRun, first: int, count: int, samples: Table) -> int:
+def go_along(one: TaylorRun, samples: Table, count: int) -> int:
     """Take the steps of a range; how many were: fewer if the state left its bounds."""
     run, own, balls = one.run, one.own, one.run.balls
     for done in range(count):
-        next_samples(own, first, samples[done, ANGLE:])
-        if own.said[0, 0] == 0.0:
+        next_samples(own, samples[done, ANGLE:])
+        if own.said[INSIDE, 0] == 0.0:
             for j in range(run.state.size):
                 run.work.trial[j] = own.state[j, 0]
             return done

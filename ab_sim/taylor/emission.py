@@ -5,10 +5,29 @@ from collections.abc import Sequence
 from ab_sim.equations.sums import over_balls
 from ab_sim.kernels.emission import Emission
 from ab_sim.stepping.settle import normalised, unwound
+from ab_sim.taylor.clock import (
+    AIM,
+    ANEW,
+    BEGIN,
+    CLOCK,
+    END,
+    HOW_MANY_DUE,
+    HOW_MANY_LEFT,
+    INSIDE,
+    LOCAL,
+    PER_LENGTH,
+    STEP,
+    TO,
+    Clock,
+    end_of_step,
+    recorded,
+    turned,
+)
 from ab_sim.taylor.series import squared_size, state_coefficients
 from ab_sim.taylor.step_length import step_length
-from ab_sim.tracing import Expression, Level, lowered, where
-from ab_sim.tracing.llvm_text import Body, Function, MemorySlot
+from ab_sim.tracing import Expression, lowered, where
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind
+from ab_sim.tracing.transposed import lines_of, store_line
 
 
 class TaylorEmission:
@@ -21,53 +40,44 @@ class TaylorEmission:
 
     def __init__(self, emission: Emission, order: int) -> None:
         self._emission, self._order, self._model = emission, order, emission.model
+        self._clock = Clock(emission.model.graph)
         self.size = (order + 1) * emission.states
         """Numbers of a series."""
 
     def functions(self, lanes: int) -> list[Function]:
         """All, of so many runs side by side."""
-        return [self.coefficients(lanes), self.move(lanes), self.sample(lanes)]
+        made = [self.coefficients(lanes), self.move(lanes), self.turn(lanes), self.sample(lanes)]
+        return [*made, *([self.record(lanes, dense) for dense in (False, True)] if lanes > 1 else ())]
 
     def coefficients(self, lanes: int) -> Function:
-        """``coefficients(c, b, t, y, series, length)``."""
-        emission, model = self._emission, self._model
-        into, body = emission.function(
-            *("coefficients", ["y", "series", "length"], ["time", "aim", "per_length"]),
-            state="y",
-            lanes=lanes,
-            times=True,
-        )
-        series = state_coefficients(model, self._order)
-        per_length = model.graph.input("per_length", Level.TIME)
+        """``coefficients(c, b, t, y, series)``."""
+        into, body = self._function("coefficients", ["y", "series"], lanes, state="y")
+        # The equations' time is that at which the series begins.
+        body.places[CLOCK[LOCAL]] = MemorySlot("t", BEGIN)
+        series = state_coefficients(self._model, self._order)
         orders = (self._order, self._order - 1)
-        sizes = [squared_size(model, series, k, per_length) for k in orders]
+        sizes = [squared_size(self._model, series, k, self._clock[PER_LENGTH]) for k in orders]
         flat = [each for coefficients in series for each in coefficients]
         *found, high, low = lowered([*flat, *sizes])
         count = self._order + 1
         for k in range(count):
             for state in range(len(series)):
                 of_balls = self._first(state)[1]
-                if model.count or not of_balls:
+                if self._model.count or not of_balls:
                     body.store(found[state * count + k], self._slot(state, k), each=of_balls)
         squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
-        aim = body.values(model.graph.input("aim", Level.TIME))[0]
-        into.store(step_length(into, aim, squares), MemorySlot("length", 0), 0, lanes)
+        length = step_length(into, body.values(self._clock[AIM])[0], squares)
+        behind = Body(into, body.places, bound={"found": [length]})
+        end = end_of_step(self._clock, self._model.graph.input("found"))
+        behind.store(end, MemorySlot("t", END))
         return into
 
     def move(self, lanes: int) -> Function:
         """``move(c, b, t, series, reached, y, turns)``."""
-        emission, model, n = self._emission, self._model, self._model.count
-        given = model.graph.input
-        into, body = emission.function(
-            *("move", ["series", "reached", "y", "turns"]),
-            ["begin", "aim", "per_length", "to", "anew"],
-            lanes=lanes,
-            times=True,
-        )
-        offset = given("to", Level.TIME) - given("begin", Level.TIME)
-        on_series = self._sums(offset, body)
-        fresh = self._named("reached", body)
-        anew = given("anew", Level.TIME) > 0.0
+        model, n, given = self._model, self._model.count, self._model.graph.input
+        into, body = self._function("move", ["series", "reached", "y", "turns"], lanes)
+        on_series = self._sums(self._clock[TO] - self._clock[BEGIN], body)
+        fresh, anew = self._named("reached", body), self._clock[ANEW] > 0.0
         state = [where(anew, a, b) for a, b in zip(fresh, on_series, strict=True)]
         quaternion = type(model.deck).UNIT_AT
         if quaternion >= 0:
@@ -80,41 +90,90 @@ class TaylorEmission:
             results = [*state, given("turns", each=True) + turn]
         results = lowered(results)
         # All is read before anything is written.
-        for x in results:
+        for x in (*results, self._clock[TO]):
             body.values(x)
-        emission.store_slope(body, results[: len(state)], "y")
+        self._emission.store_slope(body, results[: len(state)], "y")
         if n:
             body.store(results[-1], MemorySlot("turns", 0))
+        body.store(self._clock[TO], MemorySlot("t", BEGIN))
+        body.store(model.lifted(0.0), MemorySlot("t", ANEW))
+        return into
+
+    def turn(self, lanes: int) -> Function:
+        """``turn(c, b, t, said)``."""
+        into, body = self._function("turn", ["said"], lanes)
+        found = turned(self._clock)
+        for x in (*found.lines.values(), found.due, found.left):
+            body.values(x)
+        for line, x in found.lines.items():
+            body.store(x, MemorySlot("t", line))
+        body.store(found.due, MemorySlot("said", HOW_MANY_DUE))
+        body.store(found.left, MemorySlot("said", HOW_MANY_LEFT))
         return into
 
     def sample(self, lanes: int) -> Function:
-        """``sample(c, b, t, series, turns, bounds, reached, inside, row)``."""
-        emission, model = self._emission, self._model
-        into, body = emission.function(
-            *("sample", ["series", "turns", "bounds", "reached", "inside", "row"]),
-            ["time", "profile_time", "begin"],
-            lanes=lanes,
-            times=True,
-        )
-        given = model.graph.input
-        offset = given("time", Level.TIME) - given("begin", Level.TIME)
-        sums = lowered(self._sums(offset, body))
-        emission.store_slope(body, sums, "reached")
+        """``sample(c, b, t, series, turns, bounds, reached, said, row)``."""
+        pointers = ["series", "turns", "bounds", "reached", "said", "row"]
+        into, body = self._function("sample", pointers, lanes)
+        sums = lowered(self._sums(self._clock[LOCAL] - self._clock[BEGIN], body))
+        self._emission.store_slope(body, sums, "reached")
         self._store_inside(body, sums)
         bound = dict(zip(self._names, (body.values(x) for x in sums), strict=True))
-        behind = Body(into, body.places, emission.known, bound)
-        emission.store_row(behind, "row", turned=True)
+        behind = Body(into, body.places, self._emission.known, bound)
+        self._emission.store_row(behind, "row", turned=True)
         return into
+
+    def record(self, lanes: int, dense: bool) -> Function:
+        """``record(c, b, t, row, samples, nowhere, channel)``, of lanes.
+
+        With ``dense``, ``record_dense``: of samples whose channels are side by side.
+        """
+        emission, channels = self._emission, self._emission.row_channels
+        pointers = ["row", "samples", "nowhere"]
+        name = "record_dense" if dense else "record"
+        into, body = self._function(name, pointers, lanes)
+        into.numbers = ["channel"]
+        apart = into.put("fptosi double %channel to i64")
+        is_one, place, steps = recorded(self._clock)
+        seconds = steps * self._clock[STEP]
+        head = [body.values(x)[0] for x in (steps, seconds)]
+        columns = [*head, *(into.load(MemorySlot("row", k), 0, 1) for k in range(channels))]
+        where_, which = body.values(place)[0], body.values(is_one)[0]
+        of_ints = kind(lanes, "i64")
+        at = into.put(f"fptosi {kind(lanes)} {where_} to {of_ints}")
+        chosen = into.put(f"fcmp ogt {kind(lanes)} {which}, zeroinitializer")
+        lines = lines_of(into, columns) if dense else []
+        for lane in range(lanes):
+            one = into.put(f"extractelement {of_ints} {at}, i32 {lane}")
+            here = into.put(f"getelementptr double, ptr %samples, i64 {one}")
+            if_one = into.put(f"extractelement {kind(lanes, 'i1')} {chosen}, i32 {lane}")
+            pointer = into.put(f"select i1 {if_one}, ptr {here}, ptr %nowhere")
+            if dense:
+                store_line(into, lines[lane], pointer)
+                continue
+            between = into.put(f"select i1 {if_one}, i64 {apart}, i64 0")
+            for column in columns:
+                number = into.put(f"extractelement {kind(lanes)} {column}, i32 {lane}")
+                into.lines.append(f"store double {number}, ptr {pointer}, align 8")
+                pointer = into.put(f"getelementptr double, ptr {pointer}, i64 {between}")
+        return into
+
+    def _function(
+        self, name: str, pointers: Sequence[str], lanes: int, state: str | None = None
+    ) -> tuple[Function, Body]:
+        return self._emission.function(
+            name, pointers, CLOCK, state=state, lanes=lanes, times=True
+        )
 
     def _store_inside(self, body: Body, state: Sequence[Expression]) -> None:
         """Write 1 of a state within its bounds, else 0."""
-        inside, graph = self._model.lifted(1.0), self._model.graph
+        inside = self._model.lifted(1.0)
         for x, bound in zip(state, self._named("bounds", body), strict=True):
-            beyond = where(abs(x) < bound, 0.0, 1.0)
-            if x.each or bound.each:
+            beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
+            if x.each:
                 beyond = over_balls(self._model.count, beyond)
             inside = inside - beyond
-        body.store(where(inside > 0.5, 1.0, graph.constant(0.0)), MemorySlot("inside", 0))
+        body.store(self._clock.flag(inside > 0.5), MemorySlot("said", INSIDE))
 
     @property
     def _names(self) -> list[str]:

@@ -5,78 +5,79 @@ behind others that take longer steps, and waits for no more than the end of a ro
 """
 
 from ab_sim.compiling.kinds import call
-from ab_sim.stepping.side_by_side import FINISHES, FIRST, STEPS, LanePlan, LaneSamples
-from ab_sim.stepping.side_by_side import LENGTH as PLAN_LENGTH
-from ab_sim.stepping.side_by_side import OFFSET as PLAN_OFFSET
-from ab_sim.stepping.side_by_side import START as PLAN_START
-from ab_sim.taylor.drive import PLACE_UNTIL
-from ab_sim.taylor.run import (
+from ab_sim.stepping import side_by_side as lanes
+from ab_sim.stepping.side_by_side import LanePlan, LaneSamples
+from ab_sim.taylor.clock import (
     ANEW,
     BEGIN,
     COUNT,
     DUE,
+    EVERY,
+    FIRST,
+    INSIDE,
     LENGTH,
     LOCAL,
     OFFSET,
     START,
-    TAKEN,
+    STEP,
+    STRIDE,
     TO,
     UNTIL,
-    TaylorRuns,
-    aim_at_next,
-    next_samples,
-    renew,
+    WHERE,
 )
+from ab_sim.taylor.drive import PLACE_UNTIL
+from ab_sim.taylor.run import TaylorRuns, aim, next_samples, renew
 
 
-def advance_by_taylor_side_by_side(
-    runs: TaylorRuns, plan: LanePlan, samples: LaneSamples
-) -> None:
+def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: LaneSamples) -> None:
     """See ``stepping.side_by_side.advance_side_by_side``."""
-    clock, lanes = runs.clock, runs.lengths.size
+    clock, count = runs.clock, runs.sound.size
+    for lane in range(count):
+        clock[WHERE, lane] = float(lane * samples.run)
+        clock[STRIDE, lane] = float(samples.sample)
     for s in range(plan.rows.shape[0]):
-        first = plan.rows[s, FIRST]
         enter(runs, plan, s)
-        while next_samples(runs, first, runs.row[0]) > 0:
-            for lane in range(lanes):
-                if clock[DUE, lane] > 0.0:
-                    if runs.said[0, lane] == 0.0:
-                        runs.fine[lane] = 0.0
-                    if plan.rows[s, FINISHES] != 0:
-                        runs.sound[lane] += runs.fine[lane]
-                        put_sample(runs, samples, first + int(clock[TAKEN, lane]), lane)
+        while next_samples(runs, runs.row[0]):
+            for lane in range(count):
+                if clock[DUE, lane] > 0.0 and runs.said[INSIDE, lane] == 0.0:
+                    runs.fine[lane] = 0.0
+            if plan.rows[s, lanes.FINISHES] != 0:
+                for lane in range(count):
+                    runs.sound[lane] += clock[DUE, lane] * runs.fine[lane]
+                record(runs, samples)
 
 
 def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
     """Begin a row of a plan: with the steps at hand, or anew where another piece begins."""
-    clock, lanes, last = runs.clock, runs.lengths.size, plan.places.shape[1]
+    clock, last = runs.clock, plan.places.shape[1]
     any_anew = False
-    for lane in range(lanes):
-        start, length = plan.times[s, PLAN_START, lane], plan.times[s, PLAN_LENGTH, lane]
-        clock[TO, lane] = clock[BEGIN, lane]
+    for lane in range(runs.sound.size):
+        start, offset = plan.times[s, lanes.START, lane], plan.times[s, lanes.OFFSET, lane]
         if s == 0 or start != clock[START, lane]:
             any_anew = True
-            since = plan.rows[s, FIRST] * runs.step - start
-            clock[ANEW, lane], clock[TO, lane] = 1.0, since + plan.times[s, PLAN_OFFSET, lane]
+            since = plan.rows[s, lanes.FIRST] * clock[STEP, lane] - start
+            clock[ANEW, lane], clock[TO, lane] = 1.0, since + offset
             clock[LOCAL, lane] = clock[TO, lane]
             clock[UNTIL, lane] = plan.places[s, last - PLACE_UNTIL, lane]
             for j in range(last):
                 runs.c[runs.place + j, lane] = plan.places[s, j, lane]
-        clock[START, lane], clock[LENGTH, lane] = start, length
-        clock[OFFSET, lane] = plan.times[s, PLAN_OFFSET, lane]
-        steps = plan.rows[s, STEPS] if length > 0.0 else plan.rows[s, FINISHES]
-        clock[TAKEN, lane], clock[COUNT, lane] = 0.0, float(steps)
-        aim_at_next(runs, plan.rows[s, FIRST], lane)
+        else:
+            clock[TO, lane] = clock[BEGIN, lane]
+        length = plan.times[s, lanes.LENGTH, lane]
+        clock[START, lane], clock[OFFSET, lane], clock[LENGTH, lane] = start, offset, length
+        clock[FIRST, lane] = float(plan.rows[s, lanes.FIRST])
+        steps = plan.rows[s, lanes.STEPS] if length > 0.0 else plan.rows[s, lanes.FINISHES]
+        clock[COUNT, lane] = float(steps)
+        aim(runs, lane)
     if any_anew:
         call(runs.prepare, runs.c)
         renew(runs)
 
 
-def put_sample(runs: TaylorRuns, samples: LaneSamples, steps: int, lane: int) -> None:
-    """The row at hand, as a run's sample after so many steps, if it is to be recorded."""
-    if steps % runs.every == 0:
-        at = (steps // runs.every - 1) * samples.sample + lane * samples.run
-        samples.numbers[at] = steps
-        samples.numbers[at + samples.channel] = steps * runs.step
-        for j in range(runs.row.shape[0]):
-            samples.numbers[at + (2 + j) * samples.channel] = runs.row[j, lane]
+def record(runs: TaylorRuns, samples: LaneSamples) -> None:
+    """The rows at hand, as samples of the runs that have one due."""
+    c, b, clock, row, channel = runs.c, runs.b, runs.clock, runs.row, float(samples.channel)
+    if samples.channel == 1:
+        call(runs.record_dense, c, b, clock, row, samples.numbers, runs.nowhere, channel)
+    else:
+        call(runs.record, c, b, clock, row, samples.numbers, runs.nowhere, channel)
