@@ -203,8 +203,6 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
         place[:, :count] = column.T
         place[:, count:] = column[-1:].T
     lanes.said[SOUND], lanes.sound[:] = 1.0, 0.0
-    if isinstance(lanes, TaylorRuns):
-        lanes.fine[:] = 1.0
     for lane, run in enumerate(work.alone):
         row, balls, n = min(lane, count - 1), run.balls, run.balls.number
         constants = starts.constants[row]

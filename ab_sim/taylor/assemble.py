@@ -13,7 +13,18 @@ from ab_sim.events.run import Run
 from ab_sim.events.run_arrays import aligned
 from ab_sim.integrate.steppers.taylor import PARTS, TaylorParameters
 from ab_sim.kernels.code import Code
-from ab_sim.taylor.clock import AIM, CLOCK, EVERY, PER_LENGTH, SHORTEST, STEP
+from ab_sim.taylor.clock import (
+    AIM,
+    CLOCK,
+    ENDS_STEPS,
+    EVERY,
+    PER_LENGTH,
+    SAID,
+    SHORTEST,
+    SOUND,
+    SOUND_STEPS,
+    STEP,
+)
 from ab_sim.taylor.emission import TaylorEmission
 from ab_sim.taylor.run import STATE, TaylorRun, TaylorRuns
 from ab_sim.tracing.llvm_text import module_text
@@ -83,6 +94,9 @@ def lanes_of(
     clock = aligned((len(CLOCK), lanes))
     clock[AIM], clock[PER_LENGTH] = math.log2(told.tolerance), per_length(system)
     clock[SHORTEST], clock[STEP], clock[EVERY] = step / PARTS, step, every
+    clock[ENDS_STEPS] = 1.0
+    said = aligned((SAID, lanes))
+    said[SOUND] = 1.0
     width = code.emission.row_channels
     return TaylorRuns(
         prepare=code.address("prepare", lanes),
@@ -101,11 +115,10 @@ def lanes_of(
         series=aligned((own.size * lanes,)),
         state=aligned((states, lanes)),
         bounds=aligned((states, lanes)),
-        said=np.ones((3, lanes)),
+        said=said,
         row=aligned((width, lanes)),
         nowhere=aligned((width + 2,)),
-        fine=np.ones(lanes),
-        sound=np.zeros(lanes),
+        sound=said[SOUND_STEPS],
     )
 
 

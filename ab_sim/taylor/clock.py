@@ -13,7 +13,7 @@ from ab_sim.tracing.lowering import ROUND
 CLOCK = (
     *("time", "profile_time", "begin", "to", "anew", "end", "until"),
     *("start", "offset", "length", "first", "count", "taken", "due", "next"),
-    *("aim", "per_length", "shortest", "step"),
+    *("aim", "per_length", "shortest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
 """Names of the lines. Times in s since a piece of the profile began: of the sample at hand, and
@@ -26,14 +26,17 @@ before; how many it has; how many of these have been taken; whether one is due, 
 Taylor step at hand; and when the next one is.
 
 Of the run: base-2 logarithm of the tolerance; what displacement is divided by, inverted [1/m]; the
-shortest step, however large its error, and the scene's [s]. Where samples go, in numbers: the run's
+shortest step, however large its error, and the scene's [s]; 0 while a part of a step is taken that
+another one follows, else 1. Where samples go, in numbers: the run's
 first one; from a sample to the next; steps from one that is recorded to the next."""
 LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
-AIM, PER_LENGTH, SHORTEST, STEP, WHERE, STRIDE, EVERY = range(15, 22)
-INSIDE, HOW_MANY_DUE, HOW_MANY_LEFT = 0, 1, 2
-"""Lines of what is said: 1 of a run that is within its bounds at its sample, else 0; how many runs
-have a sample due, and how many have some left in their ranges, the same for all runs."""
+AIM, PER_LENGTH, SHORTEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
+SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
+SAID = 4
+"""Lines of what is said: 1 of a run that has been within its bounds at all samples, else 0; how
+many steps it was; how many runs have a sample due, and how many have some left in their ranges, the
+same for all runs."""
 
 
 class Clock:
@@ -88,6 +91,14 @@ def turned(clock: Clock) -> Turn:
         TO: where(left - due > 0.5, clock[END], clock[BEGIN]),
     }
     return Turn(lines, across(due), across(left))
+
+
+def soundness(
+    clock: Clock, sound: Expression, steps: Expression, inside: Expression
+) -> dict[int, Expression]:
+    """Lines of what is said that change, where a run is within its bounds at a sample, or not."""
+    still = where(clock[DUE] > 0.5, sound * inside, sound)
+    return {SOUND: still, SOUND_STEPS: steps + clock[DUE] * clock[ENDS_STEPS] * still}
 
 
 def end_of_step(clock: Clock, length: Expression) -> Expression:

@@ -22,10 +22,10 @@ from ab_sim.taylor.clock import (
     BEGIN,
     COUNT,
     FIRST,
-    INSIDE,
     LENGTH,
     LOCAL,
     OFFSET,
+    SOUND,
     START,
     TO,
     UNTIL,
@@ -95,7 +95,8 @@ def go_along(one: TaylorRun, samples: Table, count: int) -> int:
     run, own, balls = one.run, one.own, one.run.balls
     for done in range(count):
         next_samples(own, samples[done, ANGLE:])
-        if own.said[INSIDE, 0] == 0.0:
+        if own.said[SOUND, 0] == 0.0:
+            own.said[SOUND, 0] = 1.0
             for j in range(run.state.size):
                 run.work.trial[j] = own.state[j, 0]
             return done

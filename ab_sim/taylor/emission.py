@@ -13,19 +13,21 @@ from ab_sim.taylor.clock import (
     END,
     HOW_MANY_DUE,
     HOW_MANY_LEFT,
-    INSIDE,
     LOCAL,
     PER_LENGTH,
+    SOUND,
+    SOUND_STEPS,
     STEP,
     TO,
     Clock,
     end_of_step,
     recorded,
+    soundness,
     turned,
 )
 from ab_sim.taylor.series import squared_size, state_coefficients
 from ab_sim.taylor.step_length import step_length
-from ab_sim.tracing import Expression, lowered, where
+from ab_sim.tracing import Expression, Level, lowered, where
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind
 from ab_sim.tracing.transposed import lines_of, store_line
 
@@ -117,7 +119,7 @@ class TaylorEmission:
         into, body = self._function("sample", pointers, lanes)
         sums = lowered(self._sums(self._clock[LOCAL] - self._clock[BEGIN], body))
         self._emission.store_slope(body, sums, "reached")
-        self._store_inside(body, sums)
+        self._store_soundness(body, sums)
         bound = dict(zip(self._names, (body.values(x) for x in sums), strict=True))
         behind = Body(into, body.places, self._emission.known, bound)
         self._emission.store_row(behind, "row", turned=True)
@@ -165,15 +167,22 @@ class TaylorEmission:
             name, pointers, CLOCK, state=state, lanes=lanes, times=True
         )
 
-    def _store_inside(self, body: Body, state: Sequence[Expression]) -> None:
-        """Write 1 of a state within its bounds, else 0."""
+    def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
+        """Write whether a state is within its bounds."""
         inside = self._model.lifted(1.0)
         for x, bound in zip(state, self._named("bounds", body), strict=True):
             beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
             if x.each:
                 beyond = over_balls(self._model.count, beyond)
             inside = inside - beyond
-        body.store(self._clock.flag(inside > 0.5), MemorySlot("said", INSIDE))
+        names = {"sound": SOUND, "sound_steps": SOUND_STEPS}
+        body.places |= {name: MemorySlot("said", line) for name, line in names.items()}
+        before = [self._model.graph.input(name, Level.TIME) for name in names]
+        found = soundness(self._clock, *before, self._clock.flag(inside > 0.5))
+        for x in found.values():
+            body.values(x)
+        for line, x in found.items():
+            body.store(x, MemorySlot("said", line))
 
     @property
     def _names(self) -> list[str]:

@@ -53,15 +53,13 @@ class TaylorRuns(NamedTuple):
     bounds: Table
     """Magnitudes that no sound run reaches, shape (states, runs)."""
     said: Table
-    """Shape (3, runs), lines as of ``clock``."""
+    """Shape (SAID, runs), lines as of ``clock``."""
     row: Table
     """Of the sample at hand, shape (numbers, runs)."""
     nowhere: Floats
     """Where what is not recorded goes."""
-    fine: Floats
-    """1 of a run that has been within its bounds all the time, else 0; shape (runs,)."""
     sound: Floats
-    """How many steps each was so, shape (runs,)."""
+    """Its line SOUND_STEPS."""
 
 
 class TaylorRun(NamedTuple):

@@ -11,10 +11,8 @@ from ab_sim.taylor.clock import (
     ANEW,
     BEGIN,
     COUNT,
-    DUE,
-    EVERY,
+    ENDS_STEPS,
     FIRST,
-    INSIDE,
     LENGTH,
     LOCAL,
     OFFSET,
@@ -31,19 +29,14 @@ from ab_sim.taylor.run import TaylorRuns, aim, next_samples, renew
 
 def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: LaneSamples) -> None:
     """See ``stepping.side_by_side.advance_side_by_side``."""
-    clock, count = runs.clock, runs.sound.size
-    for lane in range(count):
+    clock = runs.clock
+    for lane in range(runs.sound.size):
         clock[WHERE, lane] = float(lane * samples.run)
         clock[STRIDE, lane] = float(samples.sample)
     for s in range(plan.rows.shape[0]):
         enter(runs, plan, s)
         while next_samples(runs, runs.row[0]):
-            for lane in range(count):
-                if clock[DUE, lane] > 0.0 and runs.said[INSIDE, lane] == 0.0:
-                    runs.fine[lane] = 0.0
             if plan.rows[s, lanes.FINISHES] != 0:
-                for lane in range(count):
-                    runs.sound[lane] += clock[DUE, lane] * runs.fine[lane]
                 record(runs, samples)
 
 
@@ -65,6 +58,7 @@ def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
             clock[TO, lane] = clock[BEGIN, lane]
         length = plan.times[s, lanes.LENGTH, lane]
         clock[START, lane], clock[OFFSET, lane], clock[LENGTH, lane] = start, offset, length
+        clock[ENDS_STEPS, lane] = float(plan.rows[s, lanes.FINISHES])
         clock[FIRST, lane] = float(plan.rows[s, lanes.FIRST])
         steps = plan.rows[s, lanes.STEPS] if length > 0.0 else plan.rows[s, lanes.FINISHES]
         clock[COUNT, lane] = float(steps)
