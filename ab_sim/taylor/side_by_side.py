@@ -4,7 +4,7 @@ Lanes take their steps together, and their samples, as far as they have any in t
 behind others that take longer steps, and waits for no more than the end of a row of the plan.
 """
 
-from ab_sim.compiling.kinds import call
+from ab_sim.compiling.kinds import Floats, call
 from ab_sim.stepping import side_by_side as lanes
 from ab_sim.stepping.side_by_side import LanePlan, LaneSamples
 from ab_sim.taylor.clock import (
@@ -26,10 +26,14 @@ from ab_sim.taylor.clock import (
 from ab_sim.taylor.drive import PLACE_UNTIL
 from ab_sim.taylor.run import TaylorRuns, aim, next_samples, renew
 
+PAGE = 512
+"""Numbers in a page of memory."""
+
 
 def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: LaneSamples) -> None:
     """See ``stepping.side_by_side.advance_side_by_side``."""
     clock = runs.clock
+    touch(samples.numbers)
     for lane in range(runs.sound.size):
         clock[WHERE, lane] = float(lane * samples.run)
         clock[STRIDE, lane] = float(samples.sample)
@@ -38,6 +42,15 @@ def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: La
         while next_samples(runs, runs.row[0]):
             if plan.rows[s, lanes.FINISHES] != 0:
                 record(runs, samples)
+
+
+def touch(numbers: Floats) -> None:
+    """Write to each page of fresh memory, which the operating system makes when it is first used.
+
+    All at once: amid the steps each would throw their code and series out of the caches.
+    """
+    for k in range(0, numbers.size, PAGE):
+        numbers[k] = 0.0
 
 
 def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
