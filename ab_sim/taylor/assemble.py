@@ -18,6 +18,7 @@ from ab_sim.taylor.clock import (
     CLOCK,
     ENDS_STEPS,
     EVERY,
+    LONGEST,
     PER_LENGTH,
     SAID,
     SHORTEST,
@@ -93,7 +94,9 @@ def lanes_of(
     states, n = layout_of(system).size, len(system.balls)
     clock = aligned((len(CLOCK), lanes))
     clock[AIM], clock[PER_LENGTH] = math.log2(told.tolerance), per_length(system)
-    clock[SHORTEST], clock[STEP], clock[EVERY] = step / PARTS, step, every
+    clock[STEP], clock[EVERY] = step, every
+    clock[SHORTEST] = told.steps * step if told.steps else step / PARTS
+    clock[LONGEST] = told.steps * step if told.steps else math.inf
     clock[ENDS_STEPS] = 1.0
     said = aligned((SAID, lanes))
     said[SOUND] = 1.0

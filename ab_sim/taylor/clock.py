@@ -13,7 +13,7 @@ from ab_sim.tracing.lowering import ROUND
 CLOCK = (
     *("time", "profile_time", "begin", "to", "anew", "end", "until"),
     *("start", "offset", "length", "first", "count", "taken", "due", "next"),
-    *("aim", "per_length", "shortest", "step", "ends_steps"),
+    *("aim", "per_length", "shortest", "longest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
 """Names of the lines. Times in s since a piece of the profile began: of the sample at hand, and
@@ -26,12 +26,12 @@ before; how many it has; how many of these have been taken; whether one is due, 
 Taylor step at hand; and when the next one is.
 
 Of the run: base-2 logarithm of the tolerance; what displacement is divided by, inverted [1/m]; the
-shortest step, however large its error, and the scene's [s]; 0 while a part of a step is taken that
+shortest step, however large its error, and the longest; the scene's [s]; 0 while a part of a step is taken that
 another one follows, else 1. Where samples go, in numbers: the run's
 first one; from a sample to the next; steps from one that is recorded to the next."""
 LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
-AIM, PER_LENGTH, SHORTEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
+AIM, PER_LENGTH, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 24)
 SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
 SAID = 4
 """Lines of what is said: 1 of a run that has been within its bounds at all samples, else 0; how
@@ -87,7 +87,7 @@ def turned(clock: Clock) -> Turn:
         PROFILE: profile,
         TAKEN: taken,
         DUE: due,
-        NEXT: where(has_step, ahead, local),
+        NEXT: where(is_due, where(has_step, ahead, local), clock[NEXT]),
         TO: where(left - due > 0.5, clock[END], clock[BEGIN]),
     }
     return Turn(lines, across(due), across(left))
@@ -103,7 +103,8 @@ def soundness(
 
 def end_of_step(clock: Clock, length: Expression) -> Expression:
     """When a step ends that may be so long [s]; of what is no number, with the profile's piece."""
-    end = clock[BEGIN] + where(length < clock[SHORTEST], clock[SHORTEST], length)
+    length = where(length < clock[SHORTEST], clock[SHORTEST], length)
+    end = clock[BEGIN] + where(clock[LONGEST] < length, clock[LONGEST], length)
     return where(end < clock[UNTIL], end, clock[UNTIL])
 
 

@@ -31,41 +31,54 @@ ORDER = Parameter(
 )
 
 
+STEPS = Parameter(
+    "how many of the scene's steps each step of its own goes over, whatever error that leaves; 0 "
+    "for as many, or such a part of one, as the tolerance allows",
+    0.0,
+    0.0,
+    32.0,
+)
+
+
 class TaylorParameters(NamedTuple):
     """What the method is told."""
 
     tolerance: float
     """rad."""
     order: int
+    steps: float
+    """Of the scene in each of its own; 0 as many as the tolerance allows."""
 
 
 def order_for(tolerance: float) -> int:
     """The order with which a run takes least time, or nearly so: Jorba and Zou, 3.1."""
-    wanted = math.ceil(1.0 - 0.5 * math.log(tolerance))
-    return min(max(wanted, LOWEST), HIGHEST)
+    return min(max(round(-0.5 * math.log(tolerance)), LOWEST), HIGHEST)
 
 
-@register_family("taylor", {"tolerance": TOLERANCE, "order": ORDER})
-def taylor(tolerance: float, order: float) -> Stepper:
-    """The method with a tolerance [rad] and an order."""
+@register_family("taylor", {"tolerance": TOLERANCE, "order": ORDER, "steps": STEPS})
+def taylor(tolerance: float, order: float, steps: float) -> Stepper:
+    """The method with a tolerance [rad], an order, and a number of the scene's steps in its own."""
     chosen = int(order) or order_for(tolerance)
+
+    share = steps or 1.0 / PARTS
+    """Of a step of the scene in the shortest of its own."""
 
     def growth(z: complex) -> complex:
         term = total = 1.0 + 0.0j
         for k in range(1, chosen + 1):
-            term *= z / PARTS / k
+            term *= z * share / k
             total += term
-        return complex(total**PARTS if abs(total) < 2.0 else math.inf)
+        return total
 
     return Stepper(
         "taylor",
         chosen,
         "Jorba and Zou (2005), Exp. Math. 14, 99-117",
-        TaylorParameters(tolerance, chosen),
+        TaylorParameters(tolerance, chosen, steps),
         evaluations=chosen,
         growth=growth,
         memory=1,
-        parts=PARTS,
+        parts=1 if steps else PARTS,
         takes_lanes=True,
         locates_events=False,
         priced=False,
