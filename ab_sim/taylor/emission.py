@@ -53,7 +53,9 @@ class TaylorEmission:
 
     def coefficients(self, lanes: int) -> Function:
         """``coefficients(c, b, t, y, series)``."""
-        into, body = self._function("coefficients", ["y", "series"], lanes, state="y")
+        into, body = self._function("coefficients", ["y", "series"], lanes)
+        for state, name in enumerate(self._names):
+            body.places[name] = MemorySlot("y", self._first(state)[0])
         # The equations' time is that at which the series begins.
         body.places[CLOCK[LOCAL]] = MemorySlot("t", BEGIN)
         series = state_coefficients(self._model, self._order)
@@ -161,11 +163,9 @@ class TaylorEmission:
         return into
 
     def _function(
-        self, name: str, pointers: Sequence[str], lanes: int, state: str | None = None
+        self, name: str, pointers: Sequence[str], lanes: int
     ) -> tuple[Function, Body]:
-        return self._emission.function(
-            name, pointers, CLOCK, state=state, lanes=lanes, times=True
-        )
+        return self._emission.function(name, pointers, CLOCK, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
         """Write whether a state is within its bounds."""
