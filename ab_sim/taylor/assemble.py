@@ -4,10 +4,8 @@ import math
 import threading
 from weakref import WeakKeyDictionary
 
-import numpy as np
-
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import RACE_RADIUS, System
+from ab_sim.dynamics.system import System
 from ab_sim.errors import SceneError
 from ab_sim.events.run import Run
 from ab_sim.events.run_arrays import aligned
@@ -19,7 +17,6 @@ from ab_sim.taylor.clock import (
     ENDS_STEPS,
     EVERY,
     LONGEST,
-    PER_LENGTH,
     SAID,
     SHORTEST,
     SOUND,
@@ -93,8 +90,7 @@ def lanes_of(
     own = taylor_code(code, told.order, lanes)
     states, n = layout_of(system).size, len(system.balls)
     clock = aligned((len(CLOCK), lanes))
-    clock[AIM], clock[PER_LENGTH] = math.log2(told.tolerance), per_length(system)
-    clock[STEP], clock[EVERY] = step, every
+    clock[AIM], clock[STEP], clock[EVERY] = math.log2(told.tolerance), step, every
     clock[SHORTEST] = told.steps * step if told.steps else step / PARTS
     clock[LONGEST] = told.steps * step if told.steps else math.inf
     clock[ENDS_STEPS] = 1.0
@@ -144,13 +140,3 @@ def run_by_taylor(run: Run, system: System, code: Code, told: TaylorParameters) 
         bounds=run.work.bounds.reshape(column),
     )
     return TaylorRun(run, own)
-
-
-def per_length(system: System) -> float:
-    """What displacement is divided by, inverted [1/m]: the mean radius of the balls' races.
-
-    Without balls it is the unbalance's place, so that the tolerance is one of the whirl.
-    """
-    if len(system.balls):
-        return 1.0 / float(np.mean(system.balls[:, RACE_RADIUS]))
-    return 1.0 / (system.deck_model.eccentricity or 1.0)

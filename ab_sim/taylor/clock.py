@@ -13,7 +13,7 @@ from ab_sim.tracing.lowering import ROUND
 CLOCK = (
     *("time", "profile_time", "begin", "to", "anew", "end", "until"),
     *("start", "offset", "length", "first", "count", "taken", "due", "next"),
-    *("aim", "per_length", "shortest", "longest", "step", "ends_steps"),
+    *("aim", "shortest", "longest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
 """Names of the lines. Times in s since a piece of the profile began: of the sample at hand, and
@@ -25,13 +25,12 @@ where it begins in its nominal step; how long each of its steps is; how many ste
 before; how many it has; how many of these have been taken; whether one is due, which it has in the
 Taylor step at hand; and when the next one is.
 
-Of the run: base-2 logarithm of the tolerance; what displacement is divided by, inverted [1/m]; the
-shortest step, however large its error, and the longest; the scene's [s]; 0 while a part of a step is taken that
+Of the run: base-2 logarithm of the tolerance; the shortest step, however large its error, and the longest; the scene's [s]; 0 while a part of a step is taken that
 another one follows, else 1. Where samples go, in numbers: the run's
 first one; from a sample to the next; steps from one that is recorded to the next."""
 LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
-AIM, PER_LENGTH, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 24)
+AIM, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
 SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
 SAID = 4
 """Lines of what is said: 1 of a run that has been within its bounds at all samples, else 0; how

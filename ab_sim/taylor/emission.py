@@ -14,7 +14,6 @@ from ab_sim.taylor.clock import (
     HOW_MANY_DUE,
     HOW_MANY_LEFT,
     LOCAL,
-    PER_LENGTH,
     SOUND,
     SOUND_STEPS,
     STEP,
@@ -49,7 +48,10 @@ class TaylorEmission:
     def functions(self, lanes: int) -> list[Function]:
         """All, of so many runs side by side."""
         made = [self.coefficients(lanes), self.move(lanes), self.turn(lanes), self.sample(lanes)]
-        return [*made, *([self.record(lanes, dense) for dense in (False, True)] if lanes > 1 else ())]
+        return [
+            *made,
+            *([self.record(lanes, dense) for dense in (False, True)] if lanes > 1 else ()),
+        ]
 
     def coefficients(self, lanes: int) -> Function:
         """``coefficients(c, b, t, y, series)``."""
@@ -60,7 +62,7 @@ class TaylorEmission:
         body.places[CLOCK[LOCAL]] = MemorySlot("t", BEGIN)
         series = state_coefficients(self._model, self._order)
         orders = (self._order, self._order - 1)
-        sizes = [squared_size(self._model, series, k, self._clock[PER_LENGTH]) for k in orders]
+        sizes = [squared_size(self._model, series, k) for k in orders]
         flat = [each for coefficients in series for each in coefficients]
         *found, high, low = lowered([*flat, *sizes])
         count = self._order + 1
@@ -162,9 +164,7 @@ class TaylorEmission:
                 pointer = into.put(f"getelementptr double, ptr {pointer}, i64 {between}")
         return into
 
-    def _function(
-        self, name: str, pointers: Sequence[str], lanes: int
-    ) -> tuple[Function, Body]:
+    def _function(self, name: str, pointers: Sequence[str], lanes: int) -> tuple[Function, Body]:
         return self._emission.function(name, pointers, CLOCK, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:

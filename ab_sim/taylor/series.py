@@ -39,24 +39,29 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
     return found
 
 
-def squared_size(
-    model: Model, coefficients: Sequence[Sequence[Expression]], k: int, per_length: Expression
-) -> Expression:
+MM = 1e-3
+"""m."""
+
+
+def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: int) -> Expression:
     """Square of how large coefficient k is, in balls' angles, and in the deck's place and turns.
+
+    Displacement counts over the race's radius, without balls in mm.
 
     Args:
         model: see ``state_coefficients``.
         coefficients: as from there.
         k: which.
-        per_length: what displacement is divided by, inverted [1/m].
     """
+    n = model.count
+    length = n / over_balls(n, model.balls.race_curvature) if n else MM
     # Without a speed only what is a place or a turn has a scale.
-    scales = model.deck.scale(1.0 / per_length, 0.0)
+    scales = model.deck.scale(length, 0.0)
     angles = coefficients[model.states][k]
-    size = over_balls(model.count, angles * angles)
+    size = over_balls(n, angles * angles)
     for series, scale in zip(coefficients, scales, strict=False):
         if not is_constant(model.lifted(scale), 0.0):
-            part = series[k] if isinstance(scale, float) else series[k] * per_length
+            part = series[k] * (1.0 / scale)
             size = size + part * part
     return model.lifted(size)
 

@@ -11,9 +11,7 @@ from ab_sim.tracing.expression import (
     Level,
     is_constant,
     lifted,
-    neg,
     rebuilt,
-    total,
     where,
 )
 

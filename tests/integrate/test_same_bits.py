@@ -41,6 +41,7 @@ RUNS: dict[str, list[str]] = {
     "on-edge": ["start.speed=95", "solver.stepper=collocation"],
     "feeding-deck": ["start.speed=60", "solver.stepper=collocation"],
     "one-ball": ["solver.stepper=collocation", "solver.parameters={tolerance: 1e-12}"],
+    "couple-unbalance-by-taylor": ["start.speed=60", "solver.stepper=taylor"],
 }
 """Scenes with and without events, in the plane and in space, by steps and by collocation."""
 STEPS = 300
