@@ -25,9 +25,10 @@ where it begins in its nominal step; how long each of its steps is; how many ste
 before; how many it has; how many of these have been taken; whether one is due, which it has in the
 Taylor step at hand; and when the next one is.
 
-Of the run: base-2 logarithm of the tolerance; the shortest step, however large its error, and the longest; the scene's [s]; 0 while a part of a step is taken that
-another one follows, else 1. Where samples go, in numbers: the run's
-first one; from a sample to the next; steps from one that is recorded to the next."""
+Of the run: base-2 logarithm of the tolerance; the shortest step, however large its error, and the
+longest; the scene's [s]. Of the range, too: 0 while a part of a step is taken that another one
+follows, else 1. Where samples go, in numbers: the run's first one; from a sample to the next; steps
+from one that is recorded to the next."""
 LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
 AIM, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)

@@ -48,10 +48,9 @@ class TaylorEmission:
     def functions(self, lanes: int) -> list[Function]:
         """All, of so many runs side by side."""
         made = [self.coefficients(lanes), self.move(lanes), self.turn(lanes), self.sample(lanes)]
-        return [
-            *made,
-            *([self.record(lanes, dense) for dense in (False, True)] if lanes > 1 else ()),
-        ]
+        if lanes > 1:
+            made += [self.record(lanes, dense) for dense in (False, True)]
+        return made
 
     def coefficients(self, lanes: int) -> Function:
         """``coefficients(c, b, t, y, series)``."""
@@ -134,20 +133,17 @@ class TaylorEmission:
 
         With ``dense``, ``record_dense``: of samples whose channels are side by side.
         """
-        emission, channels = self._emission, self._emission.row_channels
-        pointers = ["row", "samples", "nowhere"]
-        name = "record_dense" if dense else "record"
-        into, body = self._function(name, pointers, lanes)
+        channels, pointers = self._emission.row_channels, ["row", "samples", "nowhere"]
+        into, body = self._function("record_dense" if dense else "record", pointers, lanes)
         into.numbers = ["channel"]
         apart = into.put("fptosi double %channel to i64")
         is_one, place, steps = recorded(self._clock)
         seconds = steps * self._clock[STEP]
         head = [body.values(x)[0] for x in (steps, seconds)]
         columns = [*head, *(into.load(MemorySlot("row", k), 0, 1) for k in range(channels))]
-        where_, which = body.values(place)[0], body.values(is_one)[0]
         of_ints = kind(lanes, "i64")
-        at = into.put(f"fptosi {kind(lanes)} {where_} to {of_ints}")
-        chosen = into.put(f"fcmp ogt {kind(lanes)} {which}, zeroinitializer")
+        at = into.put(f"fptosi {kind(lanes)} {body.values(place)[0]} to {of_ints}")
+        chosen = into.put(f"fcmp ogt {kind(lanes)} {body.values(is_one)[0]}, zeroinitializer")
         lines = lines_of(into, columns) if dense else []
         for lane in range(lanes):
             one = into.put(f"extractelement {of_ints} {at}, i32 {lane}")
@@ -175,10 +171,10 @@ class TaylorEmission:
             if x.each:
                 beyond = over_balls(self._model.count, beyond)
             inside = inside - beyond
-        names = {"sound": SOUND, "sound_steps": SOUND_STEPS}
+        names = {"sound": SOUND, "sound steps": SOUND_STEPS}
         body.places |= {name: MemorySlot("said", line) for name, line in names.items()}
-        before = [self._model.graph.input(name, Level.TIME) for name in names]
-        found = soundness(self._clock, *before, self._clock.flag(inside > 0.5))
+        sound, steps = (self._model.graph.input(name, Level.TIME) for name in names)
+        found = soundness(self._clock, sound, steps, self._clock.flag(inside > 0.5))
         for x in found.values():
             body.values(x)
         for line, x in found.items():

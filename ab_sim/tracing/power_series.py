@@ -60,19 +60,13 @@ class PowerSeries:
 
         What is known last is added last, and a square takes half the products.
         """
-        of, last = self.coefficient, k
-        pairs = [(j, last - j) for j in range(first, k + 1)]
-        zero = a.graph.constant(0.0)
-        if a is b and first == 0:
-            pairs = [(i, j) for i, j in pairs if i <= j]
-        # From the middle outwards.
-        pairs.sort(key=lambda pair: (max(pair), pair[0]))
-        once, twice = zero, zero
-        for i, j in pairs:
-            if a is b and first == 0 and i != j:
-                twice = twice + of(a, i) * of(a, j)
-            else:
-                once = once + of(a, i) * of(b, j)
+        of, is_square = self.coefficient, a is b and first == 0
+        once = twice = a.graph.constant(0.0)
+        for i in sorted(range(first, k + 1), key=lambda i: (max(i, k - i), i)):
+            if not is_square or 2 * i == k:
+                once = once + of(a, i) * of(b, k - i)
+            elif 2 * i < k:
+                twice = twice + of(a, i) * of(a, k - i)
         return once if is_constant(twice, 0.0) else once + 2.0 * twice
 
     def _made(self, x: Expression, k: int) -> Expression:
@@ -109,13 +103,11 @@ def _root(of: PowerSeries, x: Expression, k: int) -> Expression:
 
 def _turning(of: PowerSeries, x: Expression, k: int) -> Expression:
     """Of a cosine or sine of an angle, from the other one."""
-    angle, zero = x.args[0], lifted(x.graph, 0.0)
-    other = angle.sin() if x.op == "cos" else angle.cos()
-    sum_ = zero
-    order = sorted(range(k), key=lambda j: max(j, k - 1 - j))
-    for j in order:
-        sum_ = sum_ + of.change(angle, j) * of.coefficient(other, k - 1 - j)
-    return sum_ * ((-1.0 if x.op == "cos" else 1.0) / k)
+    angle, found = x.args[0], lifted(x.graph, 0.0)
+    other, sign = (angle.sin(), -1.0) if x.op == "cos" else (angle.cos(), 1.0)
+    for j in sorted(range(k), key=lambda j: max(j, k - 1 - j)):
+        found = found + of.change(angle, j) * of.coefficient(other, k - 1 - j)
+    return found * (sign / k)
 
 
 _RULES: dict[str, Callable[[PowerSeries, Expression, int], Expression]] = {

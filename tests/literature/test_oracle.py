@@ -8,8 +8,8 @@ Frames: x, y, vx, vy inertial; theta from the unbalance, unwrapped; dpsi absolut
 Tolerance: 1e-8 relative, on vectors relative to their length, on angles in rad: what the issue
 asks of at least one stepper at a stated step: the one that ``auto`` takes at 1 ms, which is RK8
 but for the stiff case P09, and 0.5 ms for P16; and trajectories of collocation, with samples each
-millisecond and its usual tolerance; and of taylor likewise. For P10, where friction holds the balls, 1e-9 and
-the angles exactly. Left out: P17 (the deck in space).
+millisecond and its usual tolerance, and of taylor likewise. For P10, where friction holds the
+balls, 1e-9 and the angles exactly. Left out: P17 (the deck in space).
 """
 
 import json
