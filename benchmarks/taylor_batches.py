@@ -1,13 +1,17 @@
 """Whether Taylor's method pays in batches: of the thesis' drive, and of all smooth effects.
 
-    python benchmarks/taylor_batches.py [--out docs] [--scenes 6] [--repeats 5]
+    apt install g++; python benchmarks/taylor_batches.py [--out docs] [--scenes 6] [--repeats 9]
 
-writes taylor-batches.json. Eight runs side by side that differ in the balls' mass: the thesis'
-start-up with a hold, without friction, and scenes of both plants at random with every effect that
-has no events. Samples every 5 ms; errors in a ball's angle at these, beside rk8 at 0.05 ms. What
-Taylor's method takes [us per simulated second], and how many times longer the quickest of rk8, at
-the steps of a ladder, and of collocation takes that has no larger error. CPU time of the compiled
-code, all settings of a scene in turns; the median over repeats.
+writes taylor-batches.json. Eight runs side by side that differ in the balls' mass, samples every
+5 ms, CPU time of the compiled code, all settings of a scene in turns.
+
+``at``: the thesis' start-up with a hold, without friction, beside the same method by hand in C++,
+as peers.py has it; times are interpolated at an error.
+
+``rows``: scenes of both plants at random with every effect that has no events. Errors in a ball's
+angle beside rk8 at 0.05 ms; what Taylor's method takes [us per simulated second], and how many
+times longer the quickest of rk8, at the steps of a ladder, and of collocation takes that has no
+larger error; medians over repeats.
 """
 
 import sys
@@ -20,15 +24,20 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
+from beside import expert_peer, ours, width  # noqa: E402
+from beside.case import BatchCase  # noqa: E402
+from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
 
 from ab_sim.batch import simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.errors import SceneError  # noqa: E402
-from ab_sim.scene import Scene, load_scene  # noqa: E402
+from ab_sim.scene import Scene  # noqa: E402
 from ab_sim.scene.load import changed_scene  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.integrate.random_scenes import PLANTS, scene_at_random  # noqa: E402
 
+WANTED = (1e-6, 1e-9, 1e-12)
+"""Errors in ball angle, the largest over the run [rad]."""
 EVERY, FINE = 0.005, 5e-5
 TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
 LADDER = (0.005, 0.0025, 0.00125, 0.000625, 0.0003125)
@@ -106,9 +115,21 @@ def measure(what: str, scene: Scene, repeats: int) -> list[dict[str, Any]]:
     return rows
 
 
+def beside_peer(repeats: int) -> dict[str, Any]:
+    """The thesis' drive by all of ours, and in C++."""
+    case = BatchCase()
+    families = [*ours.batch_families(case), *expert_peer.batch_families(case)]
+    found, left_out = candidates(families, print)
+    take_turns(found, repeats)
+    at = [compare(found, e, lambda m: m.endswith(ours.KERNEL), 1.0, not left_out) for e in WANTED]
+    for result in at:
+        print(verdict(result))
+    rows = [row for row in reports(found) if row["on_front"]]
+    return {"at": at, "front": rows, "left_out": [each._asdict() for each in left_out]}
+
+
 def scenes(count: int) -> Iterator[tuple[str, Scene]]:
     """What is run, by name."""
-    yield "thesis-hold", load_scene("thesis-hold", ["effects.rolling_friction=", "duration=6"])
     for plant in PLANTS:
         for seed in range(count):
             made = scene_at_random(plant, seed, step=EVERY)
@@ -117,14 +138,17 @@ def scenes(count: int) -> Iterator[tuple[str, Scene]]:
 
 def main() -> None:
     """Measure and write the file."""
-    parser = arguments("Taylor's method in batches.", 5)
+    parser = arguments("Taylor's method in batches.", 9)
     parser.add_argument("--scenes", type=int, default=6, help="at random of each plant")
     asked, rows = parser.parse_args(), []
+    beside = beside_peer(asked.repeats)
     for what, scene in scenes(asked.scenes):
         rows += measure(what, scene, asked.repeats)
         for row in rows[-len(TOLERANCES) :]:
             print({k: f"{v:.3g}" if isinstance(v, float) else v for k, v in row.items()})
-    report = {**conditions(), "repeats": asked.repeats, "rows": rows}
+    where = {**conditions(), "vectors": width.vectors(), "repeats": asked.repeats}
+    where["versions"].update(expert_peer.versions())
+    report = {**where, **beside, "rows": rows}
     write_json(report, str(asked.out / "taylor-batches.json"))
 
 
