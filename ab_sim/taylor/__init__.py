@@ -25,7 +25,7 @@ clock ``t`` of ``clock``, then
     move(c, b, t, series, reached, y, turns)
         y at TO, or, where ANEW says so, the state ``reached`` there; whole turns are taken out of
         it, and counted; BEGIN is TO then
-    turn(c, b, t, said)
+    mark(c, b, t, said)
         which runs have a sample in the step at hand: LOCAL is that of these, NEXT the one behind
     sample(c, b, t, series, turns, bounds, reached, said, row)
         state and row at LOCAL; whether the state is within ``bounds``

@@ -101,7 +101,7 @@ def lanes_of(
         prepare=code.address("prepare", lanes),
         coefficients=own.addresses["coefficients"],
         move=own.addresses["move"],
-        turn=own.addresses["turn"],
+        mark=own.addresses["mark"],
         sample=own.addresses["sample"],
         record=own.addresses.get("record", 0),
         record_dense=own.addresses.get("record_dense", 0),

@@ -39,7 +39,7 @@ many steps it was; how many runs have a sample due, and how many have some left 
 same for all runs."""
 
 
-class Clock:
+class ClockLines:
     """Lines of the clock as expressions.
 
     Args:
@@ -57,8 +57,8 @@ class Clock:
         return where(condition, self._graph.constant(1.0), 0.0)
 
 
-class Turn(NamedTuple):
-    """What ``turned`` finds."""
+class DueSamples(NamedTuple):
+    """What ``due_samples`` finds."""
 
     lines: dict[int, Expression]
     """Lines that change."""
@@ -67,7 +67,7 @@ class Turn(NamedTuple):
     """How many runs have a sample due, and how many have some left."""
 
 
-def turned(clock: Clock) -> Turn:
+def due_samples(clock: ClockLines) -> DueSamples:
     """Mark the runs with a sample in the step at hand, go to it, and say when the next one is.
 
     Where none is due, though some are left, the next step is to begin where this one ends.
@@ -90,25 +90,25 @@ def turned(clock: Clock) -> Turn:
         NEXT: where(is_due, where(has_step, ahead, local), clock[NEXT]),
         TO: where(left - due > 0.5, clock[END], clock[BEGIN]),
     }
-    return Turn(lines, across(due), across(left))
+    return DueSamples(lines, across(due), across(left))
 
 
 def soundness(
-    clock: Clock, sound: Expression, steps: Expression, inside: Expression
+    clock: ClockLines, sound: Expression, steps: Expression, inside: Expression
 ) -> dict[int, Expression]:
     """Lines of what is said that change, where a run is within its bounds at a sample, or not."""
     still = where(clock[DUE] > 0.5, sound * inside, sound)
     return {SOUND: still, SOUND_STEPS: steps + clock[DUE] * clock[ENDS_STEPS] * still}
 
 
-def end_of_step(clock: Clock, length: Expression) -> Expression:
+def end_of_step(clock: ClockLines, length: Expression) -> Expression:
     """When a step ends that may be so long [s]; of what is no number, with the profile's piece."""
     length = where(length < clock[SHORTEST], clock[SHORTEST], length)
     end = clock[BEGIN] + where(clock[LONGEST] < length, clock[LONGEST], length)
     return where(end < clock[UNTIL], end, clock[UNTIL])
 
 
-def recorded(clock: Clock) -> tuple[Expression, Expression, Expression]:
+def recorded(clock: ClockLines) -> tuple[Expression, Expression, Expression]:
     """Whether the sample at hand is recorded, 1 or 0; where; and after how many steps it is."""
     steps = clock[FIRST] + clock[TAKEN]
     which = (steps / clock[EVERY] + ROUND) - ROUND

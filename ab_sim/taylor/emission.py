@@ -18,11 +18,11 @@ from ab_sim.taylor.clock import (
     SOUND_STEPS,
     STEP,
     TO,
-    Clock,
+    ClockLines,
+    due_samples,
     end_of_step,
     recorded,
     soundness,
-    turned,
 )
 from ab_sim.taylor.series import squared_size, state_coefficients
 from ab_sim.taylor.step_length import step_length
@@ -41,13 +41,13 @@ class TaylorEmission:
 
     def __init__(self, emission: Emission, order: int) -> None:
         self._emission, self._order, self._model = emission, order, emission.model
-        self._clock = Clock(emission.model.graph)
+        self._clock = ClockLines(emission.model.graph)
         self.size = (order + 1) * emission.states
         """Numbers of a series."""
 
     def functions(self, lanes: int) -> list[Function]:
         """All, of so many runs side by side."""
-        made = [self.coefficients(lanes), self.move(lanes), self.turn(lanes), self.sample(lanes)]
+        made = [self.coefficients(lanes), self.move(lanes), self.mark(lanes), self.sample(lanes)]
         if lanes > 1:
             made += [self.record(lanes, dense) for dense in (False, True)]
         return made
@@ -104,10 +104,10 @@ class TaylorEmission:
         body.store(model.lifted(0.0), MemorySlot("t", ANEW))
         return into
 
-    def turn(self, lanes: int) -> Function:
-        """``turn(c, b, t, said)``."""
-        into, body = self._function("turn", ["said"], lanes)
-        found = turned(self._clock)
+    def mark(self, lanes: int) -> Function:
+        """``mark(c, b, t, said)``."""
+        into, body = self._function("mark", ["said"], lanes)
+        found = due_samples(self._clock)
         for x in (*found.lines.values(), found.due, found.left):
             body.values(x)
         for line, x in found.lines.items():

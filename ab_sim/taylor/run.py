@@ -29,7 +29,7 @@ class TaylorRuns(NamedTuple):
     """prepare(c)."""
     coefficients: int
     move: int
-    turn: int
+    mark: int
     sample: int
     record: int
     record_dense: int
@@ -109,7 +109,7 @@ def next_samples(own: TaylorRuns, row: Floats) -> bool:
     """
     c, b, clock, said = own.c, own.b, own.clock, own.said
     while True:
-        call(own.turn, c, b, clock, said)
+        call(own.mark, c, b, clock, said)
         if said[HOW_MANY_DUE, 0] > 0.0:
             series, turns, bounds = own.series, own.turns, own.bounds
             call(own.sample, c, b, clock, series, turns, bounds, own.state, said, row)
