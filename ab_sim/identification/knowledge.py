@@ -5,14 +5,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
 
 UNKNOWN = 0.5
 """Standard deviation of a direction, as a share of the parameters' scales, from which it counts as
 not known."""
-ROUNDING = 1e-6
-"""Of the largest singular value: what differences leave of one that is 0."""
 PART = 0.15
 """Of its largest entry: smaller ones of a direction are not named."""
 ALIKE = 0.1
@@ -110,14 +109,6 @@ def shared_numbers(problem: Problem) -> list[int]:
         for j, each in enumerate(problem.parameters)
         if each.recording is None or each.nuisance == GAIN
     ]
-
-
-def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """What of the columns cannot be made up for by others, as a small matrix."""
-    scale = np.linalg.norm(own, axis=0)
-    both = np.column_stack([own / np.where(scale > 0.0, scale, 1.0), wanted])
-    triangle: np.ndarray = np.linalg.qr(both, mode="r")  # type: ignore[assignment]
-    return triangle[own.shape[1] :, own.shape[1] :]
 
 
 def _parts(names: Sequence[str], direction: np.ndarray) -> list[tuple[str, float]]:

@@ -30,6 +30,7 @@ from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
 from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.workers import WorkerLost, Workers
 
 LOOKS = 2
 """Draws of start angles from which it is asked what can be known."""
@@ -58,6 +59,7 @@ def run_identification(
     question: Question,
     held_out: Sequence[Measured] = (),
     tell: Tell = lambda *_: None,
+    workers: int = 1,
 ) -> Identification:
     """Fit a scene to recordings, and say how far to believe it.
 
@@ -68,16 +70,25 @@ def run_identification(
         held_out: recordings that are not fitted, but judged.
         tell: called with what is done now, done, of all; of what it raises ``Interrupted`` leaves
             the best so far, marked as such.
+        workers: processes that share the search where it takes long.
 
     Raises:
         InputError: it cannot be; says why and what to do.
         SceneError: the scene cannot be run as it was recorded.
+        WorkerLost: a process of these was ended.
     """
     scene, _ = resolve_accuracy(scene)
     if not recordings:
         raise InputError("no recordings: give one or several")
     work = _Work(scene, recordings, question, held_out, tell)
-    return work.run()
+    with Workers(workers) as shared:
+        try:
+            return work.run(shared)
+        except WorkerLost as lost:
+            raise WorkerLost(
+                "a process that shared the search was ended, by a signal or for want of memory: "
+                "run it again, with fewer --workers where memory is short"
+            ) from lost
 
 
 class _Work:
@@ -91,18 +102,19 @@ class _Work:
         self._problem = Problem(scene, common, recordings, noises_of(recordings))
         self._check_sizes()
 
-    def run(self) -> Identification:
+    def run(self, workers: Workers) -> Identification:
+        """All of it."""
         problem, question = self._problem, self._question
         knowledge = self._knowledge()
         held = list(knowledge.held) if question.hold_open else []
-        search = StagedFit(problem, held, question.seed, self._tell)
+        search = StagedFit(problem, held, question.seed, self._tell, workers)
         interrupted = False
         values, open_after = search.best, Knowledge((), (), (), ())
         free = [j for j in range(len(problem.parameters)) if j not in held]
         try:
             values = _within_a_turn(problem, search.run().values)
             problem = problem.with_noise(self._left(problem, values))
-            values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
+            values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._left(problem, values))
             if question.hold_open:
                 open_after = knowledge_of(problem, values, held)
@@ -111,7 +123,7 @@ class _Work:
             intervals = intervals_of(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
-            values = search.best
+            values = _within_a_turn(problem, search.best)
             problem = problem.with_noise(self._left(problem, values))
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
@@ -129,8 +141,9 @@ class _Work:
                 if not all(each.white for each in whiteness):
                     tried = tried_effects(problem, values, free, self._tell)
                 if self._held_out:
-                    others = self._held_out
-                    outside, more = held_out(problem, values, others, question.seed, self._tell)
+                    outside, more = held_out(
+                        problem, values, self._held_out, question.seed, self._tell, workers
+                    )
                     comparisons += more
                 unbounded = [
                     each.name for each in intervals.estimates if not each.bounded and not each.own
@@ -199,7 +212,7 @@ class _Work:
             self._tell("what can be known", look, LOOKS)
             values = problem.start
             for j, each in enumerate(problem.parameters):
-                if each.recording is not None and each.unit == "rad":
+                if each.is_own_angle:
                     values[j] += numbers.uniform(0.0, 2.0 * np.pi)
             found.append(knowledge_of(problem, values))
         first = found[0]
@@ -208,6 +221,9 @@ class _Work:
         return first._replace(
             held=always, open=tuple(each for each in first.open if each.held in names)
         )
+
+    def _last(self, *_: object) -> None:
+        self._tell("all recordings, to the last digit", 0, 1)
 
     def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
         """Standard deviation of each recording's residuals."""
@@ -225,7 +241,7 @@ def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
     """Start angles without the whole turns that a search has gone through."""
     turned = values.copy()
     for j, each in enumerate(problem.parameters):
-        if each.recording is not None and each.unit == "rad":
+        if each.is_own_angle:
             turned[j] = math.remainder(float(values[j]), 2.0 * math.pi)
     return turned
 
