@@ -1,9 +1,11 @@
 """Whether Taylor's method pays in batches: of the thesis' drive, and of all smooth effects.
 
-    apt install g++; python benchmarks/taylor_batches.py [--out docs] [--scenes 6] [--repeats 9]
+    apt install g++
+    python benchmarks/taylor_batches.py [--avx2] [--out docs] [--scenes 6] [--repeats 9]
 
-writes taylor-batches.json. Eight runs side by side that differ in the balls' mass, samples every
-5 ms, CPU time of the compiled code, all settings of a scene in turns.
+writes taylor-batches.json; limited to AVX2, taylor-batches-avx2.json. Eight runs side by side that
+differ in the balls' mass, samples every 5 ms, CPU time of the compiled code, all settings of a
+scene in turns.
 
 ``at``: the thesis' start-up with a hold, without friction, beside the same method by hand in C++,
 as peers.py has it; times are interpolated at an error.
@@ -140,7 +142,10 @@ def main() -> None:
     """Measure and write the file."""
     parser = arguments("Taylor's method in batches.", 9)
     parser.add_argument("--scenes", type=int, default=6, help="at random of each plant")
+    parser.add_argument("--avx2", action="store_true", help="with vectors of AVX2, not AVX-512")
     asked, rows = parser.parse_args(), []
+    if asked.avx2:
+        width.limit()
     beside = beside_peer(asked.repeats)
     for what, scene in scenes(asked.scenes):
         rows += measure(what, scene, asked.repeats)
@@ -149,7 +154,8 @@ def main() -> None:
     where = {**conditions(), "vectors": width.vectors(), "repeats": asked.repeats}
     where["versions"].update(expert_peer.versions())
     report = {**where, **beside, "rows": rows}
-    write_json(report, str(asked.out / "taylor-batches.json"))
+    name = "taylor-batches-avx2" if asked.avx2 else "taylor-batches"
+    write_json(report, str(asked.out / f"{name}.json"))
 
 
 if __name__ == "__main__":

@@ -14,6 +14,8 @@ PARTS = 1024
 """Into how many parts a step of the scene may be cut."""
 LOWEST, HIGHEST = 6, 16
 """Orders."""
+MOST_STEPS = 8
+"""Of the scene in one of its own, where a number is named."""
 TOLERANCE = Parameter(
     "how large the last term of each step's series may be, in balls' angles and in the deck's "
     "displacement over the race's radius",
@@ -36,7 +38,8 @@ STEPS = Parameter(
     "for as many, or such a part of one, as the tolerance allows",
     0.0,
     0.0,
-    32.0,
+    float(MOST_STEPS),
+    values=tuple(map(float, range(MOST_STEPS + 1))),
 )
 
 
