@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from ab_sim.equations.sums import over_balls
 from ab_sim.kernels.emission import Emission
+from ab_sim.kernels.model import OF_EACH_BALL
 from ab_sim.stepping.settle import normalised, unwound
 from ab_sim.taylor.clock import (
     AIM,
@@ -55,8 +56,7 @@ class TaylorEmission:
     def coefficients(self, lanes: int) -> Function:
         """``coefficients(c, b, t, y, series)``."""
         into, body = self._function("coefficients", ["y", "series"], lanes)
-        for state, name in enumerate(self._names):
-            body.places[name] = MemorySlot("y", self._first(state)[0])
+        body.places |= self._emission.state_places("y")
         # The equations' time is that at which the series begins.
         body.places[CLOCK[LOCAL]] = MemorySlot("t", BEGIN)
         series = state_coefficients(self._model, self._order)
@@ -66,10 +66,10 @@ class TaylorEmission:
         *found, high, low = lowered([*flat, *sizes])
         count = self._order + 1
         for k in range(count):
-            for state in range(len(series)):
-                of_balls = self._first(state)[1]
+            for state, name in enumerate(self._model.state_names):
+                of_balls = name in OF_EACH_BALL
                 if self._model.count or not of_balls:
-                    body.store(found[state * count + k], self._slot(state, k), each=of_balls)
+                    body.store(found[state * count + k], self._slot(name, k), each=of_balls)
         squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
         length = step_length(into, body.values(self._clock[AIM])[0], squares)
         behind = Body(into, body.places, bound={"found": [length]})
@@ -123,9 +123,11 @@ class TaylorEmission:
         sums = lowered(self._sums(self._clock[LOCAL] - self._clock[BEGIN], body))
         self._emission.store_slope(body, sums, "reached")
         self._store_soundness(body, sums)
-        bound = dict(zip(self._names, (body.values(x) for x in sums), strict=True))
-        behind = Body(into, body.places, self._emission.known, bound)
-        self._emission.store_row(behind, "row", turned=True)
+        values = (body.values(x) for x in sums)
+        bound = dict(zip(self._model.state_names, values, strict=True))
+        body.places["turns"] = MemorySlot("turns", 0)
+        behind, own = Body(into, body.places, self._emission.known, bound), self._emission
+        own.store_columns(behind, "row", *own.row(turned=True), own.roots["torque"][0])
         return into
 
     def record(self, lanes: int, dense: bool) -> Function:
@@ -180,35 +182,20 @@ class TaylorEmission:
         for line, x in found.items():
             body.store(x, MemorySlot("said", line))
 
-    @property
-    def _names(self) -> list[str]:
-        """Of the inputs that a state is made of, in its order."""
-        own, balance = self._model.states, self._model.has_energy_balance
-        names = [*(f"deck[{j}]" for j in range(own)), "theta", "rate"]
-        return [*names, *(["work", "loss"] if balance else [])]
-
-    def _first(self, state: int) -> tuple[int, bool]:
-        """Where a state lies in memory, or the first ball's; whether it is one of the balls'."""
-        own, n = self._model.states, self._model.count
-        if state < own:
-            return state, False
-        of_balls = state - own
-        return (own + of_balls * n, True) if of_balls < 2 else (own + 2 * n + of_balls - 2, False)
-
-    def _slot(self, state: int, k: int) -> MemorySlot:
-        """Where coefficient k is in a series, of balls side by side."""
-        first, of_balls = self._first(state)
-        between = self._model.count if of_balls else 1
+    def _slot(self, name: str, k: int) -> MemorySlot:
+        """Where coefficient k of a state is in a series, of balls side by side."""
+        first = self._emission.state_places("series")[name].at
+        between = self._model.count if name in OF_EACH_BALL else 1
         return MemorySlot("series", first * (self._order + 1) + k * between)
 
     def _sums(self, offset: Expression, body: Body) -> list[Expression]:
         """States so long after a series' beginning: even and odd powers apart, from the last on."""
         given, found, square = self._model.graph.input, [], offset * offset
-        for state, name in enumerate(self._names):
-            each, series = self._first(state)[1], []
+        for name in self._model.state_names:
+            series = []
             for k in range(self._order + 1):
-                series.append(given(f"{name}.{k}", each=each))
-                body.places[f"{name}.{k}"] = self._slot(state, k)
+                series.append(given(f"{name}.{k}", each=name in OF_EACH_BALL))
+                body.places[f"{name}.{k}"] = self._slot(name, k)
             even, odd = (_horner(square, series[first::2]) for first in (0, 1))
             found.append(offset * odd + even)
         return found
@@ -216,10 +203,9 @@ class TaylorEmission:
     def _named(self, pointer: str, body: Body) -> list[Expression]:
         """States behind a pointer."""
         given, found = self._model.graph.input, []
-        for state, name in enumerate(self._names):
-            first, of_balls = self._first(state)
-            body.places[f"{pointer}.{name}"] = MemorySlot(pointer, first)
-            found.append(given(f"{pointer}.{name}", each=of_balls))
+        for name, place in self._emission.state_places(pointer).items():
+            body.places[f"{pointer}.{name}"] = place
+            found.append(given(f"{pointer}.{name}", each=name in OF_EACH_BALL))
         return found
 
 

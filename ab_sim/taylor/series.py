@@ -28,7 +28,7 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
     """
     at = model.motion()
     equations = _Equations(model)
-    rates = dict(zip(_states(model), model.slope(at, equations.unsolved), strict=True))
+    rates = dict(zip(model.state_inputs(), model.slope(at, equations.unsolved), strict=True))
     series = PowerSeries({**rates, model.lifted(at.time): model.graph.constant(1.0)})
     found: list[list[Expression]] = [[] for _ in rates]
     for k in range(order + 1):
@@ -64,16 +64,6 @@ def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: 
             part = series[k] * (1.0 / scale)
             size = size + part * part
     return model.lifted(size)
-
-
-def _states(model: Model) -> list[Expression]:
-    """Inputs that move, in the order of ``Model.slope``."""
-    at, given = model.motion(), model.graph.input
-    balance = ("work", "loss") if model.has_energy_balance else ()
-    return [
-        *(model.lifted(x) for x in (*at.deck, at.theta, at.rate)),
-        *(given(name) for name in balance),
-    ]
 
 
 class _Equations:
