@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+from scipy.interpolate import CubicSpline
 
 from ab_msgs_py import ImuSample, topics
 from ab_sim.analysis.comparison import without_balls
@@ -75,7 +76,7 @@ def recorded_live(folder: Path, scene: Scene, faults: Sequence[str], name: str) 
     with own_domain() as domain:
         fleet = Fleet(domain, folder)
         try:
-            live = LockStep(fleet, scene_file)
+            live = LockStep(fleet, scene_file, wake_rate=200.0)
             fleet.start("recorder", path=file, bag=bag)
             fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
             if faults:
@@ -94,7 +95,7 @@ def recorded_live(folder: Path, scene: Scene, faults: Sequence[str], name: str) 
 
 
 def heard(file: Path, bag: Path, path: Path) -> Path:
-    """What the accelerometer and the spindle said at each step, as a recording.
+    """What the accelerometer said at each step, and the spindle, between its messages interpolated.
 
     Args:
         file: what the recorder wrote: its description and times are taken.
@@ -102,25 +103,29 @@ def heard(file: Path, bag: Path, path: Path) -> Path:
         path: of the new one.
     """
     told = read_recording(file)
-    steps = told.samples[:, 0].astype(int)
-    rows = told.samples.copy()
+    rows, time = told.samples.copy(), told.samples[:, told.channels.index("time")]
     spun, felt = (
         [told.channels.index(name) for name in names]
         for names in (("speed", "angle"), ("pickup_1", "pickup_2"))
     )
-    rows[:, spun + felt] = np.nan
-    row = {step: k for k, step in enumerate(steps.tolist())}
+    rows[:, felt] = np.nan
+    row, spindle = {round(1e9 * each): k for k, each in enumerate(time.tolist())}, []
     with Bag(bag) as read:
         for kind in (topics.IMU, topics.JOINT_STATES):
             for each in read.messages({f"/{kind.name}"}):
                 said = kind.sample(decoded(each.data, kind.type_name))
-                at = row.get(round(said.time * 1e-6))
-                if at is None:
-                    continue
                 if isinstance(said, ImuSample):
-                    rows[at, felt] = said.force[:2]
+                    rows[row[said.time], felt] = said.force[:2]
                 else:
-                    rows[at, spun] = said.spindle_speed, said.spindle_angle
+                    spindle.append((1e-9 * said.time, said.spindle_speed, said.spindle_angle))
+    # An injection has the state told again, at the same time.
+    at, speed, angle = np.array(list({said[0]: said for said in spindle}.values())).T
+    known = (time >= at[0]) & (time <= at[-1])
+    rows[:, spun] = np.nan
+    rows[known, spun[0]] = np.interp(time[known], at, speed)
+    rows[known, spun[1]] = CubicSpline(at, angle)(time[known])
+    # The recorder came after the drive had said where it stands.
+    rows = rows[int(np.argmax(known)) :]
     with Recording(path, description=told.description) as written:
         written.block(told.channels, rows)
     return path

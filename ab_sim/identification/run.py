@@ -12,7 +12,7 @@ from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
-from ab_sim.identification.knowledge import Knowledge, knowledge_of
+from ab_sim.identification.knowledge import Knowledge, knowledge_before, knowledge_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.missing import tried_effects
 from ab_sim.identification.parameters import ANGLES, fitted_parameters
@@ -31,8 +31,6 @@ from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
-LOOKS = 2
-"""Draws of start angles from which it is asked what can be known."""
 NEAR = 0.7
 """Of the critical speed: slower runs tell little of the suspension."""
 FAR_OFF = 300.0
@@ -93,7 +91,7 @@ class _Work:
 
     def run(self) -> Identification:
         problem, question = self._problem, self._question
-        knowledge = self._knowledge()
+        knowledge = knowledge_before(problem, question.seed, self._tell)
         held = list(knowledge.held) if question.hold_open else []
         search = StagedFit(problem, held, question.seed, self._tell)
         interrupted = False
@@ -190,24 +188,6 @@ class _Work:
                     f"{ratio:.2g} times what the scene {self._scene.name} gives; is their unit "
                     "right? if so, begin with a scene that is nearer"
                 )
-
-    def _knowledge(self) -> Knowledge:
-        """What is open wherever the balls may have started."""
-        problem, found = self._problem, []
-        numbers = np.random.default_rng([self._question.seed, 0])
-        for look in range(LOOKS):
-            self._tell("what can be known", look, LOOKS)
-            values = problem.start
-            for j, each in enumerate(problem.parameters):
-                if each.recording is not None and each.unit == "rad":
-                    values[j] += numbers.uniform(0.0, 2.0 * np.pi)
-            found.append(knowledge_of(problem, values))
-        first = found[0]
-        always = tuple(j for j in first.held if all(j in each.held for each in found))
-        names = {problem.parameters[j].name for j in always}
-        return first._replace(
-            held=always, open=tuple(each for each in first.open if each.held in names)
-        )
 
     def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
         """Standard deviation of each recording's residuals."""
