@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 from identification_drives import Blind, blind_drive, drive_with, recordings_of  # noqa: E402
-from identification_page import page  # noqa: E402
+from identification_page import write_page  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
@@ -160,7 +160,7 @@ def main() -> None:
             report[name].append(work(seed))
             console.print(name, seed, _short(report[name][-1]))
         write_json(report, str(told.out / "identification.json"))
-    (told.out / "identification.md").write_text(page(report), encoding="utf-8")
+    write_page(told.out)
 
 
 if __name__ == "__main__":

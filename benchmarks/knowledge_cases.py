@@ -71,6 +71,19 @@ FRICTION = {"effects.rolling_friction": {"arm": 2e-6}, "balls.radius": 1e-3}
 STUCK = {
     "effects.rolling_friction": {"arm": 1e-3}, "balls.radius": 1e-3, "start.speed": 40.0,
 }  # fmt: skip
+CUBIC = "effects.hardening_suspension.cubic_stiffness"
+UNEQUAL = tuple(
+    f"effects.unequal_suspension.{name}"
+    for name in ("stiffness_1", "stiffness_2", "damping_1", "damping_2", "axis_angle")
+)
+TWO_SPRINGS = {
+    "effects.suspension": None,
+    "effects.unequal_suspension": {
+        "stiffness_1": 900.0, "stiffness_2": 1150.0, "damping_1": 2.0, "damping_2": 2.5,
+        "axis_angle": 0.3,
+    },
+}  # fmt: skip
+TILT, FALL = "effects.gravity.tilt", "effects.gravity.acceleration"
 UNEQUAL_MASSES = {"balls.mass": "unequal"}
 CASES = (
     Case("with and without balls, mass known", DECK + BALLS, (WITH, BARE), ()),
@@ -105,6 +118,16 @@ CASES = (
     Case("friction, moving balls", (*DECK, *BALLS, ARM), (WITH, BARE), (), FRICTION),
     Case("friction of two kinds", (*DECK, *BALLS, ARM, MU), (WITH, BARE), (_all(ARM, MU),),
          {**FRICTION, "effects.race_friction": {"coefficient": 1e-3}}),
+    Case("friction, ball radius asked for", (*DECK, *BALLS, ARM, "balls.radius"), (WITH, BARE),
+         (_all(ARM, "balls.radius"),), FRICTION),
+    Case("friction, mass asked for", (*DECK, *BALLS, ARM, M), (WITH, BARE), (SCALE,), FRICTION),
+    Case("hardening suspension, mass asked for", (*DECK, *BALLS, CUBIC, M), (WITH, BARE),
+         (_all(*SCALE, CUBIC),), {"effects.hardening_suspension": {"cubic_stiffness": 1e8}}),
+    Case("unequal suspension", (*UNEQUAL, E, *BALLS), (WITH, BARE), (), TWO_SPRINGS),
+    Case("unequal suspension, one axis, mass asked for", (*UNEQUAL, E, M),
+         (BARE._replace(axes=1),), (_all(M, *UNEQUAL[:4]),), TWO_SPRINGS),
+    Case("gravity, its size and its tilt", (*DECK, *BALLS, FALL, TILT), (WITH, BARE),
+         (_all(FALL, TILT),), {"effects.gravity": {"tilt": 0.5, "acceleration": 9.8}}),
     Case("balls stick all the time", (*DECK, *BALLS, ARM), (WITH, BARE), (_all(DRAG), _all(ARM)),
          STUCK),
     Case("balls of unequal mass", (*DECK, f"{BALL}.0", f"{BALL}.1", DRAG), (WITH, BARE), (),
