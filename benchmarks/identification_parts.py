@@ -18,9 +18,9 @@ def knowledge(report: dict[str, Any]) -> list[str]:
     right = sum(each["right"] for each in report["cases"])
     return [
         "## What cannot be known",
-        f"Written by `python benchmarks/identification_knowledge.py`, {report['conditions']['date'][:16]} "
-        "UTC, from `identification-knowledge.json`. For each case "
-        "theory says which changes of the numbers leave the recordings as they are; random drives "
+        "Written by `python benchmarks/identification_knowledge.py`, from "
+        f"`identification-knowledge.json` of {report['conditions']['date'][:16]} UTC. For each "
+        "case theory says which changes of the numbers leave the recordings as they are; random drives "
         "are asked as `identify` asks. Right: as many directions as theory has, all numbers in "
         "them named, and no other.",
         table(["recorded", "asked for", "cannot be known", "right"], rows),

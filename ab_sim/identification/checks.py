@@ -22,8 +22,9 @@ STAYS = 2.0
 """Turns of the spindle for which a reading may stay as it is, where it is off its mean."""
 OFF_MEAN = 0.1
 """Of the signal's r.m.s.: nearer to its mean a quiet deck's reading may stay."""
-PARTS = 20
-"""Of a recording, in each of which speed and angle have to agree."""
+PARTS, APART = 20, 0.02
+"""Of a recording, in each of which speed and angle have to agree; up to this share of the top
+speed, and but for a constant factor."""
 BACKWARD = 4.0
 """Times as much whirl against the spindle as with it: axes are swapped."""
 CIRCULATING = 0.2
@@ -80,7 +81,7 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
     rows = np.flatnonzero(~np.isfinite(values))
     if len(rows):
         raise InputError(
-            f"{name}: {what}: row {rows[0]} is no finite number, at {exact(float(time[rows[0]]))} "
+            f"{name}: {what}: row {rows[0]} is no finite number, at {time[rows[0]]:.4g} "
             f"s, and so are {len(rows)} of {len(values)}, but runs have to follow the spindle; is "
             "its sensor connected? fill them in, or cut the recording there"
         )
@@ -118,9 +119,6 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
 def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: str) -> None:
     """Refuse a speed and an angle that are not of one spindle, or not over this time.
 
-    A speed that drifts or saturates agrees with the angle at first only, so that parts are looked
-    at, too.
-
     Args:
         time: of the samples [s].
         speed: rad/s.
@@ -130,26 +128,28 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
     Raises:
         InputError: as of ``check_time``.
     """
-    turned = float(angle[-1] - angle[0])
-    said = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
-    ratio = turned / said if said else math.inf
+    turned, said = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    whole = float(said.sum())
+    ratio = float(turned.sum()) / whole if whole else math.inf
+    # A speed that drifts or saturates agrees at first; of a wrong unit the ratio is one all along.
+    parts = np.array_split(np.arange(len(said)), PARTS)
+    lasts = np.array([float(time[rows[-1] + 1] - time[rows[0]]) for rows in parts])
+    off = np.array([float((turned - said)[rows].sum()) for rows in parts]) / lasts
+    speeds = np.array([float(said[rows].sum()) for rows in parts]) / lasts
+    scale = float(off @ speeds) / float(speeds @ speeds)
+    most = APART * float(np.max(np.abs(speed)))
+    if (np.abs(off - scale * speeds) > most).any() and (np.abs(off) > most).any():
+        first = int(np.argmax(np.abs(off) > most))
+        raise InputError(
+            f"{name}: the spindle's angle and its speed agree until {time[parts[first][0]]:.4g} s, "
+            f"and are up to {np.max(np.abs(off)):.3g} rad/s apart from there on; does the speed's "
+            "sensor drift, saturate or hang? leave out whichever is wrong (--map)"
+        )
     if abs(ratio - 1.0) > TURNS_OFF:
         raise InputError(
             f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; see "
             "whether the sampling rate, and the units of time, speed and angle, are right"
         )
-    middles = 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
-    for rows in np.array_split(np.arange(len(middles)), PARTS):
-        first, last = int(rows[0]), int(rows[-1]) + 1
-        off = float(angle[last] - angle[first] - middles[rows].sum())
-        off /= float(time[last] - time[first])
-        if abs(off) > TURNS_OFF * float(np.max(np.abs(speed))):
-            raise InputError(
-                f"{name}: from {float(time[first]):.4g} s on the spindle's angle turns "
-                f"{abs(off):.3g} rad/s {'faster' if off > 0.0 else 'slower'} than its speed says, "
-                "and before that it did not; does the speed's sensor drift, saturate or hang? "
-                "leave out the speed or the angle, whichever is wrong (--map)"
-            )
 
 
 def check_signal(
@@ -174,8 +174,8 @@ def check_signal(
         longest = int(np.argmax(ends - starts))
         raise InputError(
             f"{name}: {what}: {missing} of {len(signal)} samples are no finite numbers, the first "
-            f"at {exact(float(time[starts[0]]))} s, most in a row, {ends[longest] - starts[longest]}, "
-            f"from {exact(float(time[starts[longest]]))} s on; at most "
+            f"at {time[starts[0]]:.4g} s, most in a row, {ends[longest] - starts[longest]}, "
+            f"from {time[starts[longest]]:.4g} s on; at most "
             f"{100 * MOST_LEFT_OUT:g} % may be; is the sensor connected?"
         )
     time, angle, values = time[there], angle[there], signal[there]
@@ -204,7 +204,7 @@ def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -
             raise InputError(
                 f"{name}: {what}: is clipped: it stays at {exact(level)} for {FLAT} samples or "
                 f"more at {len(places)} places, the first at "
-                f"{exact(float(time[starts[places[0]]]))} s; record with a larger range"
+                f"{time[starts[places[0]]]:.4g} s; record with a larger range"
             )
 
 
@@ -220,7 +220,7 @@ def _check_stays(
         if turns > STAYS and off > OFF_MEAN * float(values.std()):
             raise InputError(
                 f"{name}: {what}: repeats {exact(float(values[first]))} from "
-                f"{exact(float(time[first]))} to {exact(float(time[last]))} s, for {turns:.3g} "
+                f"{time[first]:.4g} to {time[last]:.4g} s, for {turns:.3g} "
                 "turns of the spindle; has the sensor, or its line, hung? give the part before it, "
                 "or behind it, as a file of its own"
             )

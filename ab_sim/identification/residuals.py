@@ -15,16 +15,10 @@ LAGS = 20
 """Of the autocorrelation that are looked at."""
 FLAGGED = 4.0
 """z from which residuals are not noise: of true models one in some thousand has so much."""
-PARTS, LOUDER = 20, 3.0
-"""Of a recording, whose residuals are compared; times as large as before: something changed."""
 DRIFT = 2.0
 """Standard deviations of the rest, over the whole recording."""
 NOISELESS = 1e-6
 """Of the signals' size: less than that is no noise of a sensor, and is not looked for."""
-
-
-CHANGED = "has something changed, or broken?"
-"""What is asked where a fit is good at first only."""
 
 
 class Whiteness(NamedTuple):
@@ -98,7 +92,7 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
 
 
 def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
-    """What residuals look like: a sensor that drifts, a drive that changes on its way.
+    """What residuals look like: a sensor that drifts.
 
     Args:
         left: shape (samples, axes), NaN where nothing was measured.
@@ -113,16 +107,6 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
         drift = float(slope * (at[-1] - at[0]))
         if abs(drift) > DRIFT * float(rest.std()):
             found.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor?")
-    parts = np.array_split(left, PARTS)
-    sizes = np.array([np.sqrt(np.nanmean(part**2)) for part in parts])
-    quiet = float(np.min(sizes[: PARTS // 2]))
-    loud = sizes > LOUDER * quiet
-    first = int(np.argmax(loud))
-    if first >= 2 and loud[first:].all():
-        found.append(
-            f"it fits until {time[first * len(time) // PARTS]:.3g} s and no more from there on: "
-            f"{CHANGED}"
-        )
     return tuple(found)
 
 

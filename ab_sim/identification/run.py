@@ -9,6 +9,7 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.errors import InputError, Interrupted
+from ab_sim.identification.changes import Change, changes_in
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
@@ -27,7 +28,7 @@ from ab_sim.identification.result import (
     TriedEffect,
 )
 from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
-from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
+from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -119,13 +120,19 @@ class _Work:
             if (shown := problem.simulated(k, values)) is not None
         ]
         whiteness = whiteness_over(problem, values)
+        misfits = misfits_of(problem, values, whiteness)
         tried: tuple[TriedEffect, ...] = ()
+        changes: tuple[Change, ...] = ()
         outside: HeldOut | None = None
         proposals: tuple[Proposal, ...] = ()
         try:
             if not interrupted:
-                if not all(each.white for each in whiteness):
-                    tried = tried_effects(problem, values, free, self._tell)
+                white = [each.white for each in whiteness]
+                if not all(white):
+                    tried = tried_effects(problem, values, free, white, self._tell)
+                    # A wrong scale puts all off, and says nothing of the drive.
+                    if not explained_by(tried) and all(each.factor == 1.0 for each in misfits):
+                        changes = changes_in(problem, white, held, question.seed, self._tell)
                 if self._held_out:
                     others = self._held_out
                     outside, more = held_out(problem, values, others, question.seed, self._tell)
@@ -142,7 +149,7 @@ class _Work:
         verdict, reasons = verdict_of(
             Findings(
                 interrupted, whiteness, tried, outside, tuple(opened), bound,
-                misfits_of(problem, values, whiteness), question.fit,
+                misfits, question.fit, changes,
             )
         )  # fmt: skip
         fitted, notes = self._fitted_scene(values)

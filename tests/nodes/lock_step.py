@@ -18,7 +18,7 @@ PERIOD = 5
 
 
 class LockStep:
-    """A scene with a profile; it wakes up each millisecond of simulated time, unless told otherwise.
+    """A scene with a profile that wakes up each millisecond, unless told otherwise.
 
     Args:
         fleet: runs it.

@@ -1,4 +1,4 @@
-"""Recordings that the live recorder makes of a drive with faults, for identification_faults.py.
+"""Recordings that the live recorder makes of a drive with faults.
 
 ``drive_sim``, ``profile_controller`` and ``recorder`` run as processes, in lock step. Recordings
 (.rrd) show the drive as it is. What a faulty sensor says is in messages only, so that these are
@@ -14,12 +14,12 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ab_msgs_py import ImuSample, topics
-from ab_sim.analysis.comparison import without_balls
 from ab_sim.bags.messages import decoded
 from ab_sim.bags.reader import Bag
 from ab_sim.recording import Recording, read_recording
-from ab_sim.scene import Scene, check_scene
+from ab_sim.scene import Scene
 from tests.domains import own_domain
+from tests.identification import drives
 from tests.nodes.fleet import Fleet
 from tests.nodes.lock_step import PERIOD, LockStep
 
@@ -39,25 +39,12 @@ class Live(NamedTuple):
 
 def bench() -> Scene:
     """Two balls, run up through the critical speed within a second; an accelerometer with noise."""
-    return check_scene(
+    return drives.scene(
         {
-            "name": "bench",
-            "rotor": {"total_mass": 0.1, "eccentricity": 1.0e-4},
-            "race": {"radius": 0.01},
-            "balls": {"count": 2, "mass": 5.5e-4},
-            "effects": {
-                "suspension": {"stiffness": 1000.0, "damping": 2.0},
-                "viscous_drag": {"coefficient": 0.22},
-                "spindle_acceleration": {},
-            },
             "sensors": {"pickup": {"bandwidth": 200.0, "noise_density": 3e-3}},
-            "start": {"ball_angles": [0.7, -2.0]},
-            "spindle": {"max_speed": 420.0, "max_acceleration": 120.0},
-            "profile": {"kind": "start_up", "acceleration": 120.0, "target_speed": 180.0},
-            "solver": {"step": 0.001},
+            "spindle.max_acceleration": 120.0,
             "duration": ENDS,
-        },
-        "bench",
+        }
     )
 
 
@@ -129,8 +116,3 @@ def heard(file: Path, bag: Path, path: Path) -> Path:
     with Recording(path, description=told.description) as written:
         written.block(told.channels, rows)
     return path
-
-
-def without(scene: Scene) -> Scene:
-    """The same drive without its balls, named so."""
-    return without_balls(scene)
