@@ -4,8 +4,9 @@
 
 writes identification-knowledge.json, and its part of identification.md. Of each case (what is
 recorded, what is asked for) theory says which directions of the parameters are open
-(knowledge_cases.py). On random drives, recorded with 1 % noise, `identify` is asked as it asks
-itself: before the fit, from a scene that is up to 35 % off, and after it, here at the true values.
+(tests/identification/knowledge_cases.py). On random drives, recorded with 1 % noise, `identify` is
+asked as it asks itself: before the fit, from a scene that is up to 35 % off, and after it, here at
+the true values.
 """
 
 import sys
@@ -15,21 +16,19 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
+from identification_drives import blind_drive  # noqa: E402
 from identification_page import write_page  # noqa: E402
-from knowledge_cases import CASES, Case, problems_of  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.identification.knowledge import knowledge_before, knowledge_of  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
+from tests.identification.knowledge_cases import CASES, Case, opened_in, problem_of  # noqa: E402
 
 
 def told_of(case: Case, seed: int) -> dict[str, Any]:
     """What is said to be open of a random drive, and what of it is right."""
-    problem, true = problems_of(case, seed)
-    before = knowledge_before(problem, seed)
-    after = knowledge_of(problem, true, before.held)
-    opened = [*before.open, *after.open]
+    blind = blind_drive(seed, False)
+    opened = opened_in(*problem_of(case, blind.scene, blind.guess, seed), seed)
     named = {name for each in opened for name, _ in each.parts}
     unknown = {name for direction in case.unknown for name in direction}
     return {

@@ -20,9 +20,9 @@ def knowledge(report: dict[str, Any]) -> list[str]:
         "## What cannot be known",
         "Written by `python benchmarks/identification_knowledge.py`, from "
         f"`identification-knowledge.json` of {report['conditions']['date'][:16]} UTC. For each "
-        "case theory says which changes of the numbers leave the recordings as they are; random drives "
-        "are asked as `identify` asks. Right: as many directions as theory has, all numbers in "
-        "them named, and no other.",
+        "case theory says which changes of the numbers leave the recordings as they are; random "
+        "drives are asked as `identify` asks. Right: as many directions as theory has, all numbers "
+        "in them named, and no other.",
         table(["recorded", "asked for", "cannot be known", "right"], rows),
         f"{right} of {len(drives)} right: something is not named in {missed}, and something is "
         f"named wrongly in {wrong}.",

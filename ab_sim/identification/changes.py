@@ -44,16 +44,20 @@ def changes_in(
     good = [measured for k, measured in enumerate(problem.recordings) if white[k]]
     common = [j for j in held if j < len(problem.common)]
     found = []
-    for k, measured in enumerate(problem.recordings):
-        if white[k]:
-            continue
-        for part in BEGINNINGS:
+    others = [measured for k, measured in enumerate(problem.recordings) if not white[k]]
+    for measured in sorted(others, key=lambda each: each.with_balls):
+        # One without balls may have been spoiled by another.
+        whole = () if measured.with_balls else (1.0,)
+        for part in (*whole, *BEGINNINGS):
             tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
             own = _part(problem, good, measured, part * measured.duration)
             values = StagedFit(own, common, seed, lambda *_: None).run().values
             if whiteness_over(own, values)[-1].white:
                 time = _reach(problem, good, measured, common, values, part * measured.duration)
-                found += [Change(measured.name, time)] if time is not None else []
+                if time is None:
+                    good.append(measured)
+                else:
+                    found.append(Change(measured.name, time))
                 break
     return tuple(found)
 

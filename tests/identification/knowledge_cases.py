@@ -1,4 +1,4 @@
-"""What theory says can be known of a drive, by what is recorded: for identification_knowledge.py.
+"""What theory says can be known of a drive, by what is recorded.
 
 The deck's equation, divided by the total mass M, has k/M, c/M, M0 e/M and m/M (docs/equations.md);
 a ball's, divided by its mass m and the race's radius R, has d/m, x''/R and the arm. A change of
@@ -10,10 +10,11 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
-from identification_drives import NOISE, Blind, blind_drive
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.offline import run_scene
+from ab_sim.design.draws import value_of
+from ab_sim.identification.knowledge import OpenDirection, knowledge_before, knowledge_of
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, Measured
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
@@ -30,6 +31,8 @@ G, GB = "gain of with", "gain of bare"
 DECK, BALLS = (K, C, E), (BALL, DRAG)
 TRIAL = 0.005
 """kg."""
+NOISE = 0.01
+"""Of the signals' r.m.s."""
 ABOVE, BELOW = 1.7, 0.6
 """Of the critical speed: where a spindle holds."""
 
@@ -84,7 +87,7 @@ TWO_SPRINGS = {
     },
 }  # fmt: skip
 TILT, FALL = "effects.gravity.tilt", "effects.gravity.acceleration"
-UNEQUAL_MASSES = {"balls.mass": "unequal"}
+UNEQUAL_MASSES, HEAVY = {"balls.mass": "unequal"}, {"balls.mass": "heavy"}
 CASES = (
     Case("with and without balls, mass known", DECK + BALLS, (WITH, BARE), ()),
     Case("the same, mass asked for", (*DECK, *BALLS, M), (WITH, BARE), (SCALE,)),
@@ -143,49 +146,60 @@ CASES = (
     Case("two speeds held, without balls", DECK,
          (BARE._replace(hold=ABOVE), BARE._replace(hold=BELOW)), ()),
     Case("one speed held, balls have balanced", DECK + BALLS, (WITH._replace(hold=ABOVE),),
-         tuple(_all(name) for name in DECK + BALLS), {"balanced": True}),
+         tuple(_all(name) for name in DECK + BALLS), HEAVY),
 )  # fmt: skip
 
 
-def drive_of(case: Case, seed: int) -> Blind:
-    """A random drive, of the kind that a case wants."""
-    blind = blind_drive(seed, False)
-    changes: dict[str, Any] = {}
-    for key, value in case.changes.items():
-        if value == "unequal":
-            mass = blind.true[BALL]
-            changes[key] = [0.8 * mass, 1.2 * mass]
-        elif key == "balanced":
-            changes |= {BALL: 1.5 * blind.true[BALL]}
-        else:
-            changes[key] = value
-    if M0 in case.fit:
-        changes[M0] = 0.09
-    guess = changed_scene(blind.guess, changes, "guess")
-    scene = changed_scene(blind.scene, changes, "true")
-    return blind._replace(scene=scene, guess=guess)
+def problem_of(
+    case: Case, scene: Scene, guess: Scene, seed: int
+) -> tuple[Problem, np.ndarray]:  # fmt: skip
+    """The fit that a case asks for, and where the truth is in it.
 
-
-def problems_of(case: Case, seed: int) -> tuple[Problem, np.ndarray]:
-    """The fit that a case asks for, and where the truth is in it."""
-    blind = drive_of(case, seed)
+    Args:
+        case: what is recorded and asked.
+        scene: the drive, with two equal balls.
+        guess: with what the fit begins.
+        seed: of the noise.
+    """
+    scene, guess = _changed(case, scene, scene), _changed(case, guess, scene)
     numbers = np.random.default_rng([seed, 13])
-    scene = blind.scene
     made = [_measured(scene, each, k, numbers, case) for k, each in enumerate(case.recorded)]
     recordings = [each for each, _ in made]
-    common = fitted_parameters(blind.guess, case.fit, {})
-    problem = Problem(blind.guess, common, recordings, noises_of(recordings))
+    common = fitted_parameters(guess, case.fit, {})
+    problem = Problem(guess, common, recordings, noises_of(recordings))
     true = problem.start
     own = {name: value for _, known in made for name, value in known.items()}
     for j, each in enumerate(problem.parameters):
         if each.place is not None and each.recording is None:
-            now = scene.as_mapping()
-            for part in each.place.key.split("."):
-                now = now[part]  # type: ignore[assignment,index]
-            true[j] = now if each.place.entry is None else now[each.place.entry]  # type: ignore
+            now = value_of(scene, each.place.key)
+            true[j] = now if each.place.entry is None else now[each.place.entry]
         else:
             true[j] = own.get(each.name, true[j])
     return problem, true
+
+
+def opened_in(problem: Problem, true: np.ndarray, seed: int) -> list[OpenDirection]:
+    """What is said to be open, as an identification asks it: before the fit, and after it.
+
+    Args:
+        problem: that is fitted.
+        true: where a right fit ends.
+        seed: of the start angles from which it is looked at before.
+    """
+    before = knowledge_before(problem, seed)
+    return [*before.open, *knowledge_of(problem, true, before.held).open]
+
+
+def _changed(case: Case, scene: Scene, true: Scene) -> Scene:
+    """With what the case changes."""
+    mass = true.balls.masses[0]
+    own = {"unequal": [0.8 * mass, 1.2 * mass], "heavy": 1.5 * mass}
+    changes = {
+        key: own[value] if isinstance(value, str) else value for key, value in case.changes.items()
+    }
+    if M0 in case.fit:
+        changes[M0] = 0.09
+    return changed_scene(scene, changes, scene.name)
 
 
 def _measured(
@@ -200,7 +214,7 @@ def _measured(
             scene, {M: scene.rotor.total_mass + TRIAL, M0: scene.eccentric_mass}, name
         )
     if how.hold:
-        scene = _held(scene, how.hold, bool(case.changes.get("balanced")))
+        scene = _held(scene, how.hold, case.changes is HEAVY)
     run = run_scene(scene if how.balls else without_balls(scene)).trajectory
     first = 0 if not how.hold else len(run) // 2
     begin = float(run["time"][first])
