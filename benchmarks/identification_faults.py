@@ -31,6 +31,7 @@ from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.design.draws import value_of  # noqa: E402
 from ab_sim.errors import InputError  # noqa: E402
 from ab_sim.identification.result import FITS  # noqa: E402
+from ab_sim.scene import Scene  # noqa: E402
 from ab_sim.scene.load import changed_scene  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.nodes.faulty_recordings import AT, Live, bench, recorded_live  # noqa: E402
@@ -76,6 +77,14 @@ CASES = (
 )
 
 
+def live_run(place: Path, scene: Scene, fault: str, name: str) -> Live:
+    """Made now, or before."""
+    there = Live(place / f"{name}.rrd", place / f"{name}-bag", place / f"{name}-heard.rrd")
+    if there.heard.exists():  # the last that is written
+        return there
+    return recorded_live(place, scene, [fault] if fault else [], name)
+
+
 def file_of(live: Live, read: str) -> Path:
     """What of a run is identified."""
     return {RECORDING: live.recording, BAG: live.bag, MESSAGES: live.heard}[read]
@@ -112,18 +121,21 @@ def outcome(case: Case, live: Live, bare: Live) -> dict[str, Any]:
 def main() -> None:
     """Record, identify, and write JSON and page."""
     parser = arguments(__doc__.splitlines()[0], 1)
-    parser.add_argument("--keep", type=folder, help="where recordings stay; default: nowhere")
+    parser.add_argument(
+        "--keep",
+        type=folder,
+        help="where recordings stay, and are taken from if they are there; default: nowhere",
+    )
     told = parser.parse_args()
     report: dict[str, Any] = {"conditions": conditions(), "at": AT, "cases": []}
     lives: dict[str, Live] = {}
     with tempfile.TemporaryDirectory() as passing:
         place = told.keep or Path(passing)
-        bare = recorded_live(place, without_balls(bench()), [], "bare")
+        bare = live_run(place, without_balls(bench()), "", "bare")
         for case in CASES:
             if case.fault not in lives:
-                faults = [case.fault] if case.fault else []
                 name = case.fault.replace(" ", "-") or "sound"
-                lives[case.fault] = recorded_live(place, bench(), faults, name)
+                lives[case.fault] = live_run(place, bench(), case.fault, name)
             report["cases"].append(outcome(case, lives[case.fault], bare))
             last = report["cases"][-1]
             Console().print(case.fault or "sound", case.read, last["outcome"], last["says"])

@@ -25,6 +25,7 @@ INSIDE = 1.959964
 
 PARTS = {
     "identification-knowledge.json": identification_parts.knowledge,
+    "identification-faults.json": identification_parts.faults,
 }
 """What others write, and how it is shown."""
 

@@ -29,6 +29,45 @@ def knowledge(report: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
+def faults(report: dict[str, Any]) -> list[str]:
+    """Of identification_faults.py."""
+    cases = report["cases"]
+    rows = [
+        [each["fault"] or "none", each["read"], each["outcome"], *_told(each)] for each in cases
+    ]
+    counts = {
+        kind: sum(each["outcome"] == kind for each in cases)
+        for kind in ("identified", "refused", "flagged", "wrong")
+    }
+    return [
+        "## A drive that breaks while it is recorded",
+        "Written by `python benchmarks/identification_faults.py`, from "
+        f"`identification-faults.json` of {report['conditions']['date'][:16]} UTC. Nodes ran as "
+        f"processes, the faults came {report['at']:g} s after the start, and the live recorder's "
+        "recording or bag was identified, which shows the drive as it is; or what the sensors said "
+        "in their messages. The fit also had a sound recording without balls. No note of the "
+        "recorder was needed for what is told here; where it noted a fault, its text and time are "
+        "among the notes.",
+        table(["fault", "read from", "outcome", "verdict", "sign"], rows),
+        ", ".join(f"{kind} {count}" for kind, count in counts.items())
+        + ". Wrong would be a value more than six of its own standard deviations off, and the "
+        "verdict that it fits.",
+    ]
+
+
+def _told(case: dict[str, Any]) -> tuple[str, str]:
+    """The verdict, and what is said of the fault itself."""
+    says = [text.partition(": ")[2] if ": " in text else text for text in case["says"]]
+    if case["outcome"] == "refused":
+        return "-", says[0]
+    known = ("fits until", "drifts by", "would explain it", "times the fitted ones")
+    signs = [text for text in says if any(word in text for word in known)]
+    if case["outcome"] == "identified":
+        most = max(abs(each) for each in case["deviations_off"].values())
+        return case["verdict"], f"all values within {most:.2g} standard deviations"
+    return case["verdict"], "; ".join(signs) or "none"
+
+
 def _short(key: str) -> str:
     """The end of a key that is enough to tell it."""
     return ".".join(key.split(".")[-2:]) if key.startswith("effects.") else key

@@ -170,8 +170,9 @@ def _noise_words(one: Whiteness) -> list[str]:
             f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
             f"{100 * one.share:.3g} % of the signals"
         ]
+    which = "Ljung-Box z" if one.z >= one.turning_z else "it turns with the spindle, z"
     return [
-        f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4",
+        f"{one.recording}: what is left is no noise: {which} = {one.worst:.1f}, more than 4",
         *(f"{one.recording}: {sign}" for sign in one.signs),
     ]
 

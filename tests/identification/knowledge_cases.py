@@ -161,7 +161,10 @@ def problem_of(
         guess: with what the fit begins.
         seed: of the noise.
     """
-    scene, guess = _changed(case, scene, scene), _changed(case, guess, scene)
+    # What is not asked for is known.
+    known = {key: value_of(guess, key) for key in DECK + BALLS if key in case.fit}
+    guess = _changed(case, changed_scene(scene, known, guess.name), scene)
+    scene = _changed(case, scene, scene)
     numbers = np.random.default_rng([seed, 13])
     made = [_measured(scene, each, k, numbers, case) for k, each in enumerate(case.recorded)]
     recordings = [each for each, _ in made]
