@@ -187,10 +187,10 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
     """Which effects would explain what is left, and how to fit the first of them."""
     best = next((each for each in tried if not each.failure), None)
     if best is None or best.explains < NAMED:
-        return ["no registered effect, tried by itself, explains it"] if tried else []
+        return ["nothing tried by itself explains it"] if tried else []
     if not explained_by(tried):
         return [
-            f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
+            f"nothing tried by itself explains it; the nearest is {best.name}, "
             f"with which z = {best.z:.1f}"
         ]
     names = " or ".join(as_good_as_the_best(tried))
