@@ -1,6 +1,6 @@
 """Runs with friction, contact or a motor: CPU time in a batch beside that of one after the other.
 
-    python benchmarks/batch_over_events.py [--out docs] [--repeats 7] [--many]
+    python benchmarks/batch_over_events.py [--out docs] [--repeats 7] [--many RUNS]
 
 writes batch-over-events.json. "One by one": a scene, a Drive and its merits for each run;
 "batch": the whole call of `simulate_batch` with the same merits, which are those that a sweep has.
@@ -8,8 +8,8 @@ Both in this process, in turns; the ratio is that of each turn. Steps are 1 ms, 
 values are drawn at random. Kernels are made before. Accelerometers are left out: their noise takes
 as long either way.
 
-``--many`` runs many friction start-ups of 6 s once: two processes, half of the runs each, at 1 ms
-and at 2.5 ms, whose error is found beside steps of 0.25 ms.
+``--many`` runs so many friction start-ups of 6 s once: two processes, half of the runs each, at
+1 ms and at 2.5 ms, whose error is found beside steps of 0.25 ms. Memory is that of one process.
 """
 
 import sys
@@ -18,6 +18,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
+from resource import RUSAGE_SELF, getrusage
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -37,7 +38,7 @@ from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
-MANY, PROCESSES, FRICTION = 20_000, 2, "balanced-start-up"
+PROCESSES, FRICTION = 2, "balanced-start-up"
 STEPS, REFERENCE_STEP, COMPARED, APART = (1e-3, 2.5e-3), 2.5e-4, 64, 0.03
 """s; s; runs whose errors are found; s between the instants at which they are."""
 SILENT = ["sensors="]
@@ -151,37 +152,39 @@ def error(step: float) -> float:
     return float(np.abs(angles(step) - angles(REFERENCE_STEP)).max())
 
 
-def part_of_many(seed: int, step: float) -> tuple[float, int]:
-    """One process' share: CPU time [s], failures."""
-    scene, columns = friction_scene(step), anywhere(MANY // PROCESSES, np.random.default_rng(seed))
+def part_of_many(seed: int, step: float, runs: int) -> tuple[float, int, int]:
+    """One process' share: CPU time [s], failures, most memory [kB]."""
+    scene, columns = friction_scene(step), anywhere(runs, np.random.default_rng(seed))
     begin = time.process_time()
     done = batch(scene, columns)
-    return time.process_time() - begin, sum(map(bool, done.failures))
+    spent = time.process_time() - begin
+    return spent, sum(map(bool, done.failures)), getrusage(RUSAGE_SELF).ru_maxrss
 
 
-def many(step: float) -> dict[str, Any]:
+def many(step: float, runs: int) -> dict[str, Any]:
     """Many runs in processes side by side, starting them included."""
-    begin = time.perf_counter()
+    begin, share = time.perf_counter(), [runs // PROCESSES] * PROCESSES
     with ProcessPoolExecutor(PROCESSES, get_context("spawn")) as pool:
-        parts = list(pool.map(part_of_many, range(PROCESSES), [step] * PROCESSES))
+        parts = list(pool.map(part_of_many, range(PROCESSES), [step] * PROCESSES, share))
     seconds = time.perf_counter() - begin
-    spent, failures = np.array(parts).T
+    spent, failures, memory = np.array(parts).T
     return {
-        "runs": MANY,
+        "runs": sum(share),
         "step": step,
         "error": error(step),
         "processes": PROCESSES,
         "seconds": seconds,
         "cpu_seconds": spent.sum(),
         "failures": int(failures.sum()),
-        "a_million_would_take": spent.sum() / PROCESSES * 1e6 / MANY,
+        "memory_mb": memory.max() / 1024,
+        "a_million_would_take": spent.sum() / PROCESSES * 1e6 / sum(share),
     }
 
 
 def main() -> None:
     """Measure and write the file."""
     parser = arguments("Cost of runs with events in a batch.", 7)
-    parser.add_argument("--many", action="store_true", help=f"run {MANY:,} start-ups, too")
+    parser.add_argument("--many", type=int, metavar="RUNS", help="run so many start-ups, too")
     asked = parser.parse_args()
     report: dict[str, Any] = {
         **conditions(),
@@ -190,7 +193,7 @@ def main() -> None:
         "rows": compare(asked.repeats),
     }
     if asked.many:
-        report["many"] = [many(step) for step in STEPS]
+        report["many"] = [many(step, asked.many) for step in STEPS]
     write_json(report, str(asked.out / "batch-over-events.json"))
     console = Console(markup=False, highlight=False, soft_wrap=True)
     for row in report["rows"]:
@@ -206,7 +209,7 @@ def main() -> None:
         console.print(
             f"{each['runs']:,} friction start-ups of 6 s at {1e3 * each['step']:g} ms, error "
             f"{each['error']:.1e} rad: {each['seconds']:.0f} s in {PROCESSES} processes, "
-            f"{each['cpu_seconds']:.0f} CPU s; a million would take "
+            f"{each['cpu_seconds']:.0f} CPU s, {each['memory_mb']:.0f} MB; a million would take "
             f"{each['a_million_would_take'] / 60:.1f} min of CPU time in each"
         )
 

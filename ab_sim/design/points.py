@@ -16,7 +16,7 @@ MOST = 10_000_000
 
 
 class Points(Protocol):
-    """ListedValues of some keys for each of many runs."""
+    """Values of some keys for each of many runs."""
 
     @property
     def keys(self) -> tuple[str, ...]:

@@ -13,7 +13,7 @@ from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
 MOST = 1_000_000
-"""ListedValues of one key."""
+"""Values of one key."""
 FORMS = (
     "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (of a design) or "
     "KEY=V,V,..., e.g. balls.mass=0.5g..3g:26"
@@ -21,7 +21,7 @@ FORMS = (
 
 
 class Range(NamedTuple):
-    """ListedValues between two ends, of which a design takes some."""
+    """Values between two ends, of which a design takes some."""
 
     key: str
     low: float
@@ -32,7 +32,7 @@ class Range(NamedTuple):
     """Whether the key takes whole numbers only."""
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """ListedValues at shares of the way from the low end to the high one.
+        """Values at shares of the way from the low end to the high one.
 
         Args:
             shares: from 0 to below 1, shape (n,).
@@ -55,7 +55,7 @@ class Range(NamedTuple):
 
 
 class ListedValues(NamedTuple):
-    """ListedValues of a key, each of which a grid takes."""
+    """Values of a key, each of which a grid takes."""
 
     key: str
     values: tuple[Any, ...]
@@ -70,8 +70,8 @@ Variable = Range | ListedValues
 def variable_of(text: str) -> Variable:
     """What is written ``KEY=FROM..TO:COUNT``, ``KEY=log:FROM..TO:COUNT`` or ``KEY=V,V,...``.
 
-    Without a count it is a range for a design. ListedValues are YAML, so a value may be a list. A
-    unit at the second end of a range is that of both.
+    Without a count it is a range for a design. Listed values are YAML, so a value may be a list.
+    Where only the last number of a range or a list has a unit, it is that of all.
 
     Raises:
         InputError: says what is wrong with it.
@@ -82,9 +82,9 @@ def variable_of(text: str) -> Variable:
     log = given.startswith("log:")
     low, dots, rest = given.removeprefix("log:").partition("..")
     if not dots:
-        return values(key, _listed(text, given))
+        return values(key, _in_one_unit(text, key, _listed(text, given)))
     high, colon, count = rest.partition(":")
-    low, high = _ends(text, low, high)
+    low, high = _with_last_unit(text, [low, high])
     between = range_(key, _number(text, key, low), _number(text, key, high), log)
     return spaced(between, _count(text, count)) if colon else between
 
@@ -131,7 +131,7 @@ def spaced(between: Range, count: int) -> ListedValues:
 
 
 def values(key: str, given: Sequence[Any]) -> ListedValues:
-    """ListedValues of any kind.
+    """Values of any kind.
 
     Raises:
         InputError: there are none, too many, or one is given twice.
@@ -152,11 +152,20 @@ def _takes_whole_numbers(key: str) -> bool:
     return scene_keys(key)[0].range.startswith("whole")
 
 
-def _ends(text: str, low: str, high: str) -> list[str]:
+def _in_one_unit(text: str, key: str, given: list[Any]) -> list[Any]:
+    """Listed values, with the unit of the last where only that has one."""
+    if scene_keys(key)[0].unit in NO_UNIT:
+        return given
+    if not any(isinstance(value, str) and has_unit(value) for value in given):
+        return given
+    return _with_last_unit(text, [str(value) for value in given])
+
+
+def _with_last_unit(text: str, numbers: Sequence[str]) -> list[str]:
     try:
-        return with_last_unit([low, high])
+        return with_last_unit(numbers)
     except ValueError as error:
-        raise InputError(f"{short(text)}: {short(high.strip())} {error}") from None
+        raise InputError(f"{short(text)}: {short(numbers[-1].strip())} {error}") from None
 
 
 def _number(text: str, key: str, part: str) -> float:
