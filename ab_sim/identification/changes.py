@@ -51,7 +51,7 @@ def changes_in(
         for part in (*whole, *BEGINNINGS):
             tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
             own = _part(problem, good, measured, part * measured.duration)
-            values = StagedFit(own, common, seed, lambda *_: None).run().values
+            values = StagedFit(own, common, seed, tell).run().values
             if whiteness_over(own, values)[-1].white:
                 time = _reach(problem, good, measured, common, values, part * measured.duration)
                 if time is None:
