@@ -3,6 +3,16 @@
 import difflib
 from collections.abc import Iterable
 
+NOT_AS_WRITTEN = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""What Python raises where a state that is put back is not what was once written."""
+
 
 class AbSimError(Exception):
     """Base of every error that ab_sim raises on purpose; its text is meant for the user.

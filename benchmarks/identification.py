@@ -1,20 +1,24 @@
 """Random drives, identified blind from noisy recordings: how often right, how near, how honest.
 
     python benchmarks/identification.py [--out docs] [--drives 20] [--friction 6] [--coverage 60]
-        [--effects 10] [--seed 0]
+        [--effects 10] [--seed 0] [--only PART,PART]
 
 writes identification.json and identification.md. Recordings are simulated displacements at 1 kHz
 with 1 % noise, one with the balls and one without. Times are CPU times of one process.
 
 - drives: random ones, of which the fit knows neither numbers nor start angles; its scene is off by
   up to 35 % in each number. Right is a fit whose values are all within six of its own standard
-  deviations, with residuals as large as the noise
+  deviations, with residuals as large as the noise. Beside each error: the bound of Cramer and Rao,
+  the least standard deviation that an unbiased estimate from these recordings can have
 - friction: the same with rolling friction
 - coverage: fits that begin at the true values, and how many intervals of 95 % hold the truth
 - effects: drives with an effect more than the fitted scene, sized such that it changes the signals
   by 0.5 to 2 times their noise: whether it is flagged (z > 4), and named first
+
+``--only`` measures these parts, and takes the others from the identification.json that is there.
 """
 
+import json
 import sys
 import time
 from pathlib import Path
@@ -25,12 +29,20 @@ import numpy as np
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
-from identification_drives import Blind, blind_drive, drive_with, recordings_of  # noqa: E402
+from identification_drives import (  # noqa: E402
+    NOISE,
+    Blind,
+    blind_drive,
+    drive_with,
+    recordings_of,
+)
 from identification_page import write_page  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.identification.information import deviations_of  # noqa: E402
 from ab_sim.identification.intervals import intervals_of  # noqa: E402
+from ab_sim.identification.measured import Measured  # noqa: E402
 from ab_sim.identification.missing import as_good_as_the_best  # noqa: E402
 from ab_sim.identification.parameters import fitted_parameters  # noqa: E402
 from ab_sim.identification.problem import Problem  # noqa: E402
@@ -43,7 +55,7 @@ from ab_sim.studies.effect_cost import conditions  # noqa: E402
 RIGHT, LARGEST = 6.0, 1.1
 """Standard deviations, and times the noise, up to which a fit is right."""
 EFFECTS = ("hardening_suspension", "unequal_suspension", "race_runout", "rolling_friction")
-INSIDE = 1.959964
+ANGLES = "start angles [rad]"
 
 
 def quiet(*_: object) -> None:
@@ -59,7 +71,22 @@ def errors_of(found: Identification, blind: Blind) -> dict[str, float]:
     true = sorted(angle % (2 * np.pi) for angle in blind.angles)
     turns = [np.roll(fitted, k) - true for k in range(len(true))]
     off = min(float(np.max(np.abs((turn + np.pi) % (2 * np.pi) - np.pi))) for turn in turns)
-    return {**errors, "start angles [rad]": off}
+    return {**errors, ANGLES: off}
+
+
+def bounds_of(blind: Blind, recordings: list[Measured]) -> dict[str, float]:
+    """Least standard deviations, as ``errors_of`` tells errors: Cramer and Rao, at the truth."""
+    common = fitted_parameters(blind.scene, list(blind.true), {})
+    problem = Problem(blind.scene, common, recordings, [1.0] * len(recordings))
+    true = np.array([*blind.true.values(), *blind.angles])
+    shown = [problem.simulated(k, true) for k in range(len(recordings))]
+    noise = [NOISE * float(np.sqrt(np.mean(np.square(each)))) for each in shown]
+    derivatives = problem.with_noise(noise).derivatives(true, range(len(true)))
+    bounds = deviations_of(derivatives) * problem.scales / np.abs([*blind.true.values(), 1.0, 1.0])
+    return {
+        **dict(zip(blind.true, bounds.tolist(), strict=False)),
+        ANGLES: float(bounds[-2:].max()),
+    }
 
 
 def identified(seed: int, friction: bool) -> dict[str, Any]:
@@ -72,16 +99,22 @@ def identified(seed: int, friction: bool) -> dict[str, Any]:
     )
     seconds = time.process_time() - begin
     errors = errors_of(found, blind)
-    off = [(found[key].value - true) / found[key].deviation for key, true in blind.true.items()]
+    off = {
+        key: float((found[key].value - true) / found[key].deviation)
+        for key, true in blind.true.items()
+    }
     noise = max(each.share / 0.01 for each in found.whiteness)
+    right = max(map(abs, off.values())) < RIGHT and noise < LARGEST
+    angles = [each.deviation for each in found.estimates if each.name.startswith("start angle")]
     return {
         "seed": seed,
-        "right": bool(np.max(np.abs(off)) < RIGHT and noise < LARGEST),
+        "right": right,
         "seconds": seconds,
         "runs": found.runs,
         "verdict": found.verdict,
         "errors": errors,
-        "deviations_off": [float(each) for each in off],
+        "bounds": bounds_of(blind, recordings),
+        "deviations_off": {**off, ANGLES: errors[ANGLES] / max(angles)},
         "noise": noise,
         "z": [each.z for each in found.whiteness],
     }
@@ -99,7 +132,7 @@ def covered(seed: int, friction: bool) -> dict[str, Any]:
     )
     true = np.array([*blind.true.values(), *blind.angles])
     free = range(len(true))
-    fit = minimise(problem, true, free, LAST_STEPS, robust=True, central=True)
+    fit = minimise(problem, true, free, LAST_STEPS, last=True)
     found = intervals_of(problem, fit.values, free, quiet, profiles=False)
     off = (fit.values - true) / np.array([each.deviation for each in found.estimates])
     return {
@@ -143,9 +176,12 @@ def main() -> None:
     for name, count in (("drives", 20), ("friction", 6), ("coverage", 60), ("effects", 10)):
         parser.add_argument(f"--{name}", type=int, default=count, help=f"how many of {name}")
     parser.add_argument("--seed", type=int, default=0, help="of the first drive")
+    parser.add_argument("--only", default="", help="parts that are measured, with commas between")
     told = parser.parse_args()
-    console = Console()
-    report: dict[str, Any] = {"conditions": conditions(), "seed": told.seed}
+    console, file = Console(), told.out / "identification.json"
+    only = told.only.split(",") if told.only else []
+    report: dict[str, Any] = json.loads(file.read_text()) if only else {"dates": {}}
+    report |= {"conditions": conditions(), "seed": told.seed}
     seeds = range(told.seed, told.seed + max(told.drives, told.friction, told.coverage))
     parts = (
         ("drives", lambda seed: identified(seed, False), told.drives),
@@ -155,11 +191,14 @@ def main() -> None:
         ("effects", with_effect, told.effects),
     )
     for name, work, count in parts:
+        if only and name not in only:
+            continue
         report[name] = []
+        report["dates"][name] = report["conditions"]["date"][:16]
         for seed in list(seeds)[:count] if name != "effects" else range(told.effects):
             report[name].append(work(seed))
             console.print(name, seed, _short(report[name][-1]))
-        write_json(report, str(told.out / "identification.json"))
+        write_json(report, str(file))
     write_page(told.out)
 
 

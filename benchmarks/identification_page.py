@@ -1,6 +1,7 @@
 """The page of benchmarks/identification.py."""
 
 import json
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -48,7 +49,7 @@ def _main(report: dict[str, Any]) -> list[str]:
         "Written by `python benchmarks/identification.py`, from `identification.json`. Recordings "
         "are simulated, 1 kHz, 1 % noise, one with the balls and one without; the total mass is "
         "known. Times are CPU times of one process, kernels compiled.",
-        _conditions(report["conditions"]),
+        _conditions(report["conditions"], report["dates"]),
         "## Blind",
         table(
             ["", "drives", "right", f"right within {SECONDS:g} s", "CPU s, median", "CPU s, most"],
@@ -61,6 +62,18 @@ def _main(report: dict[str, Any]) -> list[str]:
             ["of", "goal", "drives: 95 %", "most", "with friction: median", "most"],
             _errors(report),
         ),
+        "## What the noise allows",
+        "The bound of Cramer and Rao, computed at each drive's true values, is the least standard "
+        "deviation that an unbiased estimate from its two recordings can have. With normal errors "
+        "of just these deviations so many would be above the goal as stand under *by chance*: "
+        "where as many are, they are no fault of the fit.",
+        table(
+            ["of", "goal", "bound: median", "most", "drives whose bound is above the goal",
+             "whose interval of 95 % at best is", "errors above the goal",
+             "by chance", "most error [own deviations]"],
+            _allowed(report),
+        ),
+        *_misses(report),
         "## Coverage of the intervals of 95 %",
         table(
             ["", "fits", "values", "inside", "least of a parameter"],
@@ -79,13 +92,14 @@ def _main(report: dict[str, Any]) -> list[str]:
     ]  # fmt: skip
 
 
-def _conditions(found: dict[str, Any]) -> str:
+def _conditions(found: dict[str, Any], dates: dict[str, str]) -> str:
+    said = ", ".join(f"{name.replace('_', ' ')} {date} UTC" for name, date in dates.items())
     machine = found["machine"]
     load = ", ".join(f"{each:.0f}" for each in machine["load_average"])
     versions = ", ".join(f"{name} {each}" for name, each in found["versions"].items())
     return (
-        f"{found['date'][:16]} UTC, {machine['processor']}, {machine['cores']} cores, load {load} "
-        f"from other work; {versions}."
+        f"Measured: {said}. {machine['processor']}, {machine['cores']} cores, load {load} from "
+        f"other work; {versions}."
     )
 
 
@@ -113,6 +127,48 @@ def _errors(report: dict[str, Any]) -> list[list[str]]:
         cells += _two(smooth, 0.95) + _two(friction, 0.5)
         rows.append(cells)
     return rows
+
+
+def _allowed(report: dict[str, Any]) -> list[list[str]]:
+    """Goals beside bounds, over all drives."""
+    rows = []
+    for key, goal in GOALS.items():
+        drives = [
+            each
+            for part in ("drives", "friction")
+            for each in report[part]
+            if key in each["bounds"]
+        ]
+        if not drives:
+            continue
+        bounds = np.array([each["bounds"][key] for each in drives])
+        off = [abs(each["deviations_off"][key]) for each in drives if key in each["deviations_off"]]
+        chance = sum(math.erfc(goal / bound / math.sqrt(2.0)) for bound in bounds.tolist())
+        beyond = sum(abs(each["errors"][key]) > goal for each in drives)
+        rows.append(
+            [key, f"{goal:.2g}", f"{np.median(bounds):.2g}", f"{bounds.max():.2g}",
+             _share(bounds > goal), _share(INSIDE * bounds > goal), f"{beyond} of {len(drives)}",
+             f"{chance:.1f}", f"{max(off):.1f}" if off else "-"]
+        )  # fmt: skip
+    return rows
+
+
+def _share(which: np.ndarray) -> str:
+    return f"{100 * which.mean():.0f} %"
+
+
+def _misses(report: dict[str, Any]) -> list[str]:
+    """Each error above its goal, with what the noise allows; empty where there is none."""
+    rows = [
+        [key, str(each["seed"]), f"{each['errors'][key]:.2g}", f"{each['bounds'][key]:.2g}",
+         f"{each['errors'][key] / each['bounds'][key]:.1f}"]
+        for part in ("drives", "friction")
+        for each in report[part]
+        for key, goal in GOALS.items()
+        if key in each["errors"] and abs(each["errors"][key]) > goal
+    ]  # fmt: skip
+    heads = ["above the goal", "seed", "error", "bound", "error / bound"]
+    return [table(heads, rows)] if rows else []
 
 
 def _two(errors: np.ndarray, share: float) -> list[str]:

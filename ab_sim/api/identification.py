@@ -27,6 +27,7 @@ def identify(
     seed: int = 0,
     hold_open: bool = True,
     propose: bool = True,
+    workers: int = 1,
     progress: Progress | None = None,
 ) -> Identification:
     """Find a drive's numbers from recordings of its vibration: ``ab-sim identify``.
@@ -62,6 +63,8 @@ def identify(
         Whether what the recordings cannot tell is held at the scene's value.
     propose : bool, default True
         Whether it is looked for which recording to make next.
+    workers : int, default 1
+        Processes that share the search where it takes long; any number gives the same to the bit.
     progress : callable, optional
         Called with what is done now, how much is done, and of how much.
 
@@ -112,4 +115,7 @@ def identify(
     files = Files(paths[0], paths[1], paths[2], paths[3], signal, tuple(free), trial_masses or {})
     read, outside = read_files(files, start)
     question = Question(tuple(fit), dict(bounds or {}), seed, hold_open, propose)
-    return run_identification(start, read, question, outside, progress or (lambda *_: None))
+    if workers < 1:
+        raise InputError(f"workers = {workers}: must be at least 1")
+    tell = progress or (lambda *_: None)
+    return run_identification(start, read, question, outside, tell, workers)

@@ -10,6 +10,7 @@ from rich.table import Table
 from ab_sim.cli.outputs import write_scene
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
+from ab_sim.cli.sharing import processes
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
@@ -37,6 +38,7 @@ class IdentifyOptions(NamedTuple):
     trial_masses: list[str]
     seed: int
     hold_open: bool
+    workers: int | None
     out: Path | None
     html: Path | None
 
@@ -57,9 +59,11 @@ def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions
         trial_masses_of(given.trial_masses),
     )  # fmt: skip
 
+    shared = processes(given.workers)
+
     def work(tell: Tell) -> Outcome:
         recordings, held_out = read_files(files, scene)
-        found = run_identification(scene, recordings, question, held_out, tell)
+        found = run_identification(scene, recordings, question, held_out, tell, shared)
 
         def write() -> None:
             if given.out is not None:

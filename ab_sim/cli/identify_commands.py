@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from ab_sim.cli.options import JsonOption, SetOption
+from ab_sim.cli.options import JsonOption, SetOption, WorkersOption
 
 identify_commands = typer.Typer()
 
@@ -90,6 +90,7 @@ def identify(
             "--hold-open/--fit-open", help="Whether what the recordings cannot tell is held."
         ),
     ] = True,
+    workers: WorkersOption = None,
     out: Annotated[
         Path | None, typer.Option(metavar="FILE", help="Write the fitted scene, to run: .yaml.")
     ] = None,
@@ -111,7 +112,8 @@ def identify(
     the scene's value. The verdict says whether the scene fits, whether something is missing in it,
     and which effect would explain that.
 
-    The same seed gives the same answer. Ctrl-C gives the best so far, marked as such.
+    The same seed gives the same answer, with any number of --workers; these are started where the
+    search takes long. Ctrl-C gives the best so far, marked as such.
 
     The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low, high, deviation, how,
     at_bound, start, own; an infinite end is null), `covariance`, `correlation`, `profiles`,
@@ -125,6 +127,6 @@ def identify(
 
     given = IdentifyOptions(
         recordings, without_balls or [], hold_out or [], map_file or [], fit, bounds or [], signal,
-        free, trial_mass or [], seed, hold_open, out, html,
+        free, trial_mass or [], seed, hold_open, workers, out, html,
     )  # fmt: skip
     identify_command(scene, change or [], given).run(json, plot)

@@ -70,10 +70,10 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
 
 
 def _of_key(key: Any, row: np.ndarray, keys: list[Any], said: str) -> list[Tolerance]:
-    if str(key).rpartition(".")[2].isdecimal():
+    if any(part.isdecimal() for part in str(key).split(".")):
         raise InputError(
-            f"{said}: {key}: is within a list, of which no entry can be spread alone; fit one "
-            "value for all"
+            f"{said}: {key}: is within a list, of which no entry can be spread alone; leave it out "
+            "of --fit, or fit one value for all where the scene has one"
         )
     whole = math.sqrt(float(row @ row))
     return [

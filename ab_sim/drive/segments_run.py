@@ -10,7 +10,7 @@ from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
 from ab_sim.drive.trajectory import Trajectory, taken
-from ab_sim.errors import SceneError
+from ab_sim.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.scene.sensors import steps_per_sample
@@ -54,7 +54,7 @@ class SegmentsRun:
         """As of ``Leader``."""
         try:
             self._run.restore(state, self._course)
-        except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+        except NOT_AS_WRITTEN as error:
             raise ValueError(f"no state of a profile: {error}") from error
         self.aborted = None
 

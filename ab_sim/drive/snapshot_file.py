@@ -11,7 +11,7 @@ import numpy as np
 
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
-from ab_sim.errors import InputError
+from ab_sim.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.quoting import short, shortened
 from ab_sim.scene.model import Scene
 from ab_sim.sensing import PickupState
@@ -82,14 +82,7 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
     try:
         kept = json.loads(run)
         return _from_values(kept["drive"]), dict(kept["beside"])
-    except (
-        ArithmeticError,
-        AttributeError,
-        LookupError,
-        RecursionError,
-        TypeError,
-        ValueError,
-    ) as error:
+    except NOT_AS_WRITTEN as error:
         said = short(error)
         raise InputError(f"snapshot {path}: holds no state of a drive: {said}") from error
 

@@ -9,6 +9,7 @@ from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, whiteness_over
 from ab_sim.identification.stages import StagedFit, Tell, minimise
+from ab_sim.workers import Workers
 
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
 """Parts of a recording that are fitted by themselves, until one of them fits."""
@@ -27,8 +28,9 @@ class Change(NamedTuple):
 
 
 def changes_in(
-    problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Tell
-) -> tuple[Change, ...]:
+    problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Tell,
+    workers: Workers,
+) -> tuple[Change, ...]:  # fmt: skip
     """Where drives or sensors have changed on their way.
 
     A change spoils a fit all along. So the beginning is fitted by itself, with the recordings that
@@ -40,6 +42,7 @@ def changes_in(
         held: numbers of the common parameters that stay at their start.
         seed: of the start angles.
         tell: progress.
+        workers: share the search.
     """
     good = [measured for k, measured in enumerate(problem.recordings) if white[k]]
     common = [j for j in held if j < len(problem.common)]
@@ -51,7 +54,8 @@ def changes_in(
         for part in (*whole, *BEGINNINGS):
             tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
             own = _part(problem, good, measured, part * measured.duration)
-            values = StagedFit(own, common, seed, tell).run().values
+            values = StagedFit(own, common, seed, tell, workers).run().values
+            problem.runs += own.runs
             if whiteness_over(own, values)[-1].white:
                 time = _reach(problem, good, measured, common, values, part * measured.duration)
                 if time is None:
@@ -84,6 +88,7 @@ def _reach(
             return time
         own = _part(problem, good, measured, time)
         longer = minimise(own, values, free, LONGER_STEPS).values
+        problem.runs += own.runs
         if not whiteness_over(own, longer)[-1].white:
             return time
         values, until = longer, time

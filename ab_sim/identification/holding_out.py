@@ -9,11 +9,13 @@ from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, total_z, whiteness_over
 from ab_sim.identification.result import HeldOut, RecordingFit
 from ab_sim.identification.stages import StagedFit, Tell
+from ab_sim.workers import Workers
 
 
 def held_out(
-    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell
-) -> tuple[HeldOut, list[RecordingFit]]:
+    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell,
+    workers: Workers,
+) -> tuple[HeldOut, list[RecordingFit]]:  # fmt: skip
     """Judge a fit by other recordings, of which only what is their own is fitted.
 
     Args:
@@ -22,6 +24,7 @@ def held_out(
         recordings: the others.
         seed: of their start angles.
         tell: progress.
+        workers: share the search.
     """
     count = len(problem.common)
     noise = noises_of(recordings)
@@ -32,13 +35,14 @@ def held_out(
             for each, value in zip(problem.common, common, strict=True)
         ]
         other = Problem(problem.scene, changed, recordings, noise)
-        found = StagedFit(other, range(count), seed, tell).run()
+        found = StagedFit(other, range(count), seed, tell, workers).run()
         shown = [other.simulated(k, found.values) for k in range(len(recordings))]
         comparisons = [
             RecordingFit(measured, each, True)
             for measured, each in zip(recordings, shown, strict=True)
             if each is not None
         ]
+        problem.runs += other.runs
         shares.append(_share(comparisons) if len(comparisons) == len(shown) else np.inf)
     judged = whiteness_over(other, found.values)
     return HeldOut(shares[0], shares[1], total_z(judged)), comparisons

@@ -1,11 +1,13 @@
 """How far a fitted value may be off: from the curvature of the fit, or along its profile."""
 
+import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.stats import t as student
 
+from ab_sim.identification.information import covariance_of, sum_of_squares
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import Tell, minimise
 
@@ -13,8 +15,6 @@ SHARE = 0.95
 """Of intervals."""
 CURVATURE, PROFILE, HELD, OPEN = "curvature", "profile", "held", "open"
 """Where an interval is from; that the value was held; that nothing of the recording tells it."""
-SKEWED = "curvature, but skew"
-"""Of a recording's own parameter, which is not followed along its profile."""
 AT_BOUND = 1e-4
 """Of a parameter's range, or of its standard deviation if less: so near it is at its bound."""
 SKEW = 0.2
@@ -36,7 +36,7 @@ class Estimate(NamedTuple):
     deviation: float
     """Standard deviation, from the curvature; infinite of what is open."""
     how: str
-    """``CURVATURE``, ``SKEWED``, ``PROFILE``, ``HELD`` or ``OPEN``."""
+    """``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
     at_bound: bool
     start: float
     """What the scene says."""
@@ -105,8 +105,8 @@ def intervals_of(
     jacobian = problem.derivatives(values, free)
     left = max(len(residuals) - len(free), 1)
     # Less than the noise is no noise at all, but what rounding leaves: of recorded simulations.
-    variance = max(float(residuals @ residuals) / left, 1.0)
-    covariance = variance * _inverse(jacobian) * np.outer(scales, scales)
+    variance = max(sum_of_squares(residuals) / left, 1.0)
+    covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
     deviations = np.sqrt(np.diag(covariance))
     skews = _skews(problem, values, free, covariance, variance, reach) if profiles else {}
@@ -125,10 +125,7 @@ def intervals_of(
         near = AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
         at_bound = min(value - each.low, each.high - value) <= near
         low, high, how = value - reach * deviation, value + reach * deviation, CURVATURE
-        skew = skews.get(j, 0.0) > SKEW
-        if each.recording is not None:
-            how = SKEWED if skew else CURVATURE
-        elif profiles and (at_bound or skew):
+        if profiles and (at_bound or skews[j] > SKEW):
             tell(f"profile of {each.name}", k, len(free))
             ends = [
                 _end(problem, values, free, covariance, j, way, variance * reach**2)
@@ -151,17 +148,6 @@ def intervals_of(
         )  # fmt: skip
     names = tuple(problem.parameters[j].name for j in free)
     return Intervals(tuple(estimates), names, covariance, tuple(drawn))
-
-
-def _inverse(jacobian: np.ndarray) -> np.ndarray:
-    """Of the information J^T J, by the columns' sizes and singular values."""
-    size = np.linalg.norm(jacobian, axis=0)
-    size = np.where(size > 0.0, size, 1e-300)
-    _, singular, rows = np.linalg.svd(jacobian / size, full_matrices=False)
-    singular = np.maximum(singular, 1e-12)
-    half = (rows / singular[:, None]).T / size[:, None]
-    found: np.ndarray = half @ half.T
-    return found
 
 
 def _moved(
@@ -206,6 +192,8 @@ def _end(
     others = [i for i in free if i != j]
     best = problem.cost(values)
     bound = each.high if way > 0.0 else each.low
+    if each.is_own_angle:
+        bound = values[j] + way * math.pi
     step = 2.0 * float(np.sqrt(covariance[k, k]))
     at, seen = float(values[j]), 0.0
     points: list[tuple[float, float]] = []
@@ -217,6 +205,14 @@ def _end(
         found = minimise(problem, moved, others, PROFILE_STEPS)
         return max(2.0 * (found.cost - best), 0.0), found.values
 
+    def end_between(near: float, less: float, far: float, more: float) -> float:
+        middle = _root(near, less, far, more, rise)
+        there, _ = look(middle, now)
+        points.append((middle, there))
+        if there < rise:
+            return _root(middle, there, far, more, rise)
+        return _root(near, less, middle, there, rise)
+
     for _ in range(PROFILE_POINTS):
         place = at + way * step
         if (bound - place) * way <= 0.0:
@@ -224,7 +220,7 @@ def _end(
         found, now = look(place, now)
         points.append((place, found))
         if found >= rise:
-            return _root(at, seen, place, found, rise), points
+            return end_between(at, seen, place, found), points
         if place == bound:
             return way * np.inf, points
         at, seen, step = place, found, 2.0 * step

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
 
@@ -13,8 +14,6 @@ LOOKS = 2
 UNKNOWN = 0.5
 """Standard deviation of a direction, as a share of the parameters' scales, from which it counts as
 not known."""
-ROUNDING = 1e-6
-"""Of the largest singular value: what differences leave of one that is 0."""
 PART = 0.15
 """Of its largest entry: smaller ones of a direction are not named."""
 ALIKE = 0.1
@@ -120,7 +119,7 @@ def knowledge_before(
         tell("what can be known", look, LOOKS)
         values = problem.start
         for j, each in enumerate(problem.parameters):
-            if each.recording is not None and each.unit == "rad":
+            if each.is_own_angle:
                 values[j] += numbers.uniform(0.0, 2.0 * np.pi)
         found.append(knowledge_of(problem, values))
     first = found[0]
@@ -138,14 +137,6 @@ def shared_numbers(problem: Problem) -> list[int]:
         for j, each in enumerate(problem.parameters)
         if each.recording is None or each.nuisance == GAIN
     ]
-
-
-def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """What of the columns cannot be made up for by others, as a small matrix."""
-    scale = np.linalg.norm(own, axis=0)
-    both = np.column_stack([own / np.where(scale > 0.0, scale, 1.0), wanted])
-    triangle: np.ndarray = np.linalg.qr(both, mode="r")  # type: ignore[assignment]
-    return triangle[own.shape[1] :, own.shape[1] :]
 
 
 def _parts(names: Sequence[str], direction: np.ndarray) -> list[tuple[str, float]]:

@@ -152,6 +152,7 @@ def _fitted(
         begin[own[0]] = -begin[own[0]]
         fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
     best = min(fits, key=lambda fit: fit.cost)
+    problem.runs += whole.runs
     after, drop = _z(whole, best.values), 2.0 * (without.cost - best.cost)
     explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
     return TriedEffect(
@@ -182,6 +183,7 @@ def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
         for field, about in fields.items()
         if (size := _size(other, values, f"effects.{name}.{field}", _least(about)))
     ]  # fmt: skip
+    problem.runs += other.runs
     return _Trial(scene, (*problem.common, *more), tuple(more))
 
 

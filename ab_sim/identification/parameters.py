@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -55,6 +55,11 @@ class FitParameter(NamedTuple):
     least: float = -math.inf
     """Below which the scene takes none: 0 of a stiffness."""
 
+    @property
+    def is_own_angle(self) -> bool:
+        """Whether it is an angle of a recording, which is the same after a whole turn."""
+        return self.recording is not None and self.unit == "rad"
+
 
 def fitted_parameters(
     scene: Scene, keys: Sequence[str], bounds: Mapping[str, tuple[float, float]]
@@ -81,50 +86,77 @@ def fitted_parameters(
 
 
 def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitParameter:
-    place = _place(scene, key)
-    row = scene_keys(place.key)[0]
+    place, now = _place(scene, key)
     for section, why in _REFUSED.items():
         if key == section or key.startswith(f"{section}."):
             raise InputError(f"fit {key}: cannot be fitted: {why}; leave it out")
+    if isinstance(now, dict | list) and now:
+        names = [f"{key}.{name}" for name in (now if isinstance(now, dict) else range(len(now)))]
+        raise InputError(f"fit {key}: is no number; fit one of {', '.join(names)}")
+    row = scene_keys(key.rpartition(".")[0] if place.inside and _is_count(key) else key)[0]
     if row.range.startswith("whole") or row.unit == "-":
         raise InputError(f"fit {key}: cannot be fitted: it is no continuous number; leave it out")
-    now = value_of(scene, place.key)
     if now is None:
         raise InputError(
             f"fit {key}: the scene {scene.name} gives none to begin with; write it there, or "
             f"--set {place.key}=..."
         )
-    if isinstance(now, list) and place.entry is None:
-        raise InputError(
-            f"fit {key}: is a list of {len(now)}; fit its entries, {key}.0 to {key}.{len(now) - 1}"
-        )
-    start = float(now if place.entry is None else now[place.entry])
-    low, high = _limits(scene, place, start, given, key)
+    start = float(now)
+    allowed = bounds_at(scene, row.key) or Bounds()
+    low, high = _limits(scene, allowed, start, given, key)
     scale = abs(start) if start else 0.25 * (high - low)
-    least = (bounds_at(scene, place.key) or Bounds()).lowest
-    return FitParameter(key, row.unit, start, scale, low, high, place, least=least)
+    return FitParameter(key, row.unit, start, scale, low, high, place, least=allowed.lowest)
 
 
-def _place(scene: Scene, key: str) -> KeyPlace:
-    above, _, last = key.rpartition(".")
-    if last.isdecimal() and isinstance(now := value_of(scene, above), list):
-        if int(last) >= len(now):
-            raise InputError(f"fit {key}: there are {len(now)}, counted from 0")
-        return KeyPlace(above, int(last))
-    return KeyPlace(key)
+def _place(scene: Scene, key: str) -> tuple[KeyPlace, Any]:
+    """Where a key stands in a scene, and what is there."""
+    parts = key.split(".")
+    for count in range(1, len(parts)):
+        above = ".".join(parts[:count])
+        if isinstance(now := value_of(scene, above), list):
+            way: list[int | str] = []
+            for part in parts[count:]:
+                now = _entry(key, now, part, ".".join([above, *map(str, way)]))
+                way.append(int(part) if part.isdecimal() else part)
+            return KeyPlace(above, tuple(way)), now
+    return KeyPlace(key), value_of(scene, key)
+
+
+def _entry(key: str, node: Any, part: str, above: str) -> Any:
+    """Of a list or an entry of it with names."""
+    if isinstance(node, list):
+        if not node:
+            raise InputError(
+                f"fit {key}: the scene has no {above}; write them there, or leave it out"
+            )
+        if not part.isdecimal() or int(part) >= len(node):
+            raise InputError(
+                f"fit {key}: {above} has {len(node)} entries, {above}.0 to {above}.{len(node) - 1}"
+            )
+        return node[int(part)]
+    if not isinstance(node, dict):
+        raise InputError(
+            f"fit {key}: {above} is one number; fit that, or give a list of them in the scene"
+        )
+    if part not in node:
+        raise InputError(f"fit {key}: {above} has no {part}; it has {', '.join(node)}")
+    return node[part]
+
+
+def _is_count(key: str) -> bool:
+    return key.rpartition(".")[2].isdecimal()
 
 
 def _limits(
-    scene: Scene, place: KeyPlace, start: float, given: tuple[float, float] | None, key: str
+    scene: Scene, allowed: Bounds, start: float, given: tuple[float, float] | None, key: str
 ) -> tuple[float, float]:
-    allowed = bounds_at(scene, place.key) or Bounds()
     lowest, highest = allowed.lowest, allowed.highest
     if given is not None:
         low, high = given
         if not low <= start <= high:
             raise InputError(
                 f"bounds {key} = {exact(low)}..{exact(high)}: the scene's value "
-                f"{exact(start)} lies outside; change either (--set {place.key}=...)"
+                f"{exact(start)} lies outside; change either"
             )
         if low < lowest or high > highest:
             raise InputError(
@@ -183,19 +215,19 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
     for ball in range(balls):
         angle = 2.0 * math.pi * ball / max(balls, 1)
         found.append(
-            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, KeyPlace(ANGLES, ball))
+            own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, KeyPlace(ANGLES, (ball,)))
         )
     if not measured.at_rest:
         top = max(measured.schedule.top_speed, 1.0)
         for ball in range(balls):
-            place = KeyPlace(RATES, ball)
+            place = KeyPlace(RATES, (ball,))
             found.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
         length = scene.whirl_unit[0]
         for axis, name in enumerate("xy"):
-            place = KeyPlace(POSITION, axis)
+            place = KeyPlace(POSITION, (axis,))
             found.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
         for axis, name in enumerate("xy"):
-            place = KeyPlace(VELOCITY, axis)
+            place = KeyPlace(VELOCITY, (axis,))
             scale = length * top
             found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
     if DISC_ANGLE in measured.free:

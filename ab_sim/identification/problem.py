@@ -1,14 +1,13 @@
 """What a fit makes small: measured less simulated, over all recordings, in units of their noise."""
 
-import copy
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from ab_sim.design.draws import value_of
 from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, SimulatedSignals
+from ab_sim.identification.information import sum_of_squares
 from ab_sim.identification.measured import BIAS, DELAY, GAIN, Measured
 from ab_sim.identification.parameters import (
     ANGLES,
@@ -56,6 +55,11 @@ class Problem:
         self._there = [np.isfinite(each) for each in whole]
         self.runs = 0
         """That were made."""
+        self._last: dict[int, tuple[bytes, SimulatedSignals | None]] = {}
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Other processes make their own machine code."""
+        return Problem, (self.scene, self.common, self.recordings, self.noise)
 
     @property
     def _measured(self) -> list[np.ndarray]:
@@ -88,8 +92,8 @@ class Problem:
 
     def with_noise(self, noise: Sequence[float]) -> "Problem":
         """The same with other standard deviations."""
-        found = copy.copy(self)
-        found.noise = tuple(noise)
+        found = Problem.__new__(Problem)
+        vars(found).update(vars(self), noise=tuple(noise))
         return found
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
@@ -101,8 +105,7 @@ class Problem:
 
     def cost(self, values: np.ndarray) -> float:
         """Half the sum of squares of the residuals."""
-        found = self.residuals(values)
-        return 0.5 * float(found @ found)
+        return 0.5 * sum_of_squares(self.residuals(values))
 
     def left(self, number: int, values: np.ndarray) -> np.ndarray:
         """Measured less simulated, whitened, where noise has a colour; shape (samples, axes).
@@ -189,14 +192,24 @@ class Problem:
                 found[POSITION], found[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
         for each, value in zip(self.parameters, values.tolist(), strict=True):
             if each.place is not None and each.recording in (None, number):
-                if each.place.entry is not None and each.place.key not in found:
-                    found[each.place.key] = value_of(self.scene, each.place.key)
-                each.place.put(found, value)
+                each.place.put(found, value, self.scene)
         return found
 
     def _signals(
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
         also: Mapping[str, Any] | None = None,
+    ) -> SimulatedSignals | None:  # fmt: skip
+        """A run; the last one without derivatives is remembered."""
+        if free or also:
+            return self._run(number, values, free, central, also or {})
+        key, known = values.tobytes(), self._last.get(number)
+        if known is None or known[0] != key:
+            known = self._last[number] = key, self._run(number, values, (), central, {})
+        return known[1]
+
+    def _run(
+        self, number: int, values: np.ndarray, free: Sequence[int], central: bool,
+        also: Mapping[str, Any],
     ) -> SimulatedSignals | None:  # fmt: skip
         drive, measured = self._drives[number], self.recordings[number]
         places = [(j, self.parameters[j].place) for j in free]
@@ -204,7 +217,7 @@ class Problem:
         delays = self._own(number, DELAY, values)
         self.runs += 1 + (2 if central else 1) * len(moved)
         return drive.signals(
-            {**self.scene_values(values, number), **(also or {})},
+            {**self.scene_values(values, number), **also},
             [place for _, place in moved],
             [STEP_SHARE * self.parameters[j].scale for j, _ in moved],
             delays[0] if delays else measured.delay,

@@ -7,7 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.errors import AbSimError
-from ab_sim.identification.knowledge import UNKNOWN, beyond, shared_numbers
+from ab_sim.identification.information import beyond, deviations_of
+from ab_sim.identification.knowledge import UNKNOWN, shared_numbers
 from ab_sim.identification.measured import BIAS, GAIN, Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.result import Proposal
@@ -52,7 +53,7 @@ def proposals_for(
     known = _information(problem, values)
     fitted = [k for k in range(count) if k in free]
     lanes = [k for k, j in enumerate(shared) if j in free]
-    whole, given = _deviations(known), _deviations(known[:, lanes])
+    whole, given = deviations_of(known), deviations_of(known[:, lanes])
     now = given[: len(fitted)]
     now[[problem.parameters[k].name in unbounded for k in fitted]] = np.inf
     worst = fitted[int(np.argmax(now))] if fitted else 0
@@ -66,11 +67,11 @@ def proposals_for(
             continue
         both = np.concatenate([known, np.zeros((len(added), len(shared)))])
         both[len(known) :, :count] = added[:, :count]
-        then = _deviations(both)
+        then = deviations_of(both)
         opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
         asked = then[[*fitted, *opens]]
         if not opens:
-            asked = _deviations(both[:, lanes])[: len(fitted)]
+            asked = deviations_of(both[:, lanes])[: len(fitted)]
         found.append(
             Proposal(
                 standard.name, standard.words, problem.parameters[worst].name,
@@ -89,23 +90,6 @@ def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
     own = [j for j in range(len(problem.parameters)) if j not in shared]
     jacobian = problem.derivatives(values, list(range(len(problem.parameters))))
     return beyond(jacobian[:, own], jacobian[:, shared])
-
-
-def _deviations(sensitivities: np.ndarray) -> np.ndarray:
-    """Standard deviations of parameters, in their scales; infinite of what is open."""
-    size = np.linalg.norm(sensitivities, axis=0)
-    used = size > 0.0
-    found = np.full(len(size), np.inf)
-    if not used.any():
-        return found
-    _, singular, rows = np.linalg.svd(sensitivities[:, used] / size[used], full_matrices=False)
-    good = singular > 1e-7 * float(singular[0])
-    variance = ((rows[good] / singular[good, None]) ** 2).sum(axis=0)
-    # What has a part in a direction that nothing tells is not known.
-    open_part = (rows[~good] ** 2).sum(axis=0) if (~good).any() else np.zeros(int(used.sum()))
-    deviations = np.sqrt(variance) / size[used]
-    found[used] = np.where(open_part > 1e-6, np.inf, deviations)
-    return found
 
 
 def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
@@ -171,4 +155,6 @@ def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndar
     other = Problem(problem.scene, problem.common, [measured], [problem.noise[0]])
     begin = other.start
     begin[: len(problem.common)] = values[: len(problem.common)]
-    return _information(other, begin)
+    found = _information(other, begin)
+    problem.runs += other.runs
+    return found

@@ -31,6 +31,7 @@ from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
 from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
+from ab_sim.workers import WorkerLost, Workers
 
 NEAR = 0.7
 """Of the critical speed: slower runs tell little of the suspension."""
@@ -57,6 +58,7 @@ def run_identification(
     question: Question,
     held_out: Sequence[Measured] = (),
     tell: Tell = lambda *_: None,
+    workers: int = 1,
 ) -> Identification:
     """Fit a scene to recordings, and say how far to believe it.
 
@@ -67,16 +69,25 @@ def run_identification(
         held_out: recordings that are not fitted, but judged.
         tell: called with what is done now, done, of all; of what it raises ``Interrupted`` leaves
             the best so far, marked as such.
+        workers: processes that share the search where it takes long.
 
     Raises:
         InputError: it cannot be; says why and what to do.
         SceneError: the scene cannot be run as it was recorded.
+        WorkerLost: a process of these was ended.
     """
     scene, _ = resolve_accuracy(scene)
     if not recordings:
         raise InputError("no recordings: give one or several")
     work = _Work(scene, recordings, question, held_out, tell)
-    return work.run()
+    with Workers(workers) as shared:
+        try:
+            return work.run(shared)
+        except WorkerLost as lost:
+            raise WorkerLost(
+                "a process that shared the search was ended, by a signal or for want of memory: "
+                "run it again, with fewer --workers where memory is short"
+            ) from lost
 
 
 class _Work:
@@ -90,18 +101,19 @@ class _Work:
         self._problem = Problem(scene, common, recordings, noises_of(recordings))
         self._check_sizes()
 
-    def run(self) -> Identification:
+    def run(self, workers: Workers) -> Identification:
+        """All of it."""
         problem, question = self._problem, self._question
         knowledge = knowledge_before(problem, question.seed, self._tell)
         held = list(knowledge.held) if question.hold_open else []
-        search = StagedFit(problem, held, question.seed, self._tell)
+        search = StagedFit(problem, held, question.seed, self._tell, workers)
         interrupted = False
         values, open_after = search.best, Knowledge((), (), (), ())
         free = [j for j in range(len(problem.parameters)) if j not in held]
         try:
             values = _within_a_turn(problem, search.run().values)
             problem = problem.with_noise(self._left(problem, values))
-            values = minimise(problem, values, free, LAST_STEPS, robust=True, central=True).values
+            values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._left(problem, values))
             if question.hold_open:
                 open_after = knowledge_of(problem, values, held)
@@ -110,7 +122,7 @@ class _Work:
             intervals = intervals_of(problem, values, free, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
-            values = search.best
+            values = _within_a_turn(problem, search.best)
             problem = problem.with_noise(self._left(problem, values))
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
@@ -132,10 +144,13 @@ class _Work:
                     tried = tried_effects(problem, values, free, white, self._tell)
                     # A wrong scale puts all off, and says nothing of the drive.
                     if not explained_by(tried) and all(each.factor == 1.0 for each in misfits):
-                        changes = changes_in(problem, white, held, question.seed, self._tell)
+                        changes = changes_in(
+                            problem, white, held, question.seed, self._tell, workers
+                        )
                 if self._held_out:
-                    others = self._held_out
-                    outside, more = held_out(problem, values, others, question.seed, self._tell)
+                    outside, more = held_out(
+                        problem, values, self._held_out, question.seed, self._tell, workers
+                    )
                     comparisons += more
                 unbounded = [
                     each.name for each in intervals.estimates if not each.bounded and not each.own
@@ -196,6 +211,9 @@ class _Work:
                     "right? if so, begin with a scene that is nearer"
                 )
 
+    def _last(self, *_: object) -> None:
+        self._tell("all recordings, to the last digit", 0, 1)
+
     def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
         """Standard deviation of each recording's residuals."""
         found = []
@@ -212,7 +230,7 @@ def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
     """Start angles without the whole turns that a search has gone through."""
     turned = values.copy()
     for j, each in enumerate(problem.parameters):
-        if each.recording is not None and each.unit == "rad":
+        if each.is_own_angle:
             turned[j] = math.remainder(float(values[j]), 2.0 * math.pi)
     return turned
 

@@ -2,17 +2,22 @@
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from ab_sim.identification.information import deviations_of, sum_of_squares, triangle
 from ab_sim.identification.problem import Problem
+from ab_sim.workers import Workers
 
 Function = Callable[[np.ndarray], np.ndarray]
 Tell = Callable[[str, int, int], None]
 """Called with what is done now, done, of all; what it raises ends the work."""
+Seen = Callable[[np.ndarray, float], None]
+"""Called with values of all parameters [SI], and half the sum of squares there."""
 STARTS = 24
 """Random starts of each recording with balls."""
 HORIZONS = ((0.2, 24), (0.4, 10), (0.7, 4), (1.0, 2))
@@ -45,8 +50,8 @@ def minimise(
     values: np.ndarray,
     free: Sequence[int],
     steps: int,
-    robust: bool = False,
-    central: bool = False,
+    last: bool = False,
+    seen: Seen = lambda *_: None,
 ) -> Fitted:
     """Least squares over some parameters, within their bounds.
 
@@ -55,8 +60,8 @@ def minimise(
         values: where to begin [SI].
         free: numbers of the parameters that vary.
         steps: iterations at most.
-        robust: whether outliers count less.
-        central: see ``Problem.derivatives``.
+        last: whether outliers count less, and differences are taken to both sides.
+        seen: called with each point; what it raises ends the work.
     """
     free = list(free)
     if not free:
@@ -73,14 +78,14 @@ def minimise(
     start = np.clip(values[free] / scales, low, high)
     inside = np.where(np.isfinite(high - low), 1e-9 * (high - low), 0.0)
 
-    points = _Points(problem, whole, free, central)
+    points = _Points(problem, whole, free, last, seen)
     result = least_squares(
-        points.residuals if robust else points.short,
+        points.residuals if last else points.short,
         np.clip(start, low + inside, high - inside),
-        jac=points.jacobian if robust else points.short_jacobian,
+        jac=points.jacobian if last else points.short_jacobian,
         bounds=(low, high),
         x_scale="jac",
-        loss="huber" if robust else "linear",
+        loss="huber" if last else "linear",
         f_scale=SOFT,
         max_nfev=steps,
         ftol=1e-10,
@@ -97,12 +102,13 @@ class _Points:
         problem: has the residuals.
         whole: makes values of all parameters of those that vary, in units of scales.
         free, central: see ``Problem.both``.
+        seen: called with each point.
     """
 
     def __init__(
-        self, problem: Problem, whole: Function, free: Sequence[int], central: bool
+        self, problem: Problem, whole: Function, free: Sequence[int], central: bool, seen: Seen
     ) -> None:
-        self._problem, self._whole, self._free = problem, whole, free
+        self._problem, self._whole, self._free, self._seen = problem, whole, free, seen
         self._central = central
         self._at_once = problem.costs_no_more(free, central)
         self._known: dict[bytes, tuple[np.ndarray, np.ndarray | None]] = {}
@@ -123,14 +129,14 @@ class _Points:
         An orthogonal transformation, of which the last axis lies along the residuals: thousands
         of numbers would be decomposed in each iteration otherwise.
         """
-        return np.append(np.zeros(len(scaled)), np.linalg.norm(self.residuals(scaled)))
+        return np.append(np.zeros(len(scaled)), math.sqrt(sum_of_squares(self.residuals(scaled))))
 
     def short_jacobian(self, scaled: np.ndarray) -> np.ndarray:
         """Derivatives, on these axes."""
         slopes, whole = self.jacobian(scaled), self.residuals(scaled)
-        along = whole / max(float(np.linalg.norm(whole)), 1e-300)
-        row = along @ slopes
-        rest = np.linalg.qr(slopes - np.outer(along, row), mode="r")
+        along = whole / max(math.sqrt(sum_of_squares(whole)), 1e-300)
+        row = (along[:, None] * slopes).sum(axis=0)
+        rest = triangle(slopes - np.outer(along, row))
         return np.vstack([rest, row])
 
     def _at(self, scaled: np.ndarray, both: bool) -> tuple[np.ndarray, np.ndarray | None]:
@@ -143,6 +149,7 @@ class _Points:
                 else (self._problem.residuals(values), None)
             )
             self._known = {**dict(list(self._known.items())[-1:]), key: found}
+            self._seen(values, 0.5 * sum_of_squares(found[0]))
         return found
 
 
@@ -154,13 +161,17 @@ class StagedFit:
         held: numbers of the parameters that stay at their start.
         seed: of the random starts.
         tell: see ``Tell``.
+        workers: share the starts; whoever does them, they give the same to the bit.
     """
 
-    def __init__(self, problem: Problem, held: Sequence[int], seed: int, tell: Tell) -> None:
+    def __init__(
+        self, problem: Problem, held: Sequence[int], seed: int, tell: Tell, workers: Workers
+    ) -> None:
         self.problem, self._held, self._tell = problem, set(held), tell
-        self._seed = seed
+        self._seed, self._workers = seed, workers
         self.best = problem.start
         """Values of all parameters [SI], the best so far."""
+        self._least = math.inf
 
     def run(self) -> Fitted:
         """All stages."""
@@ -176,11 +187,15 @@ class StagedFit:
             settled |= {
                 j for j, each in enumerate(problem.parameters) if each.recording in (None, k)
             }
-        self._tell("all recordings", 0, 1)
         free = [j for j in range(len(problem.parameters)) if j not in self._held]
-        found = minimise(problem, self.best, free, LAST_STEPS)
+        found = minimise(problem, self.best, free, LAST_STEPS, seen=self._keep)
         self.best = found.values
         return found
+
+    def _keep(self, values: np.ndarray, cost: float) -> None:
+        if cost < self._least:
+            self.best, self._least = values, cost
+        self._tell("all recordings", 0, 1)
 
     def _without_balls(self, bare: Sequence[int]) -> set[int]:
         """Fit what recordings without balls tell; which parameters these settle."""
@@ -207,7 +222,8 @@ class StagedFit:
         assert best is not None
         self.best[places] = best.values
         jacobian = part.derivatives(best.values, felt)
-        known = _known(jacobian)
+        whole.runs += part.runs
+        known = deviations_of(jacobian) < SETTLED
         return {places[j] for j, good in zip(felt, known, strict=True) if good}
 
     def _with_balls(self, number: int, settled: set[int]) -> None:
@@ -218,20 +234,16 @@ class StagedFit:
             j for j, place in enumerate(places)
             if place not in self._held and (place not in settled)
         ]  # fmt: skip
-        tried: list[np.ndarray] = []
-        part = whole.part([number])
-        start = self.best[places]
-        tried = self._drawn(part, start, free, STARTS, number + 1)
+        tried = self._drawn(whole.part([number]), self.best[places], free, STARTS, number + 1)
         for horizon, keep in HORIZONS:
             part = whole.part([number], horizon)
-            found: list[Fitted] = []
-            for done, values in enumerate(tried[:keep]):
-                self._tell(
-                    f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %",
-                    done,
-                    min(keep, len(tried)),
-                )
-                found.append(minimise(part, values, free, SEARCH_STEPS))
+            what = f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %"
+            starts, found = tried[:keep], list[Fitted]()
+            self._tell(what, 0, len(starts))
+            for each, runs in self._workers.each(partial(_searched, part, free), starts, 1):
+                found.append(each)
+                whole.runs += runs
+                self._tell(what, len(found), len(starts))
             found.sort(key=lambda each: each.cost)
             tried = [each.values for each in _distinct(found)]
             self.best[places] = tried[0]
@@ -252,10 +264,17 @@ class StagedFit:
         return found
 
 
+def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
+    """Where the search from a start ends, and how many runs it has made."""
+    before = part.runs
+    found = minimise(part, values, free, SEARCH_STEPS)
+    return found, part.runs - before
+
+
 def _between(part: Problem, j: int, now: float, share: float) -> float:
     """A start of a parameter, at a share of the way over where it is looked for."""
     each = part.parameters[j]
-    if each.unit == "rad" and each.recording is not None:
+    if each.is_own_angle:
         return now + 2.0 * math.pi * share
     if each.recording is not None:
         return now
@@ -274,16 +293,6 @@ def _places(whole: Problem, recordings: Sequence[int]) -> list[int]:
         j for k in recordings for j, each in enumerate(whole.parameters) if each.recording == k
     ]  # fmt: skip
     return [*range(common), *own]
-
-
-def _known(jacobian: np.ndarray) -> np.ndarray:
-    """Which columns' parameters are known to a part of their scale."""
-    if not jacobian.shape[1]:
-        return np.zeros(0, bool)
-    _, singular, directions = np.linalg.svd(jacobian, full_matrices=False)
-    variance = (directions / np.maximum(singular, 1e-300)[:, None]) ** 2
-    known: np.ndarray = np.sqrt(variance.sum(axis=0)) < SETTLED
-    return known
 
 
 def _distinct(found: Sequence[Fitted]) -> list[Fitted]:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
-from ab_sim.errors import InputError
+from ab_sim.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.quoting import short
 
 FORMAT = "ab_sim profile snapshot"
@@ -67,5 +67,5 @@ def read_profile_snapshot(path: Path) -> ProfileSnapshot:
             None if content["made_of"] is None else dict(content["made_of"]),
             dict(content["run"]),
         )
-    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+    except NOT_AS_WRITTEN as error:
         raise InputError(f"snapshot {path}: is damaged: {short(error)}") from error

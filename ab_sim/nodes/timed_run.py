@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from ab_sim.errors import InputError
+from ab_sim.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.profile_snapshot import ProfileSnapshot
 from ab_sim.quoting import short
@@ -127,7 +127,7 @@ class TimedRun:
             raise InputError(f"{plan.source} is another profile than it was; save it again")
         try:
             self.run.restore(snapshot.run, None if plan is None else plan.course(silence))
-        except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        except NOT_AS_WRITTEN as error:
             raise InputError(f"it holds no state of a profile: {short(error)}") from error
         self._plan, self._now, self._began = plan, snapshot.time, snapshot.began
         self._put_back = now

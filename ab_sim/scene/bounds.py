@@ -10,6 +10,7 @@ from annotated_types import Ge, Gt, Le, Lt
 from pydantic import BeforeValidator
 from pydantic.fields import FieldInfo
 
+from ab_sim.scene.deck import Damping, Stiffness
 from ab_sim.scene.model import Scene
 from ab_sim.scene.quantities import Number
 from ab_sim.scene.sections import Angle, Mass, Race, Rotor
@@ -59,6 +60,8 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
         return _bounds(field.annotation, field.metadata)
     if key == "start.ball_angles":
         return _bounds(Angle)
+    if section == "mounts":
+        return _OF_MOUNTS.get(rest.rpartition(".")[2])
     name, _, parameter = rest.partition(".")
     effect = scene.effects.get(name) if section == "effects" else None
     if effect is None or parameter not in effect._fields:
@@ -106,3 +109,6 @@ def _is_of_any_number(said: Any) -> bool:
     if isinstance(said, BeforeValidator):
         return said in own
     return any(type(said) is type(each) and repr(said) == repr(each) for each in own)
+
+
+_OF_MOUNTS = {"stiffness": _bounds(Stiffness), "damping": _bounds(Damping)}

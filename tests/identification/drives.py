@@ -11,7 +11,9 @@ import numpy as np
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.scene.load import changed_scene, check_scene
+from ab_sim.spindle import SpeedSchedule
 
 MAP = """
 time: {column: t, unit: s}
@@ -78,6 +80,16 @@ def recorded(
     """The same of a scene; columns may be changed."""
     found = columns(json.dumps(drive.as_mapping()), balls, seed, noise)
     return {name: column.copy() for name, column in found.items()}
+
+
+def measured(drive: ab_sim.Scene, balls: bool = True) -> Measured:
+    """The displacement as it is fitted, with 1 % noise."""
+    table = recorded(drive, balls)
+    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
+    return Measured(
+        "with" if balls else "bare", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
+        SpeedSchedule.of_scene(drive), True, balls,
+    )  # fmt: skip
 
 
 def write(table: Mapping[str, Any], path: Path) -> Path:

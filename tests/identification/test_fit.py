@@ -279,6 +279,19 @@ def test_interrupted_it_gives_the_best_so_far_marked_as_such(tmp_path: Path) -> 
     assert found["rotor.eccentricity"].value == pytest.approx(8.5e-5, rel=1e-2)
 
 
+def test_interrupted_in_the_last_fit_it_gives_that_one_s_best(tmp_path: Path) -> None:
+    calls = []
+
+    def tell(what: str, done: int, of: int) -> None:
+        calls.append(what)
+        if calls.count("all recordings") == 2:
+            raise Interrupted("interrupted")
+
+    found = fit_deck(tmp_path, drives.scene(TRUE), DECK, progress=tell)
+    assert found.verdict == INTERRUPTED and calls[-1] == "all recordings"
+    assert found["rotor.eccentricity"].value == pytest.approx(8.5e-5, rel=1e-2)
+
+
 def test_the_same_seed_gives_the_same_answer(tmp_path: Path) -> None:
     runs = [fit_deck(tmp_path, drives.scene(TRUE), DECK, seed=3).report() for _ in range(2)]
     assert runs[0] == runs[1]

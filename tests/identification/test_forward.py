@@ -9,10 +9,12 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.analysis.sensitivity import sensitivities
 from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.forward import KeyPlace, RecordedDrive
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, Measured
 from ab_sim.identification.residuals import whiteness_of
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.spindle import SpeedSchedule
 from tests.identification import drives
@@ -47,27 +49,24 @@ def test_a_drive_without_balls_loses_their_mass() -> None:
     assert found.values == pytest.approx(recorded.signals, abs=1e-15)
 
 
-@pytest.mark.parametrize("sensor", [None, Accelerometer()], ids=["displacement", "accelerometer"])
-def test_exact_tangents_across_events_agree_with_differences(
-    sensor: Accelerometer | None, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    kind = DISPLACEMENT if sensor is None else ACCELERATION
-    own = RecordedDrive(STICKS, measured(STICKS, kind=kind, sensor=sensor))
+@pytest.mark.parametrize(("stepper", "near"), [("rk8", 1e-6), ("collocation", 1e-5)])
+def test_differences_across_events_agree_with_exact_tangents(stepper: str, near: float) -> None:
+    """Of runs side by side, and of such that go one by one, by another method than tangents."""
+    drive = changed_scene(STICKS, {"solver": {"stepper": stepper, "step": 0.001}}, "test")
+    own = RecordedDrive(drive, measured(drive))
+    assert own.side_by_side == (stepper == "rk8")
     places = [
         KeyPlace("effects.rolling_friction.arm"),
         KeyPlace("balls.mass"),
-        KeyPlace("start.ball_angles", 1),
+        KeyPlace("start.ball_angles", (1,)),
     ]
     moves, values = [3e-12, 5e-10, 1e-6], {"start.ball_angles": [0.7, -2.0]}
-    # Side by side, as they go, they would be differentiated by differences.
-    monkeypatch.setattr(own._runs.first, "fits_lane", False)
-    assert own._exact(values, places) is not None
-    exact = own.signals(values, places, moves)
-    monkeypatch.setattr(RecordedDrive, "_exact", lambda *_: None)
-    differences = own.signals(values, places, moves)
-    assert exact is not None and differences is not None
-    for tangent, difference in zip(exact.derivatives, differences.derivatives, strict=True):
-        assert np.linalg.norm(tangent - difference) < 1e-6 * np.linalg.norm(difference)
+    found = own.signals(values, places, moves)
+    keys = ["effects.rolling_friction.arm", "balls.mass", "start.ball_angles.1"]
+    exact = sensitivities(drive, keys, ("x", "y")).derivatives[:, :, 2::2]
+    assert found is not None
+    for tangent, difference in zip(exact.transpose(1, 2, 0), found.derivatives, strict=True):
+        assert np.linalg.norm(tangent - difference) < near * np.linalg.norm(difference)
 
 
 def test_noise_behind_a_low_pass_is_white_again() -> None:

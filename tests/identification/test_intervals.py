@@ -1,16 +1,15 @@
 """Intervals of fits: from the curvature, along profiles, at bounds; and per-ball numbers."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_of
-from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
-from ab_sim.spindle import SpeedSchedule
 from tests.identification import drives
 
 DECK = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]
@@ -22,22 +21,16 @@ def quiet(*_: object) -> None:
 
 def problem(stiffness: float, bounds: dict[str, tuple[float, float]]) -> Problem:
     """A drive without balls of this stiffness, fitted by a scene with 1000 N/m."""
-    drive = drives.scene({DECK[0]: stiffness})
-    table = drives.recorded(drive, balls=False)
-    signals = 1e-3 * np.column_stack([table["ch1"], table["ch2"]])[1:]
-    measured = Measured(
-        "bare", table["t"][1:], signals, (0.0, math.pi / 2), DISPLACEMENT,
-        SpeedSchedule.of_scene(drive), True, False,
-    )  # fmt: skip
+    measured = drives.measured(drives.scene({DECK[0]: stiffness}), balls=False)
     common = fitted_parameters(drives.scene(), DECK, bounds)
-    noise = 0.01 * float(np.sqrt(np.mean(signals**2)))
+    noise = 0.01 * float(np.sqrt(np.mean(measured.signals**2)))
     return Problem(drives.scene(), common, [measured], [noise])
 
 
 def test_half_an_interval_is_two_standard_deviations() -> None:
     own = problem(1000.0, {})
     free = [0, 1, 2]
-    fit = minimise(own, own.start, free, 30, central=True)
+    fit = minimise(own, own.start, free, 30, last=True)
     found = intervals_of(own, fit.values, free, quiet)
     assert 2.0 * fit.cost / 4000 == pytest.approx(1.0, abs=0.1)
     for each in found.estimates:
@@ -51,11 +44,11 @@ def test_at_its_bound_a_value_has_the_interval_of_its_profile() -> None:
     """What fits best lies one standard deviation beyond the bound."""
     free, true = [0, 1, 2], 1003.0
     own = problem(true, {})
-    best = minimise(own, own.start, free, 30, central=True).values
+    best = minimise(own, own.start, free, 30, last=True).values
     deviation = intervals_of(own, best, free, quiet, profiles=False).estimates[0].deviation
     bound = float(best[0]) - deviation
     bounded = problem(true, {DECK[0]: (900.0, bound)})
-    fit = minimise(bounded, bounded.start, free, 30, central=True)
+    fit = minimise(bounded, bounded.start, free, 30, last=True)
     found = intervals_of(bounded, fit.values, free, quiet)
     stiffness = found.estimates[0]
     assert stiffness.at_bound and stiffness.how == PROFILE
@@ -63,6 +56,35 @@ def test_at_its_bound_a_value_has_the_interval_of_its_profile() -> None:
     # From the unbounded best value the rise to the lower end is 1 + 3.84 noise variances.
     assert stiffness.low == pytest.approx(best[0] - math.sqrt(1.0 + 3.84) * deviation, rel=1e-5)
     assert [each.name for each in found.profiles] == [DECK[0]]
+
+
+def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
+    """Noise as large as the signals leaves what a start angle does far from straight."""
+    drive = drives.scene()
+    measured = drives.measured(drive)
+    common = fitted_parameters(drive, ["balls.mass"], {})
+    own = Problem(drive, common, [measured], [float(np.sqrt(np.mean(measured.signals**2)))])
+    fit = minimise(own, np.array([5.5e-4, 0.7, -2.0]), [0, 1, 2], 30, last=True)
+    found = intervals_of(own, fit.values, [0, 1, 2], quiet)
+    angle = found.estimates[1]
+    assert angle.own and angle.how == PROFILE and angle.name in [p.name for p in found.profiles]
+    assert angle.value - angle.low > 1.2 * (angle.high - angle.value)
+    for end in (angle.low, angle.high):
+        values = fit.values.copy()
+        values[1] = end
+        rise = 2.0 * (minimise(own, values, [0, 2], 30, last=True).cost - fit.cost)
+        assert rise == pytest.approx(1.96**2, rel=0.05)
+
+
+def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:
+    own = problem(1000.0, {})
+    (bare,) = own.recordings
+    louder = replace(bare, signals=2.1 * bare.signals, free=("gain",))
+    scaled = Problem(drives.scene(), own.common, [louder], own.noise)
+    fit = minimise(scaled, scaled.start, [3], 30, last=True)
+    gain = intervals_of(scaled, fit.values, [3], quiet).estimates[3]
+    assert gain.at_bound and gain.how == PROFILE
+    assert gain.high == 1.95 and 1.94 < gain.low < 1.95
 
 
 def test_what_is_held_has_an_infinite_interval() -> None:
@@ -77,7 +99,7 @@ def test_a_ball_s_own_mass_is_a_parameter() -> None:
     (parameter,) = fitted_parameters(scene, ["balls.mass.1"], {})
     assert parameter.start == 6e-4 and parameter.place is not None
     values: dict[str, object] = {"balls.mass": [5e-4, 6e-4]}
-    parameter.place.put(values, 7e-4)
+    parameter.place.put(values, 7e-4, scene)
     assert values["balls.mass"] == [5e-4, 7e-4]
 
 
