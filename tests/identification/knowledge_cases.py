@@ -174,8 +174,7 @@ def problem_of(
     own = {name: value for _, known in made for name, value in known.items()}
     for j, each in enumerate(problem.parameters):
         if each.place is not None and each.recording is None:
-            now = value_of(scene, each.place.key)
-            true[j] = now if each.place.entry is None else now[each.place.entry]
+            true[j] = each.place.number({}, scene)
         else:
             true[j] = own.get(each.name, true[j])
     return problem, true
