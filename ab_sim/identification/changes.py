@@ -19,7 +19,7 @@ LONGER_STEPS = 15
 """Iterations of a fit of a longer beginning."""
 
 
-class Change(NamedTuple):
+class Departure(NamedTuple):
     """A recording of which a fit of the beginning does not go on."""
 
     recording: str
@@ -30,7 +30,7 @@ class Change(NamedTuple):
 def changes_in(
     problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Tell,
     workers: Workers,
-) -> tuple[Change, ...]:  # fmt: skip
+) -> tuple[Departure, ...]:  # fmt: skip
     """Where drives or sensors have changed on their way.
 
     A change spoils a fit all along. So the beginning is fitted by itself, with the recordings that
@@ -61,7 +61,7 @@ def changes_in(
                 if time is None:
                     good.append(measured)
                 else:
-                    found.append(Change(measured.name, time))
+                    found.append(Departure(measured.name, time))
                 break
     return tuple(found)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.errors import InputError, Interrupted
-from ab_sim.identification.changes import Change, changes_in
+from ab_sim.identification.changes import Departure, changes_in
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
@@ -134,7 +134,7 @@ class _Work:
         whiteness = whiteness_over(problem, values)
         misfits = misfits_of(problem, values, whiteness)
         tried: tuple[TriedEffect, ...] = ()
-        changes: tuple[Change, ...] = ()
+        changes: tuple[Departure, ...] = ()
         outside: HeldOut | None = None
         proposals: tuple[Proposal, ...] = ()
         try:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.identification.changes import Change
+from ab_sim.identification.changes import Departure
 from ab_sim.identification.knowledge import OpenDirection
 from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN
 from ab_sim.identification.missing import UNEQUAL, as_good_as_the_best
@@ -70,7 +70,7 @@ class Findings(NamedTuple):
     """Of each recording."""
     fit: Sequence[str]
     """Keys that were asked for."""
-    changes: Sequence[Change] = ()
+    changes: Sequence[Departure] = ()
     """Where something has changed on the way."""
 
 
