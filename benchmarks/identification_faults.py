@@ -134,7 +134,7 @@ def main() -> None:
         bare = live_run(place, without_balls(bench()), "", "bare")
         for case in CASES:
             if case.fault not in lives:
-                name = case.fault.replace(" ", "-") or "sound"
+                name = case.fault.replace(" ", "-").replace(".", "_") or "sound"
                 lives[case.fault] = live_run(place, bench(), case.fault, name)
             report["cases"].append(outcome(case, lives[case.fault], bare))
             last = report["cases"][-1]

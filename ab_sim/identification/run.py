@@ -142,8 +142,8 @@ class _Work:
                 white = [each.white for each in whiteness]
                 if not all(white):
                     tried = tried_effects(problem, values, free, white, self._tell)
-                    # A wrong scale puts all off, and says nothing of the drive.
-                    if not explained_by(tried) and all(each.factor == 1.0 for each in misfits):
+                    # A wrong scale of all says nothing of the drive.
+                    if not explained_by(tried) and any(each.factor == 1.0 for each in misfits):
                         changes = changes_in(
                             problem, white, held, question.seed, self._tell, workers
                         )

@@ -149,7 +149,8 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
         f"{each.recording}: its signals are {each.factor:.3g} times the fitted ones all along: are "
         "their unit and the sensor's gain right? (--free gain)"
         for each in found.misfits
-        if each.factor != 1.0
+        # What has changed on the way spoils the scale of other recordings.
+        if each.factor != 1.0 and not found.changes
     ]
     reasons += [
         f"{name} is at its bound: are the signals' unit and the sensor's gain right? if so, look "
