@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -79,21 +79,34 @@ def number_text(value: float) -> str:
     return f"{text} /* {value!r} */" if "0x" in text else text
 
 
+class Output(NamedTuple):
+    """A field of ``struct drive_outputs``."""
+
+    name: str
+    unit: str
+    meaning: str
+    shape: tuple[str, ...] = ()
+
+
+OF_BALLS, OF_SENSORS = ("DRIVE_BALLS",), ("DRIVE_SENSORS", "DRIVE_AXES")
+"""Shapes."""
+
+
 def outputs(
     channels: Sequence[str], balls: int, sensors: Mapping[str, Accelerometer]
-) -> Iterator[str]:
-    """Fields of ``struct drive_outputs``."""
-    yield field("angle", "rad", "of the spindle, unwrapped")
-    yield field("speed", "rad/s", "of the spindle")
-    yield field("command", "rad/s", "asked for")
+) -> Iterator[Output]:
+    """All of them."""
+    yield Output("angle", "rad", "of the spindle, unwrapped")
+    yield Output("speed", "rad/s", "of the spindle")
+    yield Output("command", "rad/s", "asked for")
     for name in channels:
-        yield field(name, unit_of(name) or "1", next(CHANNELS[k] for k in CHANNELS if k in name))
+        yield Output(name, unit_of(name) or "1", next(CHANNELS[k] for k in CHANNELS if k in name))
     if balls:
-        yield field("ball_angle", "rad", "from the unbalance, unwrapped", ["DRIVE_BALLS"])
-        yield field("ball_rate", "rad/s", "relative to the race", ["DRIVE_BALLS"])
+        yield Output("ball_angle", "rad", "from the unbalance, unwrapped", OF_BALLS)
+        yield Output("ball_rate", "rad/s", "relative to the race", OF_BALLS)
     if sensors:
         about = "of the accelerometers, by DRIVE_SENSOR_NAME, without noise"
-        yield field("readings", "m/s^2", about, ["DRIVE_SENSORS", "DRIVE_AXES"])
+        yield Output("readings", "m/s^2", about, OF_SENSORS)
 
 
 def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:

@@ -6,8 +6,8 @@ from typing import NamedTuple
 from xml.etree import ElementTree as Xml
 
 import ab_sim
+from ab_sim.c_code.declarations import OF_BALLS, OF_SENSORS, outputs
 from ab_sim.c_code.sources import DriveSources
-from ab_sim.drive.units import unit_of
 from ab_sim.scene.model import Scene
 
 NEVER, EARLY, ALWAYS = range(3)
@@ -81,29 +81,29 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
 
 
 def _seen(sources: DriveSources) -> Iterator[Variable]:
-    scene, output = sources.scene, {"causality": "output"}
+    scene, channels = sources.scene, sources.channels
 
-    def variable(name: str, place: str, unit: str, about: str = "") -> Variable:
-        described = output | ({"description": about} if about else {})
+    def variable(name: str, place: str, unit: str, about: str) -> Variable:
+        described = {"causality": "output", "description": about}
         return Variable(name, place, NEVER, described, unit)
 
-    yield variable("angle", "drive.out.angle", "rad", "of the spindle, unwrapped")
-    yield variable("speed", "drive.out.speed", "rad/s", "of the spindle")
-    yield variable("command", "drive.out.command", "rad/s", "speed that is asked for")
+    for name, unit, about, shape in outputs(channels, scene.balls.count, scene.sensors):
+        place = f"drive.out.{name}"
+        if shape == OF_BALLS:
+            for i in range(scene.balls.count):
+                one = name.replace("ball", f"ball_{i}")
+                yield variable(one, f"{place}[{i}]", unit, about)
+        elif shape == OF_SENSORS:
+            for k, sensor in enumerate(scene.sensors):
+                for axis in range(3 if "z" in channels else 2):
+                    one, at = f"{sensor}_{axis + 1}", f"{place}[{k}][{axis}]"
+                    yield variable(one, at, unit, "its reading, without noise")
+        else:
+            yield variable(name, place, unit, about)
     yield variable("whirl", "whirl", "m", "sqrt(x^2 + y^2)")
-    for name in sources.channels:
-        yield variable(name, f"drive.out.{name}", unit_of(name) or "1")
-    if "qw" in sources.channels:
+    if "qw" in channels:
         for k, name in enumerate(("alpha", "beta", "gamma")):
             yield variable(name, f"tilt[{k}]", "rad", "the deck's: Rz(gamma) Rx(alpha) Ry(beta)")
-    for i in range(scene.balls.count):
-        about = "from the unbalance, unwrapped"
-        yield variable(f"ball_{i}_angle", f"drive.out.ball_angle[{i}]", "rad", about)
-        yield variable(f"ball_{i}_rate", f"drive.out.ball_rate[{i}]", "rad/s")
-    for k, sensor in enumerate(scene.sensors):
-        for axis in range(3 if "z" in sources.channels else 2):
-            place = f"drive.out.readings[{k}][{axis}]"
-            yield variable(f"{sensor}_{axis + 1}", place, "m/s^2", "its reading, without noise")
 
 
 def model_description(

@@ -149,7 +149,9 @@ def _in_header(made: _Made) -> dict[str, str]:
         "SEGMENTS": str(max(2, len(made.schedule.segments))),
         "SENSOR_NAMES": sensor_names if scene.sensors else "",
         "PARAMETERS": indented(declared(made.parameters)),
-        "OUTPUTS": indented(outputs(made.channels, scene.balls.count, scene.sensors)),
+        "OUTPUTS": indented(
+            field(*each) for each in outputs(made.channels, scene.balls.count, scene.sensors)
+        ),
         "SEGMENT_FIELDS": indented(field(name, *FIELDS[name]) for name in segment_fields),
         "COLUMNS": indented(field(name, "", "", ["DRIVE_BALLS"]) for name in equations.columns),
         "STATE_NAMES": ", ".join(layout.names),

@@ -38,6 +38,8 @@ class Outcome(NamedTuple):
     """What else the work has written."""
     missing: Sequence[Path] = ()
     """Of the command's ``outputs``, what there was nothing to write to."""
+    failure: str | None = None
+    """Why a search has found nothing, and what to do: the error that the command ends with."""
 
 
 class Command(NamedTuple):
@@ -71,13 +73,11 @@ class Command(NamedTuple):
             found.write()
         console = people if self.aside or json == "-" else PlainConsole()
         written = [file for file in (*found.written, *files) if file not in found.missing]
-        try:
-            for each in found.shown:
-                console.print(each, soft_wrap=isinstance(each, WholeLine))
-        except NothingFound:
-            say_written(written)
-            raise
+        for each in found.shown:
+            console.print(each, soft_wrap=isinstance(each, WholeLine))
         say_written(written)
+        if found.failure is not None:
+            raise NothingFound(found.failure)
 
     def _progress(self) -> AbstractContextManager[Tell]:
         if self.bar is None:

@@ -15,7 +15,6 @@ from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.size import Sizing, run_sizing, sizing_failure
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
 from ab_sim.design.sizing.spread_share import Running
-from ab_sim.errors import NothingFound
 from ab_sim.output_file import SCENE
 from ab_sim.presentation import number
 from ab_sim.workers import KEPT
@@ -54,7 +53,8 @@ def size_command(
 
         draw = plotted(found)
         missing = () if file is None or found.found else (file,)
-        return Outcome(_shown(found), found.report, draw, write, missing=missing)
+        failure = sizing_failure(found) if found.chosen is None else None
+        return Outcome(_shown(found), found.report, draw, write, (), missing, failure)
 
     return Command(work, "size", KEPT, ((file, SCENE, "--scene"),))
 
@@ -67,7 +67,7 @@ def _shown(found: Sizing) -> Iterator[Table | str]:
     for count, runs in found.tried:
         yield f"{count} balls: predicted, but of runs only {100 * runs.share.value:.1f} % balance"
     if found.chosen is None:
-        raise NothingFound(sizing_failure(found))
+        return
     yield _chosen(found, found.chosen)
     table = Table(title="what is claimed, and what runs say")
     for name in ("claim", "predicted", "seen", "verdict"):

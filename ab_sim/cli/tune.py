@@ -20,7 +20,7 @@ from ab_sim.design.search import Effort
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
-from ab_sim.errors import InputError, NothingFound
+from ab_sim.errors import InputError
 from ab_sim.output_file import PARQUET, SCENE
 from ab_sim.presentation import number
 from ab_sim.scene import load_scene
@@ -88,8 +88,9 @@ def tune_command(
 
         shown = found.in_units(wanted.units)
         missing = () if best is None or found.scene is not None else (best,)
-        words = _shown(shown, scene_name)
-        return Outcome(words, found.report, plotted(shown), write, missing=missing)
+        failure = _nothing_found(shown, scene_name) if shown.candidate is None else None
+        draw = plotted(shown)
+        return Outcome(_shown(shown), found.report, draw, write, (), missing, failure)
 
     outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)
@@ -113,7 +114,7 @@ def _share(text: str) -> float:
     return share
 
 
-def _shown(found: Tuning, scene_name: str) -> Iterator[Table | str]:
+def _shown(found: Tuning) -> Iterator[Table | str]:
     counts = ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
     inside, looked_at = int(found.scores.within.sum()), len(found.candidates)
     said = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
@@ -121,7 +122,7 @@ def _shown(found: Tuning, scene_name: str) -> Iterator[Table | str]:
     if found.candidate is None:
         yield said
         yield from map(functools.partial(_missed, found), near_misses(found))
-        raise NothingFound(_nothing_found(found, scene_name))
+        return
     table = Table(title=f"{found.runs.scene.name}: {standard.aim}")
     for name in ("key", "best", "from", "to"):
         table.add_column(name, justify="left" if name == "key" else "right")

@@ -77,7 +77,7 @@ class CollocationCode:
     def memory(self) -> tuple[int, int]:
         """Shape of what belongs to the state."""
         own = self.emission
-        return 1, size_of_memory(own.nodes, own.rows, own.states)
+        return 1, size_of_memory(own.nodes, own.rows, own.emission.states)
 
 
 _codes: WeakKeyDictionary[Code, dict[tuple[int, bool], CollocationCode]] = WeakKeyDictionary()

@@ -28,6 +28,14 @@ class DeckModes(NamedTuple):
     """The reverse, shape (7, 7)."""
 
 
+class DeckPlace(NamedTuple):
+    """Where a deck is, at an instant of the step."""
+
+    own: DeckModes | None
+    axes: Axes
+    state: Vector
+
+
 class Coordinates(Protocol):
     """What collocation asks of a deck model."""
 
@@ -48,18 +56,11 @@ class Coordinates(Protocol):
         """The deck's states."""
 
     def accelerations(
-        self,
-        deck: Any,
-        effects: Any,
-        spindle: SpindleMotion,
-        own: DeckModes | None,
-        axes: Axes,
-        state: Vector,
-        a: Vector,
+        self, deck: Any, effects: Any, spindle: SpindleMotion, at: DeckPlace, a: Vector
     ) -> Vector:
         """x'' of the accelerations that are solved for."""
 
-    def change(self, own: DeckModes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
+    def change(self, at: DeckPlace, change: Vector) -> Vector:
         """What a change of x'' adds to the accelerations that are solved for."""
 
     def on_next_axes(self, c: Number, s: Number, f: Vector) -> Vector:
@@ -86,23 +87,16 @@ class PlanarCoordinates:
         return [*_back(axes, x), *_back(axes, v)]
 
     def accelerations(
-        self,
-        deck: Any,
-        effects: Any,
-        spindle: SpindleMotion,
-        own: DeckModes | None,
-        axes: Axes,
-        state: Vector,
-        a: Vector,
+        self, deck: Any, effects: Any, spindle: SpindleMotion, at: DeckPlace, a: Vector
     ) -> Vector:
         """See ``Coordinates``."""
         g1, g2 = gravity_on_rotating_axes(effects, spindle)
-        one, two, (c, s) = a[0] + g1, a[1] + g2, axes
+        one, two, (c, s) = a[0] + g1, a[1] + g2, at.axes
         return [c * one - s * two, s * one + c * two]
 
-    def change(self, own: DeckModes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
+    def change(self, at: DeckPlace, change: Vector) -> Vector:
         """See ``Coordinates``."""
-        return _back(axes, change)
+        return _back(at.axes, change)
 
     def on_next_axes(self, c: Number, s: Number, f: Vector) -> Vector:
         """See ``Coordinates``."""
@@ -132,28 +126,21 @@ class CoordinatesInSpace:
         return [*place, *turn, *velocity, *turning_of(turn, rate)]
 
     def accelerations(
-        self,
-        deck: Any,
-        effects: Any,
-        spindle: SpindleMotion,
-        own: DeckModes | None,
-        axes: Axes,
-        state: Vector,
-        a: Vector,
+        self, deck: Any, effects: Any, spindle: SpindleMotion, at: DeckPlace, a: Vector
     ) -> Vector:
         """See ``Coordinates``."""
-        turn, omega, g = state[3:7], state[10:13], deck.gravity
+        turn, omega, g = at.state[3:7], at.state[10:13], deck.gravity
         x, y, z = to_ground(turn_of(turn), a[0], a[1], a[2])
         twice = half_product(half_product(turn, *omega), *omega)
         more = half_product(turn, a[3], a[4], a[5])
         change = [one + other for one, other in zip(twice, more, strict=True)]
-        return into_modes(own, [x + g[0], y + g[1], z + g[2]], change)
+        return into_modes(at.own, [x + g[0], y + g[1], z + g[2]], change)
 
-    def change(self, own: DeckModes | None, axes: Axes, state: Vector, change: Vector) -> Vector:
+    def change(self, at: DeckPlace, change: Vector) -> Vector:
         """See ``Coordinates``."""
-        place, turn = out_of_modes(own, change)
-        force = to_deck(turn_of(state[3:7]), place[0], place[1], place[2])
-        return [*force, *turning_of(state[3:7], turn)]
+        (place, turn), now = out_of_modes(at.own, change), at.state[3:7]
+        force = to_deck(turn_of(now), place[0], place[1], place[2])
+        return [*force, *turning_of(now, turn)]
 
     def on_next_axes(self, c: Number, s: Number, f: Vector) -> Vector:
         """The axes stand still for ever."""

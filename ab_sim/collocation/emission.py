@@ -28,6 +28,7 @@ from ab_sim.kernels.emission import BRANCHES, CONSTANTS, Emission
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import reached, rebuilt
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, border
+from ab_sim.tracing.lowering import mapped
 from ab_sim.tracing.unrolled import name_of, unrolled
 
 OWN, TABLES, OPEN, NUMBERS, OPEN_NUMBERS = "own", "tables", "spindle", "numbers", "spindle_numbers"
@@ -44,14 +45,7 @@ OF_BALL = re.compile(r"(.+)\[(\d+)\]")
 """What an input of one ball is called, see ``unrolled.name_of``."""
 MATRICES = ("into_x", "into_v", "into_pull")
 AT_INSTANTS = ("response_to_one", "impulse", "impulse_rate")
-"""Parts of a table: N lines each, and one line each."""
-
-
-def line_of(what: str, nodes: int) -> int:
-    """Line of a table at which a quantity begins: see ``responses``."""
-    names = {"into_x": 0, "into_v": nodes, "into_pull": 2 * nodes}
-    names |= {"response_to_one": 3 * nodes, "impulse": 3 * nodes + 1, "impulse_rate": 3 * nodes + 2}
-    return names[what]
+"""Parts of a table, in the order of ``responses``: N lines each, and one line each."""
 
 
 class MemorySlots(dict[str, MemorySlot]):
@@ -84,14 +78,9 @@ class CollocationEmission:
         self.steps = StepFormulas(self.formulas)
         equations = coordinates.count + self.model.count + self.model.has_motor
         self.rows = equations + len(self.formulas.integrals)
-        self.lines: dict[str, int] = {}
-        """Where quantities are in the work, by their names: numbers of lines."""
-        self.work = 0
-        """Lines of the work."""
         self._own = MemorySlots(self.row_places(WORK, "f"))
-        for name, place in self._own.items():
-            self.lines[name] = place.at
         self.work = self.rows
+        """Lines of the work."""
         # Of a deck in space, cosines and sines are the least; many balls take long to compile.
         once = coordinates.has_modes or self.model.count > MANY_BALLS
         ways = (False,) if once else (False, True)
@@ -131,13 +120,12 @@ class CollocationEmission:
 
     def table_places(self) -> dict[str, MemorySlot]:
         """Where the tables' lines are; that of a motor's spindle behind a pointer of its own."""
-        found, nodes, size = {}, self.nodes, lines_of_table(self.nodes)
+        found, size = {}, lines_of_table(self.nodes)
+        matrices = [f"{what}.{k}" for what in MATRICES for k in range(self.nodes)]
         for name, (pointer, at, stride) in self._table_of().items():
-            lines = {f"{what}.{k}": (what, k) for what in MATRICES for k in range(nodes)}
-            lines |= {what: (what, 0) for what in AT_INSTANTS}
-            for one, (what, k) in lines.items():
-                line = at * size + line_of(what, nodes) + k
-                found[f"{one}[{name}]"] = MemorySlot(pointer, line, stride * size)
+            for line, one in enumerate([*matrices, *AT_INSTANTS]):
+                place = MemorySlot(pointer, at * size + line, stride * size)
+                found[f"{one}[{name}]"] = place
         return found
 
     def _numbers(self) -> dict[str, MemorySlot]:
@@ -179,17 +167,10 @@ class CollocationEmission:
             found[f"carry.{k}"] = MemorySlot(CARRY, k)
         return found
 
-    def state_places(self) -> dict[str, MemorySlot]:
-        """Where all states are behind the pointer ``STATE``."""
-        found, last = dict(self.emission.state_places(STATE)), self.model.states
-        last += 2 * self.model.count + 3 * self.model.has_motor
-        return found | {"work": MemorySlot(STATE, last), "dissipated": MemorySlot(STATE, last + 1)}
-
     def _line(self, name: str, each: bool) -> MemorySlot:
         """Where a quantity is in the work, which grows if it is new."""
         if name not in self._own:
             self._own[name] = MemorySlot(WORK, self.work)
-            self.lines[name] = self.work
             self.work += self.model.count if each else 1
         return self._own[name]
 
@@ -316,7 +297,7 @@ class CollocationEmission:
         roots = self.ball_by_ball(self.steps.start())
         inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
-        own = lowered([*roots.values(), *substituted([x for x, _ in self._before], by)])
+        own = lowered([*roots.values(), *mapped([x for x, _ in self._before], rebuilt, by)])
         count = len(roots)
         places = {
             **self.table_places(),
@@ -324,7 +305,7 @@ class CollocationEmission:
             **self._numbers(),
             **self.weight_places(),
         }
-        places |= {**self.state_places(), **dict(self.row_places(OLD, "old"))}
+        places |= {**self.emission.state_places(STATE), **dict(self.row_places(OLD, "old"))}
         pointers = [OWN, NUMBERS, OPEN_NUMBERS, TABLES, OPEN, WEIGHTS, CARRY, STATE, OLD, WORK]
         into, body = self.function("start", pointers, ["begin", "length", "moved"], places)
         named = dict(zip(roots, own[:count], strict=True))
@@ -347,13 +328,6 @@ class CollocationEmission:
         self._store(body, self.lowered(self.steps.judge()))
         return into
 
-    @property
-    def states(self) -> int:
-        """How many states there are."""
-        model = self.model
-        own = model.states + 2 * model.count
-        return own + 3 * model.has_motor + 2 * model.has_energy_balance
-
     def begin(self) -> Function:
         """``begin(c, b, own, y, f, time)``: f at one instant, and the spindle's speed."""
         model = self.model
@@ -364,7 +338,8 @@ class CollocationEmission:
         into = Function(
             "begin", [CONSTANTS, BRANCHES, OWN, STATE, FORCES], Shape(model.count), ["time"]
         )
-        places = {**self.emission.places, **self.linear_places(), **self.state_places()}
+        places = {**self.emission.places, **self.linear_places()}
+        places |= self.emission.state_places(STATE)
         body = Body(into, places, self.emission.known, {"time": ["%time"]})
         targets = dict(self.row_places(FORCES, "f")) | {"speed": MemorySlot(FORCES, self.rows)}
         for name, x in roots.items():
@@ -382,16 +357,3 @@ class CollocationEmission:
         """All of them."""
         iterations = [self.iterate(near) for near in self._iterate]
         return [*iterations, self.start(), self.judge(), self.keep(), self.begin()]
-
-
-def substituted(
-    roots: Sequence[Expression], by: Mapping[Expression, Expression]
-) -> list[Expression]:
-    """Roots with expressions in place of inputs."""
-    new: dict[int, Expression] = {}
-    for x in reached(roots):
-        if x in by:
-            new[x.number] = by[x]
-        else:
-            new[x.number] = rebuilt(x, [new[arg.number] for arg in x.args]) if x.args else x
-    return [new[root.number] for root in roots]

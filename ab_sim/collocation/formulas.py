@@ -10,7 +10,7 @@ ball follows the deck: no elimination, no division, and a change shrinks by 1/70
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ab_sim.collocation.coordinates import Axes, Coordinates, DeckModes, Vector
+from ab_sim.collocation.coordinates import Axes, Coordinates, DeckModes, DeckPlace, Vector
 from ab_sim.equations.arrowhead import Arrow, Solved, solve_with_balls
 from ab_sim.equations.energy import powers
 from ab_sim.equations.motion import SpindleMotion
@@ -240,9 +240,8 @@ class Formulas:
         model, pulls = self.model, []
         change: Number = 0.0
         size: Number = 0.0
-        accelerations = self.coordinates.accelerations(
-            model.deck, model.effects, spindle, self.own, axes, at.deck, a
-        )
+        place = DeckPlace(self.own, axes, at.deck)
+        accelerations = self.coordinates.accelerations(model.deck, model.effects, spindle, place, a)
         linear = [self.pull(each) for each in self.deck]
         new = [self._lifted(a + b) for a, b in zip(accelerations, linear, strict=True)]
         for each, own, now in zip(self.deck, new, self._pulled(new, roots), strict=True):
@@ -252,7 +251,7 @@ class Formulas:
             size = size + (abs(own) + abs(now))
             pulls.append(now)
         pulls = [before - now for before, now in zip(linear, pulls, strict=True)]
-        for r, more in enumerate(self.coordinates.change(self.own, axes, at.deck, pulls)):
+        for r, more in enumerate(self.coordinates.change(place, pulls)):
             a[r] = a[r] + more
         return change, size
 

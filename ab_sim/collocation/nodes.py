@@ -130,16 +130,25 @@ def _moments(
 ) -> np.ndarray:
     """See ``CollocationNodes.moments``, of one piece."""
     long: Any = np.longdouble
-    points, weights = (long(each) for each in gauss(32))
     d = long(end) - long(begin)
-    before = d * points
+    before, weights, powers, of_length = _powers(d)
     apart = (long(end) - before)[:, None] - at.astype(long)
     product = apart.prod(axis=1)
     lagrange = product[:, None] / apart * scale
     functions = np.concatenate([lagrange, (leading * product)[:, None]], axis=1)
-    powers = before[None, :] ** np.arange(TERMS)[:, None]
-    found = (powers * (d * weights)) @ functions
-    return np.concatenate([found, d ** np.arange(TERMS)[:, None]], axis=1).astype(float)
+    found = (powers * weights) @ functions
+    return np.concatenate([found, of_length], axis=1).astype(float)
+
+
+@functools.cache
+def _powers(d: Any) -> tuple[Any, ...]:
+    """Of a piece as long as that, which many are.
+
+    Points of a quadrature, and weights; powers of the points, and of the length itself.
+    """
+    points, weights = (np.longdouble(each) for each in gauss(32))
+    powers = np.arange(TERMS)[:, None]
+    return d * points, d * weights, (d * points)[None, :] ** powers, d**powers
 
 
 def last_coefficients(at: np.ndarray, share: np.ndarray) -> np.ndarray:

@@ -21,8 +21,9 @@ nodes has in it, makes of x and v.
 import math
 
 from ab_sim.collocation.nodes import TERMS, CollocationNodes
-from ab_sim.compiling.elementary import cos_sin, exp, expm1
+from ab_sim.compiling.elementary import exp, expm1
 from ab_sim.compiling.kinds import Floats, Table, fma, scratch
+from ab_sim.tracing.cosine import cos_sin
 
 LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT = 0, 1, 2, 3, 4, 5
 """Numbers of a table: h [s]; c, k; U at most, up to the step's end; what f = P_N makes of x at the

@@ -2,6 +2,7 @@
 
 from itertools import groupby
 
+from ab_sim.collocation.coordinates import DeckPlace
 from ab_sim.collocation.formulas import TINY, Formulas, Roots, SecondOrderEquation, Term, product
 from ab_sim.equations.sums import Number
 from ab_sim.kernels.model import Evaluated, TracedState
@@ -179,9 +180,9 @@ class StepFormulas:
         """
         of, model, roots = self.of, self.model, Roots()
         at = model.motion()
+        place = DeckPlace(of.own, (1.0, 0.0), at.deck)
         accelerations = of.coordinates.accelerations(
-            *(model.deck, model.effects, found.spindle, of.own, (1.0, 0.0), at.deck),
-            found.solved.x,
+            model.deck, model.effects, found.spindle, place, found.solved.x
         )
         own = model.states
         changes = [*accelerations]

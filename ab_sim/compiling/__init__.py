@@ -19,9 +19,9 @@ translated from its source and annotations to LLVM's language:
     again = compiled(above).bind(row)   # looks at the first argument once
     again(0.5)                          # 1 to 2 us, without holding up Python's other threads
 
-Modules, in the order in which they build on each other: ``kinds``, ``source``, ``body``,
-``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``calling``; and
-``elementary``, which is written in the subset.
+Modules, in the order in which they build on each other: ``kinds``, ``source``, ``blocks``,
+``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``library``,
+``calling``; and ``elementary``, which is written in the subset.
 
 What there is
 -------------
@@ -43,7 +43,8 @@ them, also of other modules (``math.pi``); calls of functions of the subset, by 
     abs min max int float bool len
     math.  sqrt fabs copysign fmod floor ceil trunc isnan isinf isfinite
     kinds. fma float_from_bits scratch call
-    elementary. cos_sin exp expm1 power_of_two
+    elementary. exp expm1 power_of_two
+    ab_sim.tracing.cosine. cos_sin
 
 What differs from Python
 ------------------------
@@ -72,6 +73,7 @@ from ab_sim.compiling.kinds import (
     fma,
     scratch,
 )
+from ab_sim.compiling.library import Library
 from ab_sim.compiling.source import Untranslatable
 
 __all__ = [
@@ -81,6 +83,7 @@ __all__ = [
     "Floats",
     "IntegerTable",
     "Integers",
+    "Library",
     "Table",
     "Untranslatable",
     "call",

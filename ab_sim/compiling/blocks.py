@@ -196,6 +196,12 @@ class BlockWriter:
         self.store(value, room)
         return room
 
+    def passed(self, value: Value) -> list[tuple[str, str]]:
+        """A value as arguments: records by their place in memory, arrays leaf by leaf."""
+        if isinstance(value, Fields | StoredRecord):
+            return [("ptr", self.pointer_to(value))]
+        return list(zip(leaves(value.kind), self.flat(value), strict=True))
+
     def element(self, view: ArrayView, index: Sequence[str]) -> str:
         """Pointer to a number of an array; with fewer indices than axes, to several."""
         at, element = index[0], element_of(view.kind).llvm

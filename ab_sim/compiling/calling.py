@@ -8,16 +8,25 @@ import ctypes
 import functools
 import struct
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
 from typing import Any
 
 import numpy as np
 
 from ab_sim.compiling.kinds import Array
-from ab_sim.compiling.source import BOOL, FLOAT, INT, Kind, Record, Scalar, leaves, text_of
-from ab_sim.compiling.translate import Module
-from ab_sim.tracing.machine_code import MachineCode
+from ab_sim.compiling.library import Library
+from ab_sim.compiling.source import (
+    BOOL,
+    FLOAT,
+    INT,
+    FunctionSource,
+    Kind,
+    Record,
+    Scalar,
+    leaves,
+    text_of,
+)
 
 _ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
@@ -30,18 +39,18 @@ class Compiled:
 
     Args:
         function: of the subset, with an argument at least.
-        features: of the processor, as of ``MachineCode``.
         known: fields of records in the arguments that have this value in every call, by name.
+        library: where what has been made is taken from, and goes to; one of its own if None.
     """
 
     def __init__(
         self,
         function: FunctionType,
-        features: str | None = None,
         known: Mapping[str, bool] = NOTHING_KNOWN,
+        library: Library | None = None,
     ) -> None:
         functools.update_wrapper(self, function)
-        self._function, self._features, self._known = function, features, known
+        self._function, self._known, self._library = function, known, library or Library()
         self._lock = threading.Lock()
         self._made: _Entry | None = None
 
@@ -59,11 +68,12 @@ class Compiled:
     def _entry(self) -> "_Entry":
         if self._made is None:
             with self._lock:
-                self._made = self._made or _Entry(self._function, self._features, self._known)
+                self._made = self._made or _Entry(self._function, self._known, self._library)
         return self._made
 
 
 _compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}
+_library = Library()
 
 
 def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
@@ -76,7 +86,9 @@ def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_K
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
     which = function, frozenset(known.items())
-    return _compiled.get(which) or _compiled.setdefault(which, Compiled(function, known=known))
+    if which not in _compiled:
+        _compiled.setdefault(which, Compiled(function, known, _library))
+    return _compiled[which]
 
 
 class BoundFunction:
@@ -112,33 +124,29 @@ class BoundFunction:
 class _Entry:
     """Machine code, and how its arguments are packed."""
 
-    def __init__(
-        self, function: FunctionType, features: str | None, known: Mapping[str, bool]
-    ) -> None:
-        module = Module(function, known)
-        if module.source.result and "ptr" in leaves(module.source.result):
-            raise module.source.error(
-                module.source.tree, "an array as a result", "write into one that is an argument"
-            )
-        self._code = MachineCode(module.text(), features, effort=1)
-        self.run = _ENTRY(self._code.address("entry"))
-        source = module.source
-        named = list(zip(source.arguments, source.kinds, strict=True))
-        self._paths = [(kind, f"{source.name}: {name}") for name, kind in named]
+    def __init__(self, function: FunctionType, known: Mapping[str, bool], library: Library) -> None:
+        address, (_, arguments, kinds, of_result) = library.made(function, known)
+        if of_result and "ptr" in leaves(of_result):
+            source = FunctionSource(function)
+            what, instead = "an array as a result", "write into one that is an argument"
+            raise source.error(source.tree, what, instead)
+        self._library, self.run = library, _ENTRY(address)
+        named = list(zip(arguments, kinds, strict=True))
+        self._paths = [(kind, f"{function.__qualname__}: {name}") for name, kind in named]
         self._first = _packer(*self._paths[0])
         puts = {f"_put{k}": _packer(*path) for k, path in enumerate(self._paths)}
         row = [
             name if isinstance(kind, Scalar) else f"*_put{k}({name})"
             for k, (name, kind) in enumerate(named)
         ]
-        names = ", ".join(source.arguments[1:])
+        names = ", ".join(arguments[1:])
         # A function with the arguments' names, which also says how many there must be.
         self.row = eval(f"lambda {names}: ({''.join(part + ', ' for part in row[1:])})", puts)
-        first, *others = [leaves(kind) for kind in source.kinds]
-        rest, result = sum(others, []), leaves(source.result) if source.result else []
+        first, *others = map(leaves, kinds)
+        rest, result = sum(others, ()), leaves(of_result) if of_result else ()
         self._of_first, self.others, results = map(_struct, (first, rest, result))
         self.block = ctypes.c_int64 * max(len(rest) + len(result), 1)
-        kind, unpack, at = source.result, results.unpack_from, self.others.size
+        kind, unpack, at = of_result, results.unpack_from, self.others.size
         if kind is None:
             self.result: Callable[[Any], Any] = lambda block: None
         elif isinstance(kind, Scalar):
@@ -163,7 +171,7 @@ class _Entry:
         raise AssertionError
 
 
-def _struct(kinds: list[str]) -> struct.Struct:
+def _struct(kinds: Sequence[str]) -> struct.Struct:
     return struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
 
 

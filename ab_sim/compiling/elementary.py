@@ -1,13 +1,13 @@
 """Elementary functions by arithmetic alone, in the subset: the same bits on every machine.
 
-Sources: fdlibm (Sun Microsystems, 1993) for how arguments are reduced, and for the polynomials of
-cosine and sine; the exponential's is Taylor's.
+Sources: fdlibm (Sun Microsystems, 1993) for how arguments are reduced; the polynomial is Taylor's.
+Cosine and sine are in ``ab_sim.tracing.cosine``.
 """
 
 import math
 
 from ab_sim.compiling.kinds import float_from_bits, fma
-from ab_sim.tracing.lowering import PI_2A, PI_2B, PI_2C, QUARTERS, ROUND
+from ab_sim.tracing.cosine import ROUND
 
 _WHOLE = 4503599627370496.0
 """2^52: from here on all numbers are whole."""
@@ -18,33 +18,6 @@ _OVERFLOW, _UNDERFLOW = 709.782712893384, -745.2
 """Above the one, e^x is infinity, below the other zero."""
 _LOST = -40.0
 """Below this, e^x - 1 is -1."""
-
-
-def cos_sin(x: float) -> tuple[float, float]:
-    """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^9.
-
-    The same bits as emitted formulas have, from ``tracing.lowering.cos_sin``.
-    """
-    quarters = fma(x, QUARTERS, ROUND) - ROUND
-    r = fma(quarters, -PI_2A, x)
-    r = fma(quarters, -PI_2C, fma(quarters, -PI_2B, r))
-    z = r * r
-    zz = z * z
-    s = fma(z, 1.58969099521155e-10, -2.5050760253406863e-08)
-    s = fma(zz, s, fma(z, 2.7557313707070068e-06, -0.0001984126982985795))
-    s = fma(zz, s, fma(z, 0.00833333333332249, -0.16666666666666632))
-    s = fma(r * z, s, r)
-    c = fma(z, -1.1359647557788195e-11, 2.087572321298175e-09)
-    c = fma(zz, c, fma(z, -2.7557314351390663e-07, 2.480158728947673e-05))
-    c = fma(zz, c, fma(z, -0.001388888888887411, 0.0416666666666666))
-    half = 0.5 * z
-    near = 1.0 - half
-    c = near + fma(zz, c, (1.0 - near) - half)
-    # Turn by the quarters left over, -2 .. 2: their cosine and sine are whole numbers.
-    left = fma(-4.0, fma(quarters, 0.25, ROUND) - ROUND, quarters)
-    turn_c = 1.0 - abs(left)
-    turn_s = left * (2.0 - abs(left))
-    return fma(c, turn_c, -(s * turn_s)), fma(s, turn_c, c * turn_s)
 
 
 def exp(x: float) -> float:

@@ -25,6 +25,7 @@ from ab_sim.compiling.source import (
     Kind,
     Record,
     Scalar,
+    Signature,
     element_of,
     is_record,
     kind_of,
@@ -42,8 +43,8 @@ class Callees(Protocol):
     known: Mapping[str, bool]
     """Fields of records whose value is known, by name."""
 
-    def symbol(self, function: FunctionType) -> tuple[str, FunctionSource]:
-        """LLVM's name of a function, which is translated, too; and its source."""
+    def signature(self, function: FunctionType) -> Signature:
+        """Of a function, which is translated, too, unless it has been before."""
 
 
 class Expressions(Operations):
@@ -71,6 +72,9 @@ class Expressions(Operations):
         """Names of values that need no memory."""
         self.loops = 0
         """How many loops this is in."""
+        self.calls: set[FunctionType] = set()
+        self.reads: set[str] = set()
+        """Names of fields of records that are read."""
 
     # Values
 
@@ -185,6 +189,7 @@ class Expressions(Operations):
             if name not in owner.kind.names:
                 known = ", ".join(owner.kind.names)
                 self.fail(node, f"{owner.kind} has no {name}", f"its fields are {known}")
+            self.reads.add(name)
             if name in self._callees.known:
                 return constant(self._callees.known[name])
             return self.field(owner, owner.kind.names.index(name))
@@ -309,30 +314,23 @@ class Expressions(Operations):
     ) -> Value | None:
         """Call another function of the subset: with the values given, or the node's arguments."""
         assert isinstance(function, FunctionType)
-        symbol, source = self._callees.symbol(function)
+        self.calls.add(function)
+        symbol, names, kinds, result = self._callees.signature(function)
         if given is None:
             assert isinstance(node, ast.Call)
-            given = self._in_order(node, source.arguments, source.kinds)
+            given = self._in_order(node, names, kinds)
         arguments = ", ".join(
             f"{leaf} {one}" for value in given for leaf, one in self.passed(value)
         )
-        if source.result is None:
-            self.lines.append(f"call void {symbol}({arguments})")
+        if result is None:
+            self.lines.append(f'call void @"{symbol}"({arguments})')
             return None
-        made = self.put(f"call {result_type(source.result)} {symbol}({arguments})")
-        if isinstance(source.result, Scalar):
-            return Number(source.result, made)
-        of = result_type(source.result)
-        parts = [
-            self.put(f"extractvalue {of} {made}, {k}") for k in range(len(leaves(source.result)))
-        ]
-        return self.made(source.result, iter(parts))
-
-    def passed(self, value: Value) -> list[tuple[str, str]]:
-        """A value as arguments: records by their place in memory, arrays leaf by leaf."""
-        if isinstance(value, Fields | StoredRecord):
-            return [("ptr", self.pointer_to(value))]
-        return list(zip(leaves(value.kind), self.flat(value), strict=True))
+        made = self.put(f'call {result_type(result)} @"{symbol}"({arguments})')
+        if isinstance(result, Scalar):
+            return Number(result, made)
+        of = result_type(result)
+        parts = [self.put(f"extractvalue {of} {made}, {k}") for k in range(len(leaves(result)))]
+        return self.made(result, iter(parts))
 
     def _in_order(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
         called = ast.unparse(node.func)

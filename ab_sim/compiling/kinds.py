@@ -12,7 +12,7 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from ab_sim.tracing.plain import multiply_add
+from ab_sim.tracing import functions
 
 
 class Array(NamedTuple):
@@ -40,9 +40,8 @@ def scratch(*shape: int) -> NDArray[np.float64]:
     return raw[first : raw.size - 8 + first].reshape(shape)
 
 
-def fma(a: float, b: float, c: float) -> float:
-    """a b + c, rounded once."""
-    return multiply_add(a, b, c)
+fma: Callable[[float, float, float], float] = functions.fma
+"""a b + c, rounded once."""
 
 
 def float_from_bits(word: int) -> float:

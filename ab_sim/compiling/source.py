@@ -2,9 +2,11 @@
 
 import ast
 import builtins
+import contextlib
 import functools
 import linecache
 import typing
+from collections.abc import Sequence
 from types import FunctionType
 from typing import Any, NamedTuple
 
@@ -54,16 +56,17 @@ def element_of(kind: Array) -> Scalar:
     return _SCALARS[kind.element]
 
 
-def leaves(kind: Kind) -> list[str]:
+@functools.lru_cache(maxsize=1024)
+def leaves(kind: Kind) -> tuple[str, ...]:
     """LLVM's types of what a value of a kind consists of.
 
     In memory each of them takes eight bytes. Arrays are a pointer and a length per axis.
     """
     if isinstance(kind, Scalar):
-        return [kind.llvm]
+        return (kind.llvm,)
     if isinstance(kind, Array):
-        return ["ptr"] + ["i64"] * kind.rank
-    return [leaf for field in kind.kinds for leaf in leaves(field)]
+        return ("ptr", *["i64"] * kind.rank)
+    return tuple(leaf for field in kind.kinds for leaf in leaves(field))
 
 
 def tuple_of(kinds: typing.Iterable[Kind]) -> Record:
@@ -99,6 +102,17 @@ def _record_of(cls: Any) -> Record | None:
     return Record(cls, cls._fields, tuple(k for k in kinds if k)) if all(kinds) else None
 
 
+class Signature(NamedTuple):
+    """What others have to know of a function to call it."""
+
+    symbol: str
+    """Its name in LLVM's language, without @."""
+    arguments: list[str]
+    kinds: list[Kind]
+    """Of the arguments."""
+    result: Kind | None
+
+
 class FunctionSource:
     """A function as written.
 
@@ -112,12 +126,14 @@ class FunctionSource:
     def __init__(self, function: FunctionType) -> None:
         code = function.__code__
         self.function, self.file, self.name = function, code.co_filename, function.__qualname__
-        found = _definitions(self.file, "".join(linecache.getlines(self.file)))
-        tree = found.get((code.co_firstlineno, code.co_name))
-        if not isinstance(tree, ast.FunctionDef):
+        tree = _definition(linecache.getlines(self.file)[code.co_firstlineno - 1 :])
+        if not isinstance(tree, ast.FunctionDef) or tree.name != code.co_name:
             where = f"{self.file}:{code.co_firstlineno}: {self.name}"
             raise Untranslatable(f"{where}: no source found; write it with def, in a file")
         self.tree = tree
+        first = min([tree.lineno, *(each.lineno for each in tree.decorator_list)])
+        self._above = code.co_firstlineno - first
+        """Lines of the file above those that have been parsed."""
         spec = tree.args
         if spec.vararg or spec.kwarg or spec.defaults or any(spec.kw_defaults):
             raise self.error(tree, "*args, **kwargs or a default", "pass every argument")
@@ -157,16 +173,27 @@ class FunctionSource:
 
     def error(self, node: ast.AST, what: str, instead: str) -> Untranslatable:
         """An error at a place in the function."""
-        line = getattr(node, "lineno", self.tree.lineno)
+        line = getattr(node, "lineno", self.tree.lineno) + self._above
         return Untranslatable(f"{self.file}:{line}: in {self.name}: {what}; {instead}")
 
 
-@functools.lru_cache(maxsize=64)
-def _definitions(file: str, text: str) -> dict[tuple[int, str], ast.AST]:
-    """All functions of a file, by first line (a decorator's, if there is one) and name."""
-    found: dict[tuple[int, str], ast.AST] = {}
-    for node in ast.walk(ast.parse(text, file)):
-        if isinstance(node, ast.FunctionDef):
-            first = min([node.lineno, *(d.lineno for d in node.decorator_list)])
-            found[first, node.name] = node
-    return found
+def _definition(lines: Sequence[str]) -> ast.stmt | None:
+    """The statement that lines begin with; to parse all of them would take longer.
+
+    It ends before a line that is no further indented, but not in brackets or quotes: what is before
+    it cannot be parsed then.
+    """
+    if not lines:
+        return None
+    margin = _margin(lines[0])
+    above = "if True:\n" if margin else ""
+    for end, line in enumerate([*lines[1:], "end"], 1):
+        if line.strip() and _margin(line) <= margin and line.lstrip()[0] != "#":
+            with contextlib.suppress(SyntaxError):
+                (found,) = ast.parse(above + "".join(lines[:end])).body
+                return found.body[0] if isinstance(found, ast.If) else found
+    return None
+
+
+def _margin(line: str) -> int:
+    return len(line) - len(line.lstrip())

@@ -4,7 +4,8 @@
     body          lines of LLVM's language, and values in them
     expressions   expressions
     intrinsics    functions that are written out instead of called
-    here          statements; all functions that one of them calls; the entry from outside
+    here          statements, and whole functions
+    library       all functions that one of them calls; the entry from outside
 
 A local variable is memory on the stack, which LLVM turns into registers. Records (NamedTuples) are
 passed as pointers to where their fields are, eight bytes for each number, pointer or length: they
@@ -13,12 +14,12 @@ never change, so nothing is copied on the way down.
 
 import ast
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from types import FunctionType
+from typing import NamedTuple
 
 from ab_sim.compiling.blocks import (
     ELEMENT,
-    METADATA,
     ArrayView,
     Number,
     StoredRecord,
@@ -26,7 +27,7 @@ from ab_sim.compiling.blocks import (
     is_known,
 )
 from ab_sim.compiling.conditions import Conditions
-from ab_sim.compiling.expressions import MISSING, Callees, Expressions, result_type
+from ab_sim.compiling.expressions import MISSING, Callees, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
     INT,
@@ -34,6 +35,7 @@ from ab_sim.compiling.source import (
     Kind,
     Record,
     Scalar,
+    Signature,
     element_of,
     kind_of,
     leaves,
@@ -45,6 +47,27 @@ SHORT = 60
 15 % longer, with 200 compiling takes twice as long."""
 
 
+class Translated(NamedTuple):
+    """A function in LLVM's language."""
+
+    signature: Signature
+    head: str
+    """Its first line, without LLVM's word for what it is."""
+    body: str
+    is_short: bool
+    """Whether it is put in the place of each call of it."""
+    declared: set[str]
+    """Declarations of LLVM's own functions that are called."""
+    calls: set[FunctionType]
+    reads: set[str]
+    """Names of fields of records that it reads."""
+
+    def definition(self) -> str:
+        """The function."""
+        of_module, inlined = ("internal ", " alwaysinline") if self.is_short else ("", "")
+        return f"define {of_module}{self.head}{inlined} {{\n{self.body}\n}}\n"
+
+
 class FunctionTranslator(Conditions):
     """Translates one function.
 
@@ -54,18 +77,16 @@ class FunctionTranslator(Conditions):
     """
 
     def __init__(self, source: FunctionSource, callees: Callees) -> None:
-        names = [n for n in ast.walk(source.tree) if isinstance(n, ast.Name)]
-        stored = [n.id for n in names if isinstance(n.ctx, ast.Store)]
-        super().__init__(source, callees, {*source.arguments, *stored}, INTRINSICS)
-        self._stored = Counter(stored)
+        self._stored = Counter(stored(source.tree.body))
+        super().__init__(source, callees, {*source.arguments, *self._stored}, INTRINSICS)
         self._ways: list[tuple[str, str]] = []
         """Of the loops that this is in: labels for continue and break."""
         self._left: set[str] = set()
         """Loops that a break leaves, by its label."""
         self._unrolling = 0
 
-    def text(self, symbol: str) -> str:
-        """The function's definition."""
+    def translated(self, signature: Signature) -> Translated:
+        """The function, by the name that is given to it."""
         declared: list[str] = []
         for name, kind in zip(self.source.arguments, self.source.kinds, strict=True):
             if isinstance(kind, Record):
@@ -86,9 +107,10 @@ class FunctionTranslator(Conditions):
                 self.fail(self.source.tree, "the end is reached without a result", "return one")
             self.end("ret void")
         lines = [*self.entry, "br label %begin", "begin:", *self.lines]
-        head = f"define internal {result_type(self.source.result)} {symbol}({', '.join(declared)})"
-        inlined = " alwaysinline" if len(lines) < SHORT else ""
-        return f"{head} nounwind{inlined} {{\n" + "\n".join(lines) + "\n}\n"
+        result, symbol = result_type(signature.result), signature.symbol
+        head, is_short = f'{result} @"{symbol}"({", ".join(declared)}) nounwind', len(lines) < SHORT
+        body = "\n".join(lines)
+        return Translated(signature, head, body, is_short, self.declared, self.calls, self.reads)
 
     def _run(self, statements: Sequence[ast.stmt]) -> None:
         for statement in statements:
@@ -228,7 +250,7 @@ class FunctionTranslator(Conditions):
             item, begin, following = self.field(items, k), self.new("do"), self.new("next")
             self._unrolling += 1
             name = node.target.id if isinstance(node.target, ast.Name) else ""
-            stays = bool(name) and not self._assigned_in(node.body, name)
+            stays = bool(name) and name not in stored(node.body)
             in_memory = isinstance(item, StoredRecord) and item.fixed
             if not (stays and in_memory):
                 self._assign(node.target, item)
@@ -242,10 +264,6 @@ class FunctionTranslator(Conditions):
             self.start(following)
         self.go(done)
         self.start(done)
-
-    def _assigned_in(self, body: list[ast.stmt], name: str) -> bool:
-        names = [n for part in body for n in ast.walk(part) if isinstance(n, ast.Name)]
-        return any(n.id == name and isinstance(n.ctx, ast.Store) for n in names)
 
     def _for_range(self, node: ast.For, given: ast.Call) -> None:
         if not 1 <= len(given.args) <= 3 or given.keywords or not isinstance(node.target, ast.Name):
@@ -327,59 +345,12 @@ class FunctionTranslator(Conditions):
         pass
 
 
-class Module:
-    """A function of the subset with all that it calls.
-
-    Args:
-        function: what is called from outside, as ``entry(given)``: pointers to its first argument's
-            leaves and to those of the others, behind which it puts the result's, eight bytes for
-            each.
-        known: fields of records that have one value, by name: what is then not reached is not
-            there, nor what only that calls.
-    """
-
-    def __init__(self, function: FunctionType, known: Mapping[str, bool]) -> None:
-        self.known = known
-        self._found: dict[FunctionType, tuple[str, FunctionSource]] = {}
-        self._texts: list[str] = []
-        self._declared: set[str] = set()
-        self._ahead: list[FunctionType] = []
-        symbol, self.source = self.symbol(function)
-        while self._ahead:
-            of = self._ahead.pop()
-            own = FunctionTranslator(self._found[of][1], self)
-            self._texts.append(own.text(self._found[of][0]))
-            self._declared |= own.declared
-        self._texts.append(self._entry(symbol))
-
-    def symbol(self, function: FunctionType) -> tuple[str, FunctionSource]:
-        """LLVM's name of a function, which is translated, too; and its source."""
-        if function not in self._found:
-            name = f'@"{function.__module__}.{function.__qualname__}.{len(self._found)}"'
-            self._found[function] = name, FunctionSource(function)
-            self._ahead.append(function)
-        return self._found[function]
-
-    def text(self) -> str:
-        """All of it in LLVM's language."""
-        return "\n".join([*sorted(self._declared), *self._texts, METADATA])
-
-    def _entry(self, symbol: str) -> str:
-        body, at, arguments = Expressions(self.source, self, set(), {}), 0, []
-        for k, kind in enumerate(self.source.kinds):
-            pointer, first = ("%others", at) if k else ("%first", 0)
-            arguments += body.passed(body.load(kind, pointer, first))
-            at += len(leaves(kind)) if k else 0
-        result = self.source.result
-        given = ", ".join(" ".join(argument) for argument in arguments)
-        to = "" if result is None else "%result = "
-        body.lines.append(f"{to}call {result_type(result)} {symbol}({given})")
-        if result is not None:
-            parts = ["%result"]
-            if not isinstance(result, Scalar):
-                of = result_type(result)
-                count = len(leaves(result))
-                parts = [body.put(f"extractvalue {of} %result, {k}") for k in range(count)]
-            body.store(body.made(result, iter(parts)), body.step("%others", at))
-        lines = "\n".join([*body.entry, *body.lines, "ret void"])
-        return f"define void @entry(ptr %first, ptr %others) nounwind {{\n{lines}\n}}\n"
+def stored(statements: Sequence[ast.stmt]) -> Iterator[str]:
+    """Names that are assigned to, each as often as it is."""
+    for each in statements:
+        own = [getattr(each, "target", None), *getattr(each, "targets", ())]
+        for target in filter(None, own):
+            names = (n for n in ast.walk(target) if isinstance(n, ast.Name))
+            yield from (n.id for n in names if isinstance(n.ctx, ast.Store))
+        for part in ("body", "orelse"):
+            yield from stored(getattr(each, part, ()))

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import pi
 
 from ab_sim.kernels.constants import PLACE_FIELDS, ConstantsLayout
-from ab_sim.kernels.model import Evaluated, Model
+from ab_sim.kernels.model import OF_EACH_BALL, Evaluated, Model
 from ab_sim.tracing import Expression, Level, lowered
 from ab_sim.tracing.expression import ROWS
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, border
@@ -67,8 +67,8 @@ class Emission:
     @property
     def states(self) -> int:
         """How many numbers a state has."""
-        # Of the slope's roots two, the balls' angle and rate, stand for all balls.
-        return len(self.roots["slope"]) - 2 + 2 * self.model.count
+        # Two of the names, the balls' angle and rate, stand for all balls.
+        return len(self.model.state_names) - 2 + 2 * self.model.count
 
     @property
     def row_channels(self) -> int:
@@ -88,11 +88,10 @@ class Emission:
 
     def state_places(self, pointer: str) -> dict[str, MemorySlot]:
         """Where the states are that a pointer points to."""
-        own, n = self.model.states, self.model.count
-        found = {f"deck[{j}]": MemorySlot(pointer, j) for j in range(own)}
-        found |= {"theta": MemorySlot(pointer, own), "rate": MemorySlot(pointer, own + n)}
-        for k, name in enumerate(("psi", "omega", "integral")):
-            found[name] = MemorySlot(pointer, own + 2 * n + k)
+        found, at = {}, 0
+        for name in self.model.state_names:
+            found[name] = MemorySlot(pointer, at)
+            at += self.model.count if name in OF_EACH_BALL else 1
         return found
 
     def prepare(self, lanes: int = 1) -> Function:
@@ -140,30 +139,23 @@ class Emission:
 
     def store_slope(self, body: Body, roots: Sequence[Expression], pointer: str) -> None:
         """Write the rates of change of all states."""
-        own, n = self.model.states, self.model.count
-        at = [*range(own), own, own + n, *range(own + 2 * n, own + 2 * n + len(roots))]
-        for k, x in enumerate(roots):
-            is_ball = k in (own, own + 1)
-            if n or not is_ball:
-                body.store(x, MemorySlot(pointer, at[k]), each=is_ball)
+        for (name, place), x in zip(self.state_places(pointer).items(), roots, strict=False):
+            is_ball = name in OF_EACH_BALL
+            if self.model.count or not is_ball:
+                body.store(x, place, each=is_ball)
 
-    def store_row(self, body: Body, pointer: str, turned: bool) -> None:
-        """Write a sample's row, the balls' angles and rates behind the deck's channels.
+    def row(self, turned: bool) -> tuple[list[Expression], tuple[Expression, Expression]]:
+        """A sample's row but for a motor's torque: spindle and deck, the balls' angles and rates.
 
-        With ``turned``, whole turns are added, which are behind the pointer of that name.
+        With ``turned``, whole turns are added: inputs ``turns`` of each ball and ``turn``.
         """
-        model, roots = self.model, list(self.roots["sample"])
-        angles = model.graph.input("theta", each=True)
+        graph, roots = self.model.graph, list(self.roots["sample"])
+        angles, rates = (graph.input(name, each=True) for name in OF_EACH_BALL)
         if turned:
-            body.places |= {
-                "turns": MemorySlot("turns", 0),
-                "turn": MemorySlot("turns", model.count),
-            }
-            angles = angles + model.graph.input("turns", each=True) * (2.0 * pi)
-            if model.has_motor:
-                roots[0] = roots[0] + model.graph.input("turn") * (2.0 * pi)
-        rates = model.graph.input("rate", each=True)
-        self.store_columns(body, pointer, roots, (angles, rates), self.roots["torque"][0])
+            angles = angles + graph.input("turns", each=True) * (2.0 * pi)
+            if self.model.has_motor:
+                roots[0] = roots[0] + graph.input("turn") * (2.0 * pi)
+        return roots, (angles, rates)
 
     def store_columns(
         self,
@@ -199,7 +191,11 @@ class Emission:
         names, pointers = ["time", "profile_time"], ["y", "k", *["turns"] * (lanes > 1), "row"]
         into, body = self.function("finish", pointers, names, state="y", lanes=lanes)
         self.store_slope(body, self.roots["slope"], "k")
-        self.store_row(body, "row", lanes > 1)
+        body.places |= {
+            "turns": MemorySlot("turns", 0),
+            "turn": MemorySlot("turns", self.model.count),
+        }
+        self.store_columns(body, "row", *self.row(lanes > 1), self.roots["torque"][0])
         return into
 
     def evaluate(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.dynamics.system import System
+from ab_sim.dynamics.system import System, has_contact, has_friction, has_motor, has_spindle_angle
 from ab_sim.equations.arrowhead import Arrow, Solved, solve
 from ab_sim.equations.energy import powers
 from ab_sim.equations.motion import SpindleMotion
@@ -18,14 +18,16 @@ from ab_sim.equations.spindle import (
     MotorState,
     SegmentInputs,
     Torques,
-    has_motor,
     motor_driven,
     prescribed,
 )
-from ab_sim.equations.sums import Number, any_has, over_effects
+from ab_sim.equations.sums import Number, over_effects
 from ab_sim.kernels.constants import traced_balls, traced_bodies
 from ab_sim.tracing import Expression, Graph, Level, cos, sin
 from ab_sim.tracing.expression import rows
+
+OF_EACH_BALL = ("theta", "rate")
+"""States of which each ball has one."""
 
 
 class TracedState(NamedTuple):
@@ -71,13 +73,25 @@ class Model:
         self.states = type(system.deck_model).STATES
         self.unknowns: int = type(system.deck_model).UNKNOWNS + 1
         self.has_motor = has_motor(self.effects)
-        self.has_friction = any_has(self.effects, "friction_coefficient")
-        self.has_contact = any_has(self.effects, "restitution")
+        self.has_friction = has_friction(self.effects)
+        self.has_contact = has_contact(self.effects)
         self.has_events = self.has_motor or self.has_friction or self.has_contact
         self.has_energy_balance = bool(system.energy_balance)
-        self.angle_needed = bool(
-            type(system.deck_model).NEEDS_ANGLE or any_has(self.effects, "space_force", "gravity")
+        self.angle_needed = has_spindle_angle(system)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the inputs that are states, in their order: ``OF_EACH_BALL`` for all balls."""
+        return (
+            *(f"deck[{j}]" for j in range(self.states)),
+            *OF_EACH_BALL,
+            *(("psi", "omega", "integral") if self.has_motor else ()),
+            *(("work", "dissipated") if self.has_energy_balance else ()),
         )
+
+    def state_inputs(self) -> list[Expression]:
+        """All states as they are in memory; of the balls, one for all."""
+        return [self.graph.input(name, each=name in OF_EACH_BALL) for name in self.state_names]
 
     def _parameter(self, name: str, each: bool = False) -> Expression:
         return self.graph.input(name, Level.PARAMETER, each)

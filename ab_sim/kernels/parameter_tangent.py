@@ -15,6 +15,7 @@ from ab_sim.equations.arrowhead import solve
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.constants import PLACE_FIELDS
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
+from ab_sim.kernels.model import OF_EACH_BALL
 from ab_sim.kernels.tangent import lanes_for
 from ab_sim.kernels.tangent_step import carry_text
 from ab_sim.tracing import Expression, Level, derivatives, total
@@ -116,7 +117,7 @@ def _function(code: Code, segment: type[Any], names: frozenset[str], name: str) 
     if name in ("slope", "impact"):
         emission.store_slope(body, changes, "out")
     elif name == "row":
-        of_balls = [model.graph.input(f"d {each}", each=True) for each in ("theta", "rate")]
+        of_balls = [model.graph.input(f"d {each}", each=True) for each in OF_EACH_BALL]
         emission.store_columns(body, "out", changes[:-1], of_balls, changes[-1])
     elif name == "table":
         _store_table(code, body, changes)
@@ -176,8 +177,6 @@ def _directions(
     model, emission = code.model, code.emission
     graph, given = model.graph, emission.state_places(DIRECTION)
     states = emission.states
-    if not model.has_motor:
-        given = {name: place for name, place in given.items() if name not in MOTOR}
     kinds = {name: Level.STATE for name in given}
     given |= {
         "time": MemorySlot(DIRECTION, states),
@@ -189,7 +188,7 @@ def _directions(
             given[name], kinds[name] = MemorySlot(OF_CONSTANTS, where), Level.PARAMETER
     given |= {SHIFT: MemorySlot(OF_SHIFT, 0), "approach": MemorySlot("dapproach", 0)}
     kinds |= {SHIFT: Level.TIME, "approach": Level.STATE}
-    each = {"theta", "rate", SHIFT, *model.balls._fields[1:]}
+    each = {*OF_EACH_BALL, SHIFT, *model.balls._fields[1:]}
     along: dict[Expression, Expression] = {}
     places = {"d yields": MemorySlot(OF_YIELDING, 0), SHIFT: MemorySlot(SHIFT, 0)}
     places["approach"] = MemorySlot("approach", 0)
@@ -201,9 +200,6 @@ def _directions(
         now = graph.input("mobility_now", Level.TIME, each=True)
         along[now] = graph.input("d yields", Level.TIME, each=True) * now
     return along, places
-
-
-MOTOR = ("psi", "omega", "integral")
 
 
 def _store_table(code: Code, body: Body, changes: Sequence[Expression]) -> None:

@@ -4,7 +4,7 @@ from functools import partial
 
 from ab_sim.kernels.code import Code
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES
-from ab_sim.tracing import Expression, Level, derivatives
+from ab_sim.tracing import Level, derivatives
 from ab_sim.tracing.llvm_text import module_text
 
 FEW = 8
@@ -30,12 +30,11 @@ def _text(code: Code) -> str:
     emission, model = code.emission, code.model
     at = model.motion()
     slope = model.slope(at, model.evaluated(at))
-    directions: dict[Expression, Expression] = {}
     places = emission.state_places("d")
-    for name in list(places):
-        each = name in ("theta", "rate")
-        source = model.graph.input(name, each=each)
-        directions[source] = model.graph.input(f"d {name}", each=each)
+    directions = {
+        source: model.graph.input(f"d {source.payload}", each=source.each)
+        for source in model.state_inputs()
+    }
     directions[at.time] = model.graph.input("d time", Level.STATE)
     roots = emission.lowered({"rates": derivatives(slope, directions)})["rates"]
     lanes = lanes_for(model.count)

@@ -1,7 +1,7 @@
 """A scene as a whole, and what its sections must agree on."""
 
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from pydantic import Field, model_validator
@@ -240,12 +240,15 @@ def _check_masses(scene: Scene) -> None:
         )
 
 
+def radius_users(effects: Mapping[str, Any]) -> list[str]:
+    """Names of the effects that use the balls' radius."""
+    return [name for name, each in effects.items() if getattr(each, "uses_ball_radius", False)]
+
+
 def _check_radii(scene: Scene) -> None:
     balls, race = scene.balls, scene.race.radius
     given = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
-    users = [
-        name for name, effect in scene.effects.items() if getattr(effect, "uses_ball_radius", False)
-    ]
+    users = radius_users(scene.effects)
     if balls.radius is None and users and balls.count:
         raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
     if balls.radius is not None and not users:

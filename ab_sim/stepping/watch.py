@@ -110,15 +110,11 @@ def _shortly_after(emission: Emission, body: Body) -> dict[str, list[str]]:
     model, slope = emission.model, emission.roots["slope"]
     given = model.graph.input
     shortly = SHORTLY * given("length", Level.TIME)
-    names = [*(f"deck[{j}]" for j in range(model.states)), "theta", "rate"]
-    names += ["psi", "omega", "integral"] if model.has_motor else []
     found = {"time": body.values(given("time", Level.TIME) + shortly)}
-    for name, change in zip(names, slope, strict=False):
-        each = name in ("theta", "rate")
-        if each and not model.count:
-            continue
-        later = given(name, each=each) + shortly * change
-        found[name] = body.each(later) if each else body.values(later)
+    for state, change in zip(model.state_inputs(), slope, strict=True):
+        if model.count or not state.each:
+            later = state + shortly * change
+            found[state.payload] = body.each(later) if state.each else body.values(later)
     return found
 
 

@@ -51,16 +51,17 @@ class Graph:
 
     def node(self, op: str, *args: "Expression") -> "Expression":
         """An operation on nodes of this graph."""
-        if any(arg.graph is not self for arg in args):
-            raise ValueError(f"{op} of expressions of different graphs")
-        each = op == "rows" or (op != "total" and any(arg.each for arg in args))
-        level = max(arg.level for arg in args)
-        if op == "rows":
-            level = max(level, Level.TIME)
+        each, level = op == "rows", Level.TIME if op == "rows" else Level.CONSTANT
+        for arg in args:
+            if arg.graph is not self:
+                raise ValueError(f"{op} of expressions of different graphs")
+            each = each or (arg.each and op != "total")
+            if arg.level > level:
+                level = arg.level
         numbers = [arg.number for arg in args]
-        if op in ("add", "mul", "fma"):
+        if op in ("add", "mul", "fma") and numbers[0] > numbers[1]:
             # The first two commute: either order is the same node, printed as written first.
-            numbers[:2] = sorted(numbers[:2])
+            numbers[:2] = numbers[1::-1]
         return self._node(op, args, level, each, None, tuple(numbers))
 
     def lane(self, x: "Expression", k: int) -> "Expression":
@@ -308,6 +309,8 @@ REBUILD: dict[str, Callable[..., "Expression"]] = {
 def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
     """The operation of a node on other arguments."""
     own = tuple(args)
+    if own == x.args:
+        return x
     if x.op == "total":
         return total(own[0])
     if x.op == "lane":

@@ -8,6 +8,7 @@ import numpy as np
 
 from ab_sim.tracing import expression
 from ab_sim.tracing.expression import Expression
+from ab_sim.tracing.plain import multiply_add
 
 
 def cos(x: Any) -> Any:
@@ -23,6 +24,14 @@ def sin(x: Any) -> Any:
 def sqrt(x: Any) -> Any:
     """Square root."""
     return math.sqrt(x) if isinstance(x, float) else np.sqrt(x)
+
+
+def fma(a: Any, b: Any, c: Any) -> Any:
+    """a b + c, rounded once."""
+    for x in (a, b, c):
+        if isinstance(x, Expression):
+            return expression.fma(*(expression.lifted(x.graph, each) for each in (a, b, c)))
+    return multiply_add(a, b, c)
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:

@@ -11,8 +11,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.compiling import Floats
-from ab_sim.compiling.elementary import cos_sin, exp, expm1, power_of_two
+from ab_sim.compiling.elementary import exp, expm1, power_of_two
 from ab_sim.tracing import Graph, cos, lowered, sin
+from ab_sim.tracing.cosine import cos_sin
 from ab_sim.tracing.plain import python_function
 from tests.compiling.ways import agree, machine_code, same
 

@@ -8,7 +8,7 @@ import pytest
 
 import ab_sim
 from ab_sim.compiling import compiled
-from ab_sim.compiling.translate import Module
+from ab_sim.compiling.library import Module
 from ab_sim.drive.drive import Drive
 from ab_sim.stepping.assemble import known_of
 from ab_sim.stepping.fixed_step import advance

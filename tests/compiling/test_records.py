@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.compiling import Cube, Floats, Integers, IntegerTable, Table, compiled, scratch
-from ab_sim.compiling.translate import Module
+from ab_sim.compiling.library import Module
 from tests.compiling.ways import same
 
 

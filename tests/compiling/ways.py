@@ -5,15 +5,23 @@ import functools
 import math
 import struct
 from collections.abc import Callable
+from types import FunctionType
 from typing import Any
 
 import numpy as np
 
-from ab_sim.compiling import Compiled
+from ab_sim.compiling import Compiled, Library
 
 PLAIN, NARROW = "+sse2", "+sse4.2,+avx,+avx2,+fma,-avx512f"
 """A processor without fused multiply-add, and one without AVX-512."""
-machine_code = functools.cache(Compiled)
+LIBRARIES = {features: Library(features) for features in (None, PLAIN, NARROW)}
+
+
+@functools.cache
+def machine_code(function: Callable[..., Any], features: str | None = None) -> Compiled:
+    """The function for a processor."""
+    assert isinstance(function, FunctionType)
+    return Compiled(function, library=LIBRARIES[features])
 
 
 def same(function: Callable[..., Any], *arguments: Any) -> Any:
@@ -23,7 +31,7 @@ def same(function: Callable[..., Any], *arguments: Any) -> Any:
     """
     given = copy.deepcopy(arguments)
     expected = function(*given)
-    for features in (None, PLAIN, NARROW):
+    for features in LIBRARIES:
         again = copy.deepcopy(arguments)
         found = machine_code(function, features)(*again)
         assert agree(found, expected), (features, found, expected)

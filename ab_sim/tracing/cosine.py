@@ -1,0 +1,43 @@
+"""Cosine and sine by arithmetic alone: the same bits on every machine.
+
+One formula for floats, for expressions, and in the subset of Python that ``ab_sim.compiling``
+translates. Source: fdlibm's k_cos and k_sin (Sun Microsystems, 1993), with its three-piece
+reduction; the polynomials in pairs (Estrin), which wait less for each other than Horner's.
+"""
+
+from ab_sim.tracing.functions import fma
+
+QUARTERS = 0.6366197723675814
+"""2/pi."""
+ROUND = 6755399441055744.0
+"""1.5 * 2^52: what is added to it is rounded to a whole number."""
+PI_2A, PI_2B, PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
+"""pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact; with more, what is
+left by the first is, and the others are small."""
+
+
+def cos_sin(x: float) -> tuple[float, float]:
+    """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^9.
+
+    Without a branch, so that it goes in lanes.
+    """
+    quarters = fma(x, QUARTERS, ROUND) - ROUND
+    r = fma(quarters, -PI_2A, x)
+    r = fma(quarters, -PI_2C, fma(quarters, -PI_2B, r))
+    z = r * r
+    zz = z * z
+    s = fma(z, 1.58969099521155e-10, -2.5050760253406863e-08)
+    s = fma(zz, s, fma(z, 2.7557313707070068e-06, -0.0001984126982985795))
+    s = fma(zz, s, fma(z, 0.00833333333332249, -0.16666666666666632))
+    s = fma(r * z, s, r)
+    c = fma(z, -1.1359647557788195e-11, 2.087572321298175e-09)
+    c = fma(zz, c, fma(z, -2.7557314351390663e-07, 2.480158728947673e-05))
+    c = fma(zz, c, fma(z, -0.001388888888887411, 0.0416666666666666))
+    half = 0.5 * z
+    near = 1.0 - half
+    c = near + fma(zz, c, (1.0 - near) - half)
+    # Turn by the quarters left over, -2 .. 2: their cosine and sine are whole numbers.
+    left = fma(-(fma(quarters, 0.25, ROUND) - ROUND), 4.0, quarters)
+    turn_c = 1.0 - abs(left)
+    turn_s = left * (2.0 - abs(left))
+    return fma(c, turn_c, -(s * turn_s)), fma(s, turn_c, c * turn_s)
