@@ -36,7 +36,7 @@ from identification_drives import (  # noqa: E402
     drive_with,
     recordings_of,
 )
-from identification_page import page  # noqa: E402
+from identification_page import write_page  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
@@ -199,7 +199,7 @@ def main() -> None:
             report[name].append(work(seed))
             console.print(name, seed, _short(report[name][-1]))
         write_json(report, str(file))
-    (told.out / "identification.md").write_text(page(report), encoding="utf-8")
+    write_page(told.out)
 
 
 if __name__ == "__main__":

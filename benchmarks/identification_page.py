@@ -1,9 +1,12 @@
 """The page of benchmarks/identification.py."""
 
+import json
 import math
 from collections.abc import Sequence
+from pathlib import Path
 from typing import Any
 
+import identification_parts
 import numpy as np
 from page_parts import table
 
@@ -21,9 +24,27 @@ SECONDS = 10.0
 INSIDE = 1.959964
 
 
-def page(report: dict[str, Any]) -> str:
-    """As Markdown."""
-    parts = [
+PARTS = {
+    "identification-knowledge.json": identification_parts.knowledge,
+    "identification-faults.json": identification_parts.faults,
+}
+"""What others write, and how it is shown."""
+
+
+def write_page(folder: Path) -> None:
+    """Write the page from the JSON files that are there."""
+    parts: list[str] = []
+    if (file := folder / "identification.json").exists():
+        parts += _main(json.loads(file.read_text()))
+    for name, part in PARTS.items():
+        if (file := folder / name).exists():
+            parts += part(json.loads(file.read_text()))
+    (folder / "identification.md").write_text("\n\n".join(parts) + "\n", encoding="utf-8")
+
+
+def _main(report: dict[str, Any]) -> list[str]:
+    """Of identification.py."""
+    return [
         "# How well drives are identified",
         "Written by `python benchmarks/identification.py`, from `identification.json`. Recordings "
         "are simulated, 1 kHz, 1 % noise, one with the balls and one without; the total mass is "
@@ -69,7 +90,6 @@ def page(report: dict[str, Any]) -> str:
         "named.",
         _summary(report),
     ]  # fmt: skip
-    return "\n\n".join(parts) + "\n"
 
 
 def _conditions(found: dict[str, Any], dates: dict[str, str]) -> str:

@@ -32,7 +32,7 @@ ORDER = (
     ("kernels", "events"),
     ("integrate",),
     ("stepping",),
-    ("collocation",),
+    ("collocation", "taylor"),
     ("sensing",),
     ("drive",),
     ("accuracy", "c_code"),

@@ -14,6 +14,7 @@ from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bo
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS
 from ab_sim.events.run import Run
+from ab_sim.integrate.steppers.taylor import TaylorParameters
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.stepping.assemble import known_of, run_of
 from ab_sim.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
@@ -27,6 +28,9 @@ from ab_sim.stepping.side_by_side import (
     stacked,
 )
 from ab_sim.stepping.watch import size_of_seen, watch_address
+from ab_sim.taylor.assemble import lanes_of
+from ab_sim.taylor.run import TaylorRuns
+from ab_sim.taylor.side_by_side import advance_by_taylor_side_by_side
 
 
 class LaneStarts(NamedTuple):
@@ -58,7 +62,7 @@ def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
     system = run.system
     return (
         run.numbers,
-        state_bounds(system, run.scene.solver.step),
+        state_bounds(system, run.scene.solver.step / run.stepper.parts),
         start_state(run.scene, system),
         start_discrete_state(run.scene, system),
         system.contacts,
@@ -68,7 +72,7 @@ def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
 class _Work(NamedTuple):
     """What eight runs along one kind of segments work with."""
 
-    lanes: LaneRuns
+    lanes: LaneRuns | TaylorRuns
     alone: tuple[Run, ...]
     """Each by itself, of a scene with events; else none."""
     advance: BoundFunction
@@ -113,8 +117,12 @@ class LaneGroup:
 
     def _work(self, kind: type) -> _Work:
         """Work arrays, not at any start yet."""
-        system = self._first.system
+        system, told = self._first.system, self._first.stepper.weights
         code = code_of(system, kind)
+        if isinstance(told, TaylorParameters):
+            step = self._first.scene.solver.step
+            own = lanes_of(system, code, told, step, self._every, LANES)
+            return _Work(own, (), compiled(advance_by_taylor_side_by_side).bind(own), code)
         lanes = self._lanes(code)
         if not code.model.has_events:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)

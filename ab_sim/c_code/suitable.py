@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import linear_rates, system_of
-from ab_sim.dynamics.system import EVENTFUL, System
+from ab_sim.dynamics.system import System, eventful
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import Choice, choose_stepper, limiting, top_speed
 from ab_sim.integrate.explicit import Tableau
@@ -56,13 +56,7 @@ class _Refusal(NamedTuple):
 
 def _refusals(scene: Scene) -> Iterator[_Refusal]:
     """What can be told without the scene's system."""
-    found = {
-        name: what
-        for name, effect in scene.effects.items()
-        for method, what in EVENTFUL.items()
-        if hasattr(effect, method)
-    }
-    if found:
+    if found := eventful(scene.effects):
         named = ", ".join(f"{name} ({what})" for name, what in found.items())
         leave_out = " ".join(f"--set effects.{name}=" for name in found)
         if scene.balls.radius is not None and not set(radius_users(scene.effects)) - set(found):

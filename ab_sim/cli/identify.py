@@ -119,9 +119,9 @@ def _parameter_table(found: Identification) -> Table:
 
 
 def _tried_table(found: Identification) -> Table:
-    table = Table(title="effects that the scene does not have, tried one by one")
-    for name in ("effect", "explains", "z with it"):
-        table.add_column(name, justify="left" if name == "effect" else "right")
+    table = Table(title="what is missing, tried one by one")
+    for name in ("tried", "explains", "z with it"):
+        table.add_column(name, justify="left" if name == "tried" else "right")
     for each in found.tried:
         if each.failure:
             table.add_row(each.name, "-", each.failure)

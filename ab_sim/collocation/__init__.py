@@ -20,7 +20,6 @@ collocation.
     step_formulas     a step's start, its error, states in it: formulas
     emission          the first two as machine code, a lane for each node
     sampling          states in a step, and what is made of them, likewise
-    transposed        numbers in lanes written line by line
     assemble          from a system and its code to a ``run.CollocationMethod``
 
 From ``nodes`` to ``drive``, but for what is said to be for Python, all is in the subset that

@@ -15,10 +15,10 @@ from ab_sim.collocation.emission import (
     MemorySlots,
 )
 from ab_sim.collocation.run import INSIDE, PROFILE_TIME, STRIDE, TIME
-from ab_sim.collocation.transposed import lines_of, store_line
 from ab_sim.kernels.emission import TIMES
 from ab_sim.kernels.model import OF_EACH_BALL
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape
+from ab_sim.tracing.transposed import lines_of, store_line
 
 TURNS, SAMPLES, NODES = "turns", "samples", "nodes"
 """Names of pointers."""

@@ -17,11 +17,14 @@ from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.collocation import CollocationParameters
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
+from ab_sim.integrate.steppers.taylor import TaylorParameters
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
 from ab_sim.kernels.tangent import lanes_for, tangent_address
 from ab_sim.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.stepping.fixed_step import advance
+from ab_sim.taylor.assemble import memory_size, run_by_taylor
+from ab_sim.taylor.drive import advance_by_taylor
 
 Advance = Callable[..., int]
 """``fixed_step.advance`` of its arguments behind the first."""
@@ -60,12 +63,16 @@ class Steps:
         if kind not in self._made:
             code = code_of(self._system, kind)
             run = self._run(code)
-            known = known_of(run)
-            if self._by_collocation is None:
-                self._made[kind] = run, compiled(advance, known).bind(run), code
-            else:
+            known, told = known_of(run), self._stepper.weights
+            if self._by_collocation is not None:
                 own = self._by_collocation.along(run, code, self._system)
-                self._made[kind] = run, compiled(advance_by_collocation, known).bind(own), code
+                taken: Advance = compiled(advance_by_collocation, known).bind(own)
+            elif isinstance(told, TaylorParameters):
+                one = run_by_taylor(run, self._system, code, told)
+                taken = compiled(advance_by_taylor, known).bind(one)
+            else:
+                taken = compiled(advance, known).bind(run)
+            self._made[kind] = run, taken, code
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
@@ -97,6 +104,8 @@ class Steps:
         """Shape of what the stepper carries from step to step."""
         if self._by_collocation is not None:
             return self._by_collocation.memory
+        if isinstance(self._stepper.weights, TaylorParameters):
+            return 1, memory_size(self._system)
         return self._stepper.memory, states
 
     def _run(self, code: Code) -> Run:

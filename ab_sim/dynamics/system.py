@@ -1,5 +1,6 @@
 """What moves, as numbers: constants of a scene, and the columns of its arrays."""
 
+from collections.abc import Mapping
 from math import inf
 from typing import Any, NamedTuple
 
@@ -101,6 +102,16 @@ def has_motor(effects: tuple[Any, ...]) -> bool:
 def has_events(effects: tuple[Any, ...]) -> bool:
     """Whether there are set-valued laws."""
     return any_has(effects, *EVENTFUL)
+
+
+def eventful(effects: Mapping[str, Any]) -> dict[str, str]:
+    """Those of a scene's effects, by name, that have set-valued laws; what happens there."""
+    return {
+        name: what
+        for name, effect in effects.items()
+        for method, what in EVENTFUL.items()
+        if hasattr(effect, method)
+    }
 
 
 def has_gravity(effects: tuple[Any, ...]) -> bool:

@@ -18,6 +18,13 @@ MOST_LEFT_OUT = 0.05
 FLAT = 3
 """Samples in a row at the largest value that look clipped; so many such places are."""
 CLIPPED = 3
+STAYS = 2.0
+"""Turns of the spindle for which a reading may stay as it is, where it is off its mean."""
+OFF_MEAN = 0.1
+"""Of the signal's r.m.s.: nearer to its mean a quiet deck's reading may stay."""
+PARTS, APART = 20, 0.02
+"""Of a recording, in each of which speed and angle have to agree; up to this share of the top
+speed, and but for a constant factor."""
 BACKWARD = 4.0
 """Times as much whirl against the spindle as with it: axes are swapped."""
 CIRCULATING = 0.2
@@ -65,17 +72,18 @@ def check_time(time: np.ndarray, name: str) -> None:
         )
 
 
-def check_finite(values: np.ndarray, what: str, name: str) -> None:
+def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
     """Refuse a spindle that is not known at every sample.
 
     Raises:
         InputError: as of ``check_time``.
     """
-    if not np.isfinite(values).all():
-        row = int(np.flatnonzero(~np.isfinite(values))[0])
+    rows = np.flatnonzero(~np.isfinite(values))
+    if len(rows):
         raise InputError(
-            f"{name}: {what}: row {row} is no finite number, and runs have to follow the spindle; "
-            "fill it in, or cut the recording there"
+            f"{name}: {what}: row {rows[0]} is no finite number, at {time[rows[0]]:.4g} "
+            f"s, and so are {len(rows)} of {len(values)}, but runs have to follow the spindle; is "
+            "its sensor connected? fill them in, or cut the recording there"
         )
 
 
@@ -91,7 +99,7 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
     Raises:
         InputError: as of ``check_time``.
     """
-    check_finite(speed, what, name)
+    check_finite(time, speed, what, name)
     top = float(np.max(np.abs(speed)))
     turns = float(np.sum(np.abs(speed[:-1]) * np.diff(time))) / (2.0 * math.pi)
     if turns < FEWEST_TURNS:
@@ -120,9 +128,23 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
     Raises:
         InputError: as of ``check_time``.
     """
-    turned = float(angle[-1] - angle[0])
-    said = float(np.sum(0.5 * (speed[1:] + speed[:-1]) * np.diff(time)))
-    ratio = turned / said if said else math.inf
+    turned, said = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    whole = float(said.sum())
+    ratio = float(turned.sum()) / whole if whole else math.inf
+    # A speed that drifts or saturates agrees at first; of a wrong unit the ratio is one all along.
+    parts = np.array_split(np.arange(len(said)), PARTS)
+    lasts = np.array([float(time[rows[-1] + 1] - time[rows[0]]) for rows in parts])
+    off = np.array([float((turned - said)[rows].sum()) for rows in parts]) / lasts
+    speeds = np.array([float(said[rows].sum()) for rows in parts]) / lasts
+    scale = float(off @ speeds) / float(speeds @ speeds)
+    most = APART * float(np.max(np.abs(speed)))
+    if (np.abs(off - scale * speeds) > most).any() and (np.abs(off) > most).any():
+        first = int(np.argmax(np.abs(off) > most))
+        raise InputError(
+            f"{name}: the spindle's angle and its speed agree until {time[parts[first][0]]:.4g} s, "
+            f"and are up to {np.max(np.abs(off)):.3g} rad/s apart from there on; does the speed's "
+            "sensor drift, saturate or hang? leave out whichever is wrong (--map)"
+        )
     if abs(ratio - 1.0) > TURNS_OFF:
         raise InputError(
             f"{name}: the spindle's angle grows {ratio:.4g} times as much as its speed says; see "
@@ -130,8 +152,17 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
         )
 
 
-def check_signal(signal: np.ndarray, what: str, name: str) -> None:
+def check_signal(
+    time: np.ndarray, angle: np.ndarray, signal: np.ndarray, what: str, name: str
+) -> None:
     """Refuse a signal that says nothing, or not what the sensor felt.
+
+    Args:
+        time: of the samples [s].
+        angle: of the spindle [rad].
+        signal: NaN where there is none.
+        what: the column.
+        name: of the recording.
 
     Raises:
         InputError: as of ``check_time``.
@@ -139,26 +170,66 @@ def check_signal(signal: np.ndarray, what: str, name: str) -> None:
     there = np.isfinite(signal)
     missing = len(signal) - int(there.sum())
     if missing > MOST_LEFT_OUT * len(signal):
+        starts, ends = _stretches(~there)
+        longest = int(np.argmax(ends - starts))
         raise InputError(
-            f"{name}: {what}: {missing} of {len(signal)} samples are no finite numbers; at most "
+            f"{name}: {what}: {missing} of {len(signal)} samples are no finite numbers, the first "
+            f"at {time[starts[0]]:.4g} s, most in a row, {ends[longest] - starts[longest]}, "
+            f"from {time[starts[longest]]:.4g} s on; at most "
             f"{100 * MOST_LEFT_OUT:g} % may be; is the sensor connected?"
         )
-    values = signal[there]
+    time, angle, values = time[there], angle[there], signal[there]
     low, high = float(values.min()), float(values.max())
     if low == high:
         raise InputError(
             f"{name}: {what}: is {exact(low)} all the time; is the sensor connected, and is it "
             "the right column?"
         )
-    for end in (low, high):
-        at = values == end
-        runs = np.flatnonzero(np.diff(np.concatenate([[0], at.astype(np.int8), [0]])))
-        lengths = runs[1::2] - runs[::2]
-        if int((lengths >= FLAT).sum()) >= CLIPPED:
+    _check_stays(time, angle, values, what, name)
+    _check_clipped(time, values, what, name)
+
+
+def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
+    """Refuse a reading that stays at a value again and again, and goes no further meanwhile."""
+    middle, size = float(values.mean()), float(values.std())
+    starts, ends = _stretches(np.diff(values) == 0.0)
+    long = ends - starts >= FLAT - 1
+    starts, ends = starts[long], ends[long]
+    levels, counts = np.unique(values[starts], return_counts=True)
+    for level in levels[counts >= CLIPPED].tolist():
+        places = np.flatnonzero(values[starts] == level)
+        meanwhile = values[starts[places[0]] : ends[places[-1]] + 1]
+        # A quiet deck's readings stay near the mean.
+        if abs(level - middle) > OFF_MEAN * size and level in (meanwhile.min(), meanwhile.max()):
             raise InputError(
-                f"{name}: {what}: is clipped: it stays at {exact(end)} for {FLAT} samples or more "
-                f"at {int((lengths >= FLAT).sum())} places; record with a larger range"
+                f"{name}: {what}: is clipped: it stays at {exact(level)} for {FLAT} samples or "
+                f"more at {len(places)} places, the first at "
+                f"{time[starts[places[0]]]:.4g} s; record with a larger range"
             )
+
+
+def _check_stays(
+    time: np.ndarray, angle: np.ndarray, values: np.ndarray, what: str, name: str
+) -> None:
+    """Refuse a reading that repeats while the spindle turns."""
+    same = np.concatenate([[False], np.diff(values) == 0.0])
+    starts, ends = _stretches(same)
+    for first, last in zip(starts - 1, ends - 1, strict=True):
+        turns = abs(float(angle[last] - angle[first])) / (2.0 * math.pi)
+        off = abs(float(values[first] - values.mean()))
+        if turns > STAYS and off > OFF_MEAN * float(values.std()):
+            raise InputError(
+                f"{name}: {what}: repeats {exact(float(values[first]))} from "
+                f"{time[first]:.4g} to {time[last]:.4g} s, for {turns:.3g} "
+                "turns of the spindle; has the sensor, or its line, hung? give the part before it, "
+                "or behind it, as a file of its own"
+            )
+
+
+def _stretches(which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Where stretches of true ones begin, and behind their ends."""
+    steps = np.diff(np.concatenate([[0], which.astype(np.int8), [0]]))
+    return np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)
 
 
 def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> str:

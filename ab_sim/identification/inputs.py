@@ -93,7 +93,7 @@ class _Reader:
         speed = self._optional(mapping.speed, "rad/s", "speed")
         angle = self._optional(mapping.angle, "rad", "angle")
         if angle is not None:
-            check_finite(angle, "angle", name)
+            check_finite(time, angle, "angle", name)
             # Of an encoder that counts one turn only, the turns have to be found.
             angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
             check_speed(time, np.gradient(angle, time), "angle", name)
@@ -101,13 +101,13 @@ class _Reader:
             check_speed(time, speed, "speed", name)
         if speed is not None and angle is not None:
             check_agree(time, speed, angle, name)
-        for k, each in enumerate(mapping.signals):
-            check_signal(signals[:, k], f"signals.{k} ({each.column})", name)
         schedule = schedule_from(time - time[0], speed, angle, name)
         if time[0] > 0.0:
             schedule = schedule.moved(float(time[0]))
         axes = self._axes()
         turned = np.array([schedule.angle(float(t)) for t in time])
+        for k, each in enumerate(mapping.signals):
+            check_signal(time, turned, signals[:, k], f"signals.{k} ({each.column})", name)
         there = np.isfinite(signals).all(axis=1)
         if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
             whirl: np.ndarray = signals[there, 0]

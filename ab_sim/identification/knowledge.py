@@ -1,6 +1,6 @@
 """What recordings can tell of parameters at all: singular values, and what they leave open."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,6 +9,8 @@ from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
 
+LOOKS = 2
+"""Draws of start angles from which it is asked what can be known."""
 UNKNOWN = 0.5
 """Standard deviation of a direction, as a share of the parameters' scales, from which it counts as
 not known."""
@@ -100,6 +102,32 @@ def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()
         held.append(wanted[k])
         columns.remove(k)
     return Knowledge(tuple(names), tuple(singular.tolist()), tuple(found), tuple(held))
+
+
+def knowledge_before(
+    problem: Problem, seed: int, tell: Callable[[str, int, int], None] = lambda *_: None
+) -> Knowledge:
+    """What is open wherever the balls may have started, looked at from where the scene is.
+
+    Args:
+        problem: the recordings, with their noise.
+        seed: of the start angles.
+        tell: called with what is done now, done, of all.
+    """
+    numbers, found = np.random.default_rng([seed, 0]), []
+    for look in range(LOOKS):
+        tell("what can be known", look, LOOKS)
+        values = problem.start
+        for j, each in enumerate(problem.parameters):
+            if each.is_own_angle:
+                values[j] += numbers.uniform(0.0, 2.0 * np.pi)
+        found.append(knowledge_of(problem, values))
+    first = found[0]
+    always = tuple(j for j in first.held if all(j in each.held for each in found))
+    names = {problem.parameters[j].name for j in always}
+    return first._replace(
+        held=always, open=tuple(each for each in first.open if each.held in names)
+    )
 
 
 def shared_numbers(problem: Problem) -> list[int]:

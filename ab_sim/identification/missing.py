@@ -1,13 +1,18 @@
-"""Which effect would explain what a fit leaves: each that the scene does not have is tried once."""
+"""What would explain what a fit leaves: each effect that the scene does not have is tried once.
+
+So is what a recording may have of its own: a turned or late sensor looks like a wrong drive.
+"""
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ab_sim.errors import AbSimError
 from ab_sim.identification.forward import MOTOR, KeyPlace
+from ab_sim.identification.measured import NUISANCES
 from ab_sim.identification.parameters import FitParameter
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
@@ -48,7 +53,7 @@ class _Trial(NamedTuple):
 
 
 def tried_effects(
-    problem: Problem, values: np.ndarray, free: Sequence[int], tell: Tell
+    problem: Problem, values: np.ndarray, free: Sequence[int], white: Sequence[bool], tell: Tell
 ) -> tuple[TriedEffect, ...]:
     """Effects by how much they explain, the best first.
 
@@ -56,6 +61,7 @@ def tried_effects(
         problem: with its noise.
         values: of its parameters, as fitted [SI].
         free: numbers of those that were fitted.
+        white: of each recording: whether what is left of it is noise.
         tell: progress.
     """
     balls = any(measured.with_balls for measured in problem.recordings)
@@ -76,9 +82,31 @@ def tried_effects(
         except AbSimError as error:
             reason = str(error).splitlines()[0]
             found.append(TriedEffect(name, 0.0, 0.0, before, {}, reason))
+    for number, measured in enumerate(problem.recordings):
+        if white[number]:
+            continue
+        for nuisance in NUISANCES:
+            if nuisance not in measured.free:
+                tell(f"tried with {nuisance} of {measured.name}", len(names), len(names))
+                found.append(_freed(problem, without, free, number, nuisance, before))
     count = math.log(sum(measured.count for measured in problem.recordings))
     # As by the Bayesian information criterion: each further parameter has to be worth it.
     return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
+
+
+def _freed(
+    problem: Problem, without: Fitted, free: Sequence[int], number: int, nuisance: str,
+    before: float,
+) -> TriedEffect:  # fmt: skip
+    """What a recording has of its own, as if it were an effect."""
+    recordings = list(problem.recordings)
+    recordings[number] = replace(
+        recordings[number], free=(*recordings[number].free, nuisance)
+    )  # fmt: skip
+    whole = Problem(problem.scene, problem.common, recordings, problem.noise)
+    own = [name for name in whole.names if name not in problem.names]
+    name = f"{nuisance} of {recordings[number].name}"
+    return _fitted(problem, without, free, whole, own, name, before)._replace(nuisance=nuisance)
 
 
 def _needs_balls(effect: type[Any]) -> bool:
@@ -105,13 +133,22 @@ def _tried(
     before: float,
 ) -> TriedEffect:  # fmt: skip
     whole = Problem(trial.scene, trial.common, problem.recordings, problem.noise)
+    own = [each.name for each in trial.more]
+    return _fitted(problem, without, free, whole, own, name, before)
+
+
+def _fitted(
+    problem: Problem, without: Fitted, free: Sequence[int], whole: Problem, more: Sequence[str],
+    name: str, before: float,
+) -> TriedEffect:  # fmt: skip
+    """How much better a problem with further parameters does than the one that was fitted."""
     known = dict(zip(problem.names, without.values.tolist(), strict=True))
     begin = np.array([known.get(each.name, each.start) for each in whole.parameters])
-    fitted = {problem.names[j] for j in free} | {each.name for each in trial.more}
+    fitted = {problem.names[j] for j in free} | {*more}
     numbers = [j for j, each in enumerate(whole.parameters) if each.name in fitted]
-    own = [whole.names.index(each.name) for each in trial.more]
+    own = [whole.names.index(each) for each in more]
     fits = [minimise(whole, begin, numbers, TRIAL_STEPS)]
-    if own and trial.more[0].low < 0.0:
+    if own and begin[own[0]] != 0.0 and whole.parameters[own[0]].low < 0.0:
         begin[own[0]] = -begin[own[0]]
         fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
     best = min(fits, key=lambda fit: fit.cost)

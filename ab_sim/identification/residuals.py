@@ -1,11 +1,15 @@
-"""What a fit leaves: whether it is noise, over time (Ljung and Box) and frequency (Bartlett)."""
+"""What a fit leaves: whether it is noise, over time (Ljung and Box) and frequency (Bartlett).
+
+A drive that is slightly wrong leaves what turns with the spindle and changes slowly on axes that
+turn with it, far below the noise of single samples: that is asked for by itself.
+"""
 
 import math
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.stats import chi2, kstwobign
+from scipy.stats import chi2, kstwobign, norm
 
 from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.measured import Measured
@@ -15,16 +19,12 @@ LAGS = 20
 """Of the autocorrelation that are looked at."""
 FLAGGED = 4.0
 """z from which residuals are not noise: of true models one in some thousand has so much."""
-PARTS, LOUDER = 20, 3.0
-"""Of a recording, whose residuals are compared; times as large as before: something changed."""
+BLOCKS = 20
+"""Of as many turns of the spindle each, over which residuals are summed on turning axes."""
 DRIFT = 2.0
 """Standard deviations of the rest, over the whole recording."""
 NOISELESS = 1e-6
 """Of the signals' size: less than that is no noise of a sensor, and is not looked for."""
-
-
-CHANGED = "has something changed, or broken?"
-"""What is asked where a fit is good at first only."""
 
 
 class Whiteness(NamedTuple):
@@ -43,13 +43,21 @@ class Whiteness(NamedTuple):
     """Of the cumulative periodogram's largest distance from a straight line among such."""
     judged: bool
     """Whether there was noise to judge by."""
+    turning_z: float = 0.0
+    """Of what turns with the spindle: the standard deviations of a normal distribution that are as
+    rarely exceeded as it is by noise."""
     signs: tuple[str, ...] = ()
     """What residuals that are no noise look like, where that is known."""
 
     @property
     def white(self) -> bool:
         """Whether nothing speaks against noise."""
-        return not self.judged or self.z <= FLAGGED
+        return not self.judged or self.worst <= FLAGGED
+
+    @property
+    def worst(self) -> float:
+        """The larger one of both z."""
+        return max(self.z, self.turning_z)
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values."""
@@ -93,12 +101,40 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
     for k, measured in enumerate(problem.recordings):
         left = problem.left(k, values)
         each = whiteness_of(left, measured.rms, measured.name)
+        each = each._replace(turning_z=turning_z(left, measured))
         found.append(each if each.white else each._replace(signs=signs_of(left, measured.time)))
     return tuple(found)
 
 
+def turning_z(left: np.ndarray, measured: Measured) -> float:
+    """How unlikely it is that noise turns with the spindle as residuals do; see ``Whiteness``.
+
+    On axes that turn with the spindle the mean of white noise over a block is normal, with a
+    variance of one over the number of samples: the sum of its squares has a chi-squared
+    distribution. What the fit has taken off makes it smaller, and the answer careful.
+
+    Args:
+        left: shape (samples, axes), NaN where nothing was measured.
+        measured: has the axes, and how the spindle turned.
+    """
+    there = np.isfinite(left).all(axis=1)
+    across = (left @ np.exp(1j * np.array(measured.axes)))[there]
+    angle = np.array([measured.schedule.angle(t) for t in measured.time[there].tolist()])
+    turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
+    size = float(np.mean(np.abs(across) ** 2))
+    if size == 0.0 or turned[-1] == 0.0:
+        return 0.0
+    block = np.minimum((BLOCKS * turned / turned[-1]).astype(int), BLOCKS - 1)
+    counts = np.bincount(block, minlength=BLOCKS)
+    still = across * np.exp(-1j * angle)
+    sums = np.bincount(block, still.real, BLOCKS) + 1j * np.bincount(block, still.imag, BLOCKS)
+    filled = counts > 0
+    q = 2.0 * float(np.sum(np.abs(sums[filled]) ** 2 / counts[filled])) / size
+    return float(norm.isf(max(float(chi2.sf(q, 2 * int(filled.sum()))), 1e-300)))
+
+
 def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
-    """What residuals look like: a sensor that drifts, a drive that changes on its way.
+    """What residuals look like: a sensor that drifts.
 
     Args:
         left: shape (samples, axes), NaN where nothing was measured.
@@ -113,16 +149,6 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
         drift = float(slope * (at[-1] - at[0]))
         if abs(drift) > DRIFT * float(rest.std()):
             found.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor?")
-    parts = np.array_split(left, PARTS)
-    sizes = np.array([np.sqrt(np.nanmean(part**2)) for part in parts])
-    quiet = float(np.min(sizes[: PARTS // 2]))
-    loud = sizes > LOUDER * quiet
-    first = int(np.argmax(loud))
-    if first >= 2 and loud[first:].all():
-        found.append(
-            f"it fits until {time[first * len(time) // PARTS]:.3g} s and no more from there on: "
-            f"{CHANGED}"
-        )
     return tuple(found)
 
 
@@ -157,7 +183,7 @@ def _cumulative(centred: np.ndarray) -> float:
 
 def total_z(found: Sequence[Whiteness]) -> float:
     """Of all recordings that can be judged, as one z; 0 where none can."""
-    judged = [each.z for each in found if each.judged]
+    judged = [each.worst for each in found if each.judged]
     return sum(judged) / math.sqrt(len(judged)) if judged else 0.0
 
 

@@ -40,7 +40,7 @@ class RecordingFit(NamedTuple):
 
 
 class TriedEffect(NamedTuple):
-    """An effect that the scene does not have, tried once."""
+    """An effect that the scene does not have, or what a recording has of its own, tried once."""
 
     name: str
     explains: float
@@ -53,6 +53,8 @@ class TriedEffect(NamedTuple):
     """Of its parameters, as fitted."""
     failure: str = ""
     """Why it could not be tried."""
+    nuisance: str = ""
+    """What a recording has of its own, where that was tried: gain, bias, delay or disc_angle."""
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values."""

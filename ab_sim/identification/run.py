@@ -9,10 +9,11 @@ import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.errors import InputError, Interrupted
+from ab_sim.identification.changes import Departure, changes_in
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
-from ab_sim.identification.knowledge import Knowledge, knowledge_of
+from ab_sim.identification.knowledge import Knowledge, knowledge_before, knowledge_of
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.missing import tried_effects
 from ab_sim.identification.parameters import ANGLES, fitted_parameters
@@ -27,13 +28,11 @@ from ab_sim.identification.result import (
     TriedEffect,
 )
 from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
-from ab_sim.identification.verdict import Findings, misfits_of, verdict_of
+from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.workers import WorkerLost, Workers
 
-LOOKS = 2
-"""Draws of start angles from which it is asked what can be known."""
 NEAR = 0.7
 """Of the critical speed: slower runs tell little of the suspension."""
 FAR_OFF = 300.0
@@ -105,7 +104,7 @@ class _Work:
     def run(self, workers: Workers) -> Identification:
         """All of it."""
         problem, question = self._problem, self._question
-        knowledge = self._knowledge()
+        knowledge = knowledge_before(problem, question.seed, self._tell)
         held = list(knowledge.held) if question.hold_open else []
         search = StagedFit(problem, held, question.seed, self._tell, workers)
         interrupted = False
@@ -133,13 +132,21 @@ class _Work:
             if (shown := problem.simulated(k, values)) is not None
         ]
         whiteness = whiteness_over(problem, values)
+        misfits = misfits_of(problem, values, whiteness)
         tried: tuple[TriedEffect, ...] = ()
+        changes: tuple[Departure, ...] = ()
         outside: HeldOut | None = None
         proposals: tuple[Proposal, ...] = ()
         try:
             if not interrupted:
-                if not all(each.white for each in whiteness):
-                    tried = tried_effects(problem, values, free, self._tell)
+                white = [each.white for each in whiteness]
+                if not all(white):
+                    tried = tried_effects(problem, values, free, white, self._tell)
+                    # A wrong scale of all says nothing of the drive.
+                    if not explained_by(tried) and any(each.factor == 1.0 for each in misfits):
+                        changes = changes_in(
+                            problem, white, held, question.seed, self._tell, workers
+                        )
                 if self._held_out:
                     outside, more = held_out(
                         problem, values, self._held_out, question.seed, self._tell, workers
@@ -157,7 +164,7 @@ class _Work:
         verdict, reasons = verdict_of(
             Findings(
                 interrupted, whiteness, tried, outside, tuple(opened), bound,
-                misfits_of(problem, values, whiteness), question.fit,
+                misfits, question.fit, changes,
             )
         )  # fmt: skip
         fitted, notes = self._fitted_scene(values)
@@ -203,24 +210,6 @@ class _Work:
                     f"{ratio:.2g} times what the scene {self._scene.name} gives; is their unit "
                     "right? if so, begin with a scene that is nearer"
                 )
-
-    def _knowledge(self) -> Knowledge:
-        """What is open wherever the balls may have started."""
-        problem, found = self._problem, []
-        numbers = np.random.default_rng([self._question.seed, 0])
-        for look in range(LOOKS):
-            self._tell("what can be known", look, LOOKS)
-            values = problem.start
-            for j, each in enumerate(problem.parameters):
-                if each.is_own_angle:
-                    values[j] += numbers.uniform(0.0, 2.0 * np.pi)
-            found.append(knowledge_of(problem, values))
-        first = found[0]
-        always = tuple(j for j in first.held if all(j in each.held for each in found))
-        names = {problem.parameters[j].name for j in always}
-        return first._replace(
-            held=always, open=tuple(each for each in first.open if each.held in names)
-        )
 
     def _last(self, *_: object) -> None:
         self._tell("all recordings, to the last digit", 0, 1)

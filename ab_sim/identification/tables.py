@@ -142,10 +142,11 @@ def _of_recording(run: StoredRun, name: str) -> Table:
     notes = [run.torn] if run.torn else []
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
-    faults = dict.fromkeys(
-        event.text for event in run.notes.events if event.source == FAULTS
-    )  # each once
-    notes += [f"the recorder noted {text}" for text in faults if not text.endswith("none")]
+    first: dict[str, float] = {}
+    for event in run.notes.events:
+        if event.source == FAULTS and not event.text.endswith("none"):
+            first.setdefault(event.text, event.time)
+    notes += [f"the recorder noted {text}, from {at:.4g} s on" for text, at in first.items()]
     units = {channel: unit_of(channel) for channel in run.channels}
     return Table(name, columns, units, run.description, tuple(notes))
 

@@ -5,10 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.identification.changes import Departure
 from ab_sim.identification.knowledge import OpenDirection
+from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN
 from ab_sim.identification.missing import UNEQUAL, as_good_as_the_best
 from ab_sim.identification.problem import Problem
-from ab_sim.identification.residuals import CHANGED, Whiteness, noises_of
+from ab_sim.identification.residuals import Whiteness, noises_of
 from ab_sim.identification.result import (
     BOUND,
     FITS,
@@ -25,6 +27,13 @@ EXPLAINS, NAMED = 0.7, 0.01
 """Of z, that an effect has to take away to explain it, and to be named at all."""
 ABOVE_NOISE, OF_SIGNALS = 2.0, 0.02
 """Of the noise and of the signals: larger residuals are those of a scene that does not fit."""
+ASKED = {
+    GAIN: "are the signals' unit and the sensor's gain right?",
+    BIAS: "has the sensor an offset?",
+    DELAY: "is the sensor late?",
+    DISC_ANGLE: "is the sensor turned, or the zero of the spindle's angle off?",
+}
+"""Where what a recording has of its own explains it."""
 SCALED, STEADY, PARTS = 0.05, 0.1, 10
 """By which signals are off a constant factor of 1; by which the factor may differ between parts of
 a recording, as a share of it."""
@@ -61,6 +70,8 @@ class Findings(NamedTuple):
     """Of each recording."""
     fit: Sequence[str]
     """Keys that were asked for."""
+    changes: Sequence[Departure] = ()
+    """Where something has changed on the way."""
 
 
 def misfits_of(
@@ -116,10 +127,8 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
             verdict = NO_BETTER
     if found.at_bound:
         verdict = BOUND
-    # A wrong scale puts the rest off, too: what that looks like says nothing of the drive.
-    scaled = bool(found.at_bound) or any(each.factor != 1.0 for each in found.misfits)
     for one in found.whiteness:
-        reasons += _noise_words(one, scaled)
+        reasons += _noise_words(one)
     if not all(each.white for each in found.whiteness):
         off = [each for each in found.misfits if each.off]
         verdict = OFF if off or found.at_bound else MISSING
@@ -129,12 +138,19 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
             for each in off
         ]
         reasons += _effect_words(found.tried, found.fit)
+        reasons += [
+            f"{each.recording}: its beginning, fitted by itself, fits until {each.time:.3g} s and "
+            "no more from there on: has something changed or broken then, or does the scene lack "
+            "what shows only then?"
+            for each in found.changes
+        ]
         reasons.append("intervals are of chance only, and do not count what is missing")
     reasons += [
         f"{each.recording}: its signals are {each.factor:.3g} times the fitted ones all along: are "
         "their unit and the sensor's gain right? (--free gain)"
         for each in found.misfits
-        if each.factor != 1.0
+        # What has changed on the way spoils the scale of other recordings.
+        if each.factor != 1.0 and not found.changes
     ]
     reasons += [
         f"{name} is at its bound: are the signals' unit and the sensor's gain right? if so, look "
@@ -147,7 +163,7 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
     return verdict, reasons
 
 
-def _noise_words(one: Whiteness, scaled: bool) -> list[str]:
+def _noise_words(one: Whiteness) -> list[str]:
     if not one.judged:
         return [f"{one.recording}: no noise to judge by: {one.share:.2g} of the signals is left"]
     if one.white:
@@ -155,24 +171,36 @@ def _noise_words(one: Whiteness, scaled: bool) -> list[str]:
             f"{one.recording}: what is left is noise: Ljung-Box z = {one.z:.1f}, "
             f"{100 * one.share:.3g} % of the signals"
         ]
-    signs = [sign for sign in one.signs if not (scaled and CHANGED in sign)]
+    which = "Ljung-Box z" if one.z >= one.turning_z else "it turns with the spindle, z"
     return [
-        f"{one.recording}: what is left is no noise: Ljung-Box z = {one.z:.1f}, more than 4",
-        *(f"{one.recording}: {sign}" for sign in signs),
+        f"{one.recording}: what is left is no noise: {which} = {one.worst:.1f}, more than 4",
+        *(f"{one.recording}: {sign}" for sign in one.signs),
     ]
+
+
+def explained_by(tried: Sequence[TriedEffect]) -> bool:
+    """Whether what is left would be noise, or nearly so, with one of these."""
+    best = next((each for each in tried if not each.failure), None)
+    return best is not None and best.explains > EXPLAINS
 
 
 def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]:
     """Which effects would explain what is left, and how to fit the first of them."""
     best = next((each for each in tried if not each.failure), None)
     if best is None or best.explains < NAMED:
-        return ["no registered effect, tried by itself, explains it"] if tried else []
-    if best.explains <= EXPLAINS:
+        return ["nothing tried by itself explains it"] if tried else []
+    if not explained_by(tried):
         return [
-            f"no registered effect, tried by itself, explains it; the nearest is {best.name}, "
+            f"nothing tried by itself explains it; the nearest is {best.name}, "
             f"with which z = {best.z:.1f}"
         ]
     names = " or ".join(as_good_as_the_best(tried))
+    if best.nuisance:
+        own = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
+        return [
+            f"{names} would explain it: with {own} z = {best.z:.1f}: "
+            f"{ASKED[best.nuisance]} to fit it: --free {best.nuisance}"
+        ]
     sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())
     keys = ",".join([*fit, *best.values])
     # Unequal springs stand instead of equal ones, which no --set takes out.

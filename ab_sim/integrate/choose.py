@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from ab_sim.dynamics.assemble import DRAG, linear_rates
-from ab_sim.dynamics.system import System, has_events
+from ab_sim.dynamics.system import System, eventful, has_events
 from ab_sim.errors import SceneError, exact, nearest
 from ab_sim.integrate.limits import check_step, largest_step
 from ab_sim.integrate.registry import AUTO, parameters_of, stepper_named, steppers
@@ -127,7 +127,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
                 f"auto: {USUAL} would need steps of at most {most:g} s for {what}, whose rate is "
                 f"{abs(rates[what]):.4g} 1/s"
             )
-    _check_suits(stepper, system)
+    _check_suits(stepper, scene, system)
     check_parts(stepper, step, system, rates)
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)
@@ -167,13 +167,14 @@ def _check_no_parameters_of_auto(solver: Solver) -> None:
     )
 
 
-def _check_suits(stepper: Stepper, system: System) -> None:
+def _check_suits(stepper: Stepper, scene: Scene, system: System) -> None:
     """Refuse a stepper that cannot be cut at this system's events, or lacks its own motion."""
     if has_events(system.effects) and not stepper.locates_events:
         able = ", ".join(name for name, known in steppers().items() if known.locates_events)
+        because = ", ".join(f"{name} ({why})" for name, why in eventful(scene.effects).items())
         raise SceneError(
-            f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which "
-            f"friction, contact and a motor have; name one of: {able}"
+            f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which come "
+            f"with effects.{because}; name one of: {able}"
         )
     if stepper.needs_own_motion and not type(system.deck_model).COORDINATES:
         able = ", ".join(n for n, known in steppers().items() if not known.needs_own_motion)

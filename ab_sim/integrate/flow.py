@@ -12,6 +12,7 @@ import numpy as np
 from ab_sim.compiling import compiled
 from ab_sim.compiling.kinds import Floats, Table, call, fma
 from ab_sim.dynamics.system import System, has_events
+from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.vector_field import Field, VectorField
 from ab_sim.spindle import ScheduledSegment
@@ -50,7 +51,7 @@ class Flow:
     ) -> None:
         if has_events(system.effects):
             raise ValueError("the system has events, and its flow no derivative without them")
-        if not stepper.takes_lanes:
+        if not isinstance(stepper.weights, Tableau):
             raise ValueError(f"{stepper.name}: is no explicit Runge-Kutta method")
         field = VectorField(system, scheduled, discrete_state)
         self.layout, self.stepper = field.layout, stepper

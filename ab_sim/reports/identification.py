@@ -47,8 +47,8 @@ def _sections(found: Identification) -> Iterator[str]:
         yield "<h2>What these recordings cannot tell</h2>\n"
         yield _list([f"{each.words}. {each.advice}." for each in found.knowledge.open])
     if found.tried:
-        yield "<h2>What is missing: effects that were tried, one by one</h2>\n"
-        yield _table(("effect", "explains", "Ljung-Box z with it"), _tried_rows(found))
+        yield "<h2>What is missing, tried one by one</h2>\n"
+        yield _table(("tried", "explains", "Ljung-Box z with it"), _tried_rows(found))
     if found.proposals:
         yield "<h2>What to record next</h2>\n"
         heads = ("recording", "how", "worst half interval now", "with it", "makes known")

@@ -52,10 +52,10 @@ def _text(layout: StateLayout, quaternion: int, lanes: int) -> str:
     after = [where(taken, new, old) for new, old in zip(trial, all_of("y"), strict=True)]
     if quaternion >= 0:
         unit = slice(quaternion, quaternion + 4)
-        after[unit], moved = _normalised(after[unit])
+        after[unit], moved = normalised(after[unit])
     turns = []
     for k, j in enumerate(angles):
-        turn, after[j] = _unwound(after[j])
+        turn, after[j] = unwound(after[j])
         turns.append(given(f"turns[{k}]") + turn)
         moved = where(abs(turn) > 0.0, 1.0, moved)
     # All is read before anything is written.
@@ -70,7 +70,7 @@ def _text(layout: StateLayout, quaternion: int, lanes: int) -> str:
     return module_text([into])
 
 
-def _normalised(unit: Sequence[Expression]) -> tuple[list[Expression], Expression]:
+def normalised(unit: Sequence[Expression]) -> tuple[list[Expression], Expression]:
     """As ``fixed_step.normalise``: the quaternion, and 1 where it was no unit one."""
     square = unit[0] * unit[0]
     for q in unit[1:]:
@@ -80,7 +80,7 @@ def _normalised(unit: Sequence[Expression]) -> tuple[list[Expression], Expressio
     return [where(near, q, q * scale) for q in unit], where(near, 0.0, 1.0)
 
 
-def _unwound(angle: Expression) -> tuple[Expression, Expression]:
+def unwound(angle: Expression) -> tuple[Expression, Expression]:
     """As ``fixed_step.take_out_turns``, of at most one turn in a step: the turn, and the rest."""
     turn = where(abs(angle) > 2.0 * math.pi, where(angle > 0.0, 1.0, -1.0), 0.0)
     return turn, (angle - turn * (2.0 * math.pi)) - turn * TWO_PI_REST

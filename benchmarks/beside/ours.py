@@ -15,11 +15,13 @@ STEPS = (5e-3, 2.5e-3, 1e-3)
 """s, of rk8; they have to divide the period of the output."""
 TOLERANCES = tuple(10.0**-k for k in range(5, 15))
 """rad per span, of collocation."""
+TAYLOR_TOLERANCES = tuple(10.0**-k for k in range(4, 14))
+"""rad per step, of taylor."""
 CALLED = (
     '`Drive.advance`, as users run it, with a trajectory at its end; "compiled loop": the calls of '
-    "compiled code alone that it makes. rk8 has a sample at each of its steps, collocation every "
-    "5 ms. Batches: `simulate_batch`, eight runs with balls of different masses, its compiled "
-    "kernel alone and the whole call"
+    "compiled code alone that it makes. rk8 has a sample at each of its steps, collocation and "
+    "taylor every 5 ms. Batches: `simulate_batch`, eight runs with balls of different masses, its "
+    "compiled kernel alone and the whole call"
 )
 LOOP, KERNEL, WHOLE = ", compiled loop", ", compiled kernel", ", whole call"
 
@@ -45,7 +47,24 @@ def collocation_settings() -> Settings:
         )
 
 
-OURS: dict[str, Callable[[], Settings]] = {"rk8": rk8_settings, "collocation": collocation_settings}
+def taylor_settings() -> Settings:
+    """Likewise."""
+    for tolerance in TAYLOR_TOLERANCES:
+        yield (
+            f"tolerance {tolerance:.0e}",
+            (
+                "solver.stepper=taylor",
+                f"solver.step={SAMPLING.period}",
+                f"solver.parameters.tolerance={tolerance}",
+            ),
+        )
+
+
+OURS: dict[str, Callable[[], Settings]] = {
+    "rk8": rk8_settings,
+    "collocation": collocation_settings,
+    "taylor": taylor_settings,
+}
 
 
 class Whole:

@@ -4,8 +4,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-COLOURS = {"collocation": "tab:red", "rk8": "tab:orange", "heyoka": "tab:blue",
-           "Taylor in C++": "black", "RK8 in C++": "dimgray",
+COLOURS = {"collocation": "tab:red", "rk8": "tab:orange", "taylor": "tab:pink",
+           "heyoka": "tab:blue", "Taylor in C++": "black", "RK8 in C++": "dimgray",
            "CVODE Adams": "tab:green", "CVODE BDF": "tab:olive", "ARKODE": "tab:cyan",
            "LSODA": "tab:purple", "DOP853": "tab:brown", "MuJoCo": "tab:gray"}  # fmt: skip
 LINES = ("-", "--", ":", "-.")

@@ -61,11 +61,12 @@ def assert_equal_to_drives(
         assert run.trajectory.samples.tobytes() == expected.tobytes()
 
 
+@pytest.mark.parametrize("stepper", ["rk8", "taylor"])
 @pytest.mark.parametrize("balls", [0, 2])
-def test_every_scalar_may_vary(scene: Any, balls: int) -> None:
+def test_every_scalar_may_vary(scene: Any, balls: int, stepper: str) -> None:
     """Breakpoints fall anywhere within steps, and at other steps in every run."""
-    angles = [0.3 * i for i in range(balls)]
-    base = quick(scene, balls={"count": balls}, start={"ball_angles": angles})
+    angles, solver = [0.3 * i for i in range(balls)], {"stepper": stepper}
+    base = quick(scene, balls={"count": balls}, start={"ball_angles": angles}, solver=solver)
     variations = [
         {
             "rotor.eccentricity": 1e-4 * (1 + 0.02 * i),
@@ -87,10 +88,11 @@ def test_every_scalar_may_vary(scene: Any, balls: int) -> None:
     assert_equal_to_drives(base, variations)
 
 
-def test_all_effects_that_are_smooth(scene: Any) -> None:
+@pytest.mark.parametrize("stepper", ["rk8", "taylor"])
+def test_all_effects_that_are_smooth(scene: Any, stepper: str) -> None:
     sensors = {"pickup": {"noise_density": 1e-3}, "other": {"axis_angle": 1.0}}
-    start = {"ball_angles": [0.4, -0.7]}
-    base = quick(scene, effects=EVERYTHING_SMOOTH, sensors=sensors, start=start)
+    start, solver = {"ball_angles": [0.4, -0.7]}, {"stepper": stepper}
+    base = quick(scene, effects=EVERYTHING_SMOOTH, sensors=sensors, start=start, solver=solver)
     variations: list[dict[str, Any]] = [
         {
             "effects.gravity.tilt": 0.3 * i,
@@ -105,9 +107,11 @@ def test_all_effects_that_are_smooth(scene: Any) -> None:
     assert_equal_to_drives(base, variations[:1], every=7)
 
 
-def test_a_raised_cosine_beside_ramps(scene: Any) -> None:
+@pytest.mark.parametrize("stepper", ["rk8", "taylor"])
+def test_a_raised_cosine_beside_ramps(scene: Any, stepper: str) -> None:
     change = {"kind": "speed_change", "start_time": 0.1, "duration": 0.2, "to_speed": 130.0}
-    base = scene(start={"speed": 90.0}, profile=change, duration=0.4)
+    solver = {"stepper": stepper}
+    base = scene(start={"speed": 90.0}, profile=change, duration=0.4, solver=solver)
     variations: list[dict[str, Any]]
     variations = [{"profile.start_time": 0.05 + 0.0203 * i} for i in range(9)]
     variations[3]["profile.duration"] = 1e-4  # in more parts than a step of the others

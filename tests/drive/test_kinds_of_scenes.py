@@ -18,7 +18,7 @@ def drive_of(balls: int, stepper: str) -> Drive:
     return Drive(load_scene("thesis-hold", changes))
 
 
-@pytest.mark.parametrize("stepper", ["rk8", "generalized-alpha", "collocation"])
+@pytest.mark.parametrize("stepper", ["rk8", "generalized-alpha", "collocation", "taylor"])
 def test_a_drive_goes_on_when_its_kind_is_forgotten(
     monkeypatch: pytest.MonkeyPatch, stepper: str
 ) -> None:
@@ -34,12 +34,15 @@ def test_a_drive_goes_on_when_its_kind_is_forgotten(
     assert first + one.advance(20).samples.tobytes() == whole
 
 
-def test_a_forgotten_kind_that_nothing_runs_is_freed(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("stepper", ["collocation", "taylor"])
+def test_a_forgotten_kind_that_nothing_runs_is_freed(
+    monkeypatch: pytest.MonkeyPatch, stepper: str
+) -> None:
     monkeypatch.setattr(code, "_codes", OrderedDict())
     monkeypatch.setattr(code, "KINDS", 1)
-    drive = drive_of(2, "collocation")
+    drive = drive_of(2, stepper)
     (kept,) = map(weakref.ref, code._codes.values())
     del drive
-    drive_of(3, "collocation")
+    drive_of(3, stepper)
     gc.collect()
     assert kept() is None

@@ -16,7 +16,12 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.limits import largest_step, stability_limit
 from ab_sim.integrate.registry import stepper_named, steppers
 
-LIMITED = [name for name, known in steppers().items() if math.isfinite(stability_limit(known, 1j))]
+LIMITED = [
+    name
+    for name, known in steppers().items()
+    if math.isfinite(stability_limit(known, 1j)) and not known.keeps_tolerance
+]
+"""Those whose steps are the scene's."""
 
 
 def test_rk4_has_its_textbook_limits() -> None:

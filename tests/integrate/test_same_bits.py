@@ -41,8 +41,11 @@ RUNS: dict[str, list[str]] = {
     "on-edge": ["start.speed=95", "solver.stepper=collocation"],
     "feeding-deck": ["start.speed=60", "solver.stepper=collocation"],
     "one-ball": ["solver.stepper=collocation", "solver.parameters={tolerance: 1e-12}"],
+    "nsc-case-2": ["start.speed=100", "solver={stepper: taylor, parameters: {order: 6}}"],
 }
 """Scenes with and without events, in the plane and in space, by steps and by collocation."""
+IN_LANES = {"rk8": [], "taylor": ["solver.parameters={order: 6}"]}
+"""Steppers of batches, with their parameters."""
 STEPS = 300
 
 
@@ -52,13 +55,16 @@ def digests() -> dict[str, str]:
     for name, changes in RUNS.items():
         samples = Drive(load_scene(name, changes)).advance(STEPS).samples
         found[name] = hashlib.sha256(samples.tobytes()).hexdigest()
-    batch = simulate_batch(*varied())
-    whole = b"".join(run.trajectory.samples.tobytes() for run in batch.runs)
-    return found | {"batch": hashlib.sha256(whole).hexdigest()}
+    for stepper in IN_LANES:
+        batch = simulate_batch(*varied(stepper))
+        whole = b"".join(run.trajectory.samples.tobytes() for run in batch.runs)
+        found[f"batch by {stepper}"] = hashlib.sha256(whole).hexdigest()
+    return found
 
 
-def varied() -> tuple[Any, list[dict[str, Any]]]:
-    base = load_scene("nsc-case-1", ["duration=0.3", "start.speed=100", "solver.stepper=rk8"])
+def varied(stepper: str) -> tuple[Any, list[dict[str, Any]]]:
+    changes = ["duration=0.3", "start.speed=100", f"solver.stepper={stepper}", *IN_LANES[stepper]]
+    base = load_scene("nsc-case-1", changes)
     return base, [{"rotor.eccentricity": 1e-6 * (5 + k)} for k in range(9)]
 
 
@@ -86,8 +92,9 @@ def test_whatever_the_processor_can_do(processor: str, here: dict[str, str]) -> 
     assert by(PROCESSORS[processor]) == here
 
 
-def test_side_by_side_or_alone() -> None:
-    batch = simulate_batch(*varied())
+@pytest.mark.parametrize("stepper", IN_LANES)
+def test_side_by_side_or_alone(stepper: str) -> None:
+    batch = simulate_batch(*varied(stepper))
     assert batch.side_by_side == 9
     for run in batch.runs:
         alone = Drive(run.scene).advance(len(run.trajectory))

@@ -23,10 +23,14 @@ STEPS = {
     "rk8": (5e-3, 4e-3, 2.5e-3),
     "generalized-alpha": (2e-4, 1e-4, 5e-5),
     "collocation": (0.04, 0.032, 0.025),
+    "taylor": (1.25e-3, 1e-3, 8e-4),
 }
 """Below the stability limit, above rounding; each divides the time asked for."""
 
-PARAMETERS = {"collocation": {"tolerance": 1e-15, "steps": 1, "nodes": 8}}
+PARAMETERS: dict[str, dict[str, float]] = {
+    "collocation": {"tolerance": 1e-15, "steps": 1, "nodes": 8},
+    "taylor": {"order": 6, "steps": 1},
+}
 """Of those whose iterations otherwise end before rounding, and whose steps follow the motion."""
 
 
@@ -109,6 +113,6 @@ def test_their_order_does_not_depend_on_who_was_imported_first() -> None:
 
 
 def test_unknown_stepper() -> None:
-    known = "collocation, generalized-alpha, rk4, rk8, tsit5, auto"
+    known = "collocation, generalized-alpha, rk4, rk8, taylor, tsit5, auto"
     with pytest.raises(SceneError, match=rf"did you mean 'rk8'.*known are: {known}"):
         stepper_named("rk88")

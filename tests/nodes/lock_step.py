@@ -18,15 +18,18 @@ PERIOD = 5
 
 
 class LockStep:
-    """A scene with a profile; it wakes up each millisecond of simulated time.
+    """A scene with a profile that wakes up each millisecond, unless told otherwise.
 
     Args:
         fleet: runs it.
         scene: name or file.
         profile: the controller's; default: the scene's.
+        wake_rate: of the drive [1/s]; a whole number of wake-ups is a period.
     """
 
-    def __init__(self, fleet: Fleet, scene: str | Path, profile: str = "") -> None:
+    def __init__(
+        self, fleet: Fleet, scene: str | Path, profile: str = "", wake_rate: float = 1000.0
+    ) -> None:
         self.fleet = fleet
         self.blocks = fleet.listen(topics.BLOCK)
         self._status = fleet.listen(topics.PROFILE_STATUS)
@@ -34,8 +37,8 @@ class LockStep:
         self._clients: dict[str, Any] = {}
         self._awaited = 0
         fleet.start(
-            "drive_sim", scene=scene, time_mode="lock_step", wake_rate=1000.0, block_rate=200.0,
-            steps=PERIOD, error_checks=0.0,
+            "drive_sim", scene=scene, time_mode="lock_step", wake_rate=wake_rate, block_rate=200.0,
+            steps=round(1e-3 * PERIOD * wake_rate), error_checks=0.0,
         )  # fmt: skip
         fleet.start("profile_controller", profile=f'"{profile or scene}"', use_sim_time=True)
         fleet.until(lambda: fleet.value("profile_controller", "listeners") == "2", "it is heard")

@@ -87,18 +87,19 @@ def order(rows: list[SettingCost], least: float = 0.0) -> float:
     return float(np.polyfit(*np.log(np.array(pairs)).T, 1)[0])
 
 
-OF_ITS_OWN = "collocation"
-"""It chooses its own steps; those of the study are only how often it shows a sample."""
+OF_THEIR_OWN = "collocation", "taylor"
+"""They choose their own steps; those of the study are only how often they show a sample."""
 
 
-def test_the_error_of_its_own_steps_is_that_of_its_tolerance() -> None:
-    """1e-11 rad for each of some hundred spans, of which most is forgotten."""
-    rows = rows_of(OF_ITS_OWN)
+@pytest.mark.parametrize("name", OF_THEIR_OWN)
+def test_the_error_of_its_own_steps_is_that_of_its_tolerance(name: str) -> None:
+    """1e-11 rad for each of some hundred steps, of which most is forgotten."""
+    rows = rows_of(name)
     assert len(rows) >= 3
     assert all(row.errors and row.errors.angle.value < 20 * 1e-11 for row in rows)
 
 
-@pytest.mark.parametrize("name", [name for name in steppers() if name != OF_ITS_OWN])
+@pytest.mark.parametrize("name", [name for name in steppers() if name not in OF_THEIR_OWN])
 def test_errors_fall_with_the_declared_order(name: str) -> None:
     assert order(rows_of(name), 1e-11) == pytest.approx(stepper_named(name).order, abs=0.7)
 

@@ -1,0 +1,104 @@
+"""Until when a drive was the one that is fitted: fits of beginnings, and where they end."""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.identification.measured import Measured
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.residuals import noises_of, whiteness_over
+from ab_sim.identification.stages import StagedFit, Tell, minimise
+from ab_sim.workers import Workers
+
+BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
+"""Parts of a recording that are fitted by themselves, until one of them fits."""
+WINDOWS, LOUD = 100, 3.0
+"""Of a recording; the noise's multiple that what is left in one of them may have."""
+LONGER_STEPS = 15
+"""Iterations of a fit of a longer beginning."""
+
+
+class Departure(NamedTuple):
+    """A recording of which a fit of the beginning does not go on."""
+
+    recording: str
+    time: float
+    """Until which it fits [s]."""
+
+
+def changes_in(
+    problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Tell,
+    workers: Workers,
+) -> tuple[Departure, ...]:  # fmt: skip
+    """Where drives or sensors have changed on their way.
+
+    A change spoils a fit all along. So the beginning is fitted by itself, with the recordings that
+    fit, and goes on as far as what it foretells was measured.
+
+    Args:
+        problem: all recordings.
+        white: of each: whether what the whole fit leaves is noise.
+        held: numbers of the common parameters that stay at their start.
+        seed: of the start angles.
+        tell: progress.
+        workers: share the search.
+    """
+    good = [measured for k, measured in enumerate(problem.recordings) if white[k]]
+    common = [j for j in held if j < len(problem.common)]
+    found = []
+    others = [measured for k, measured in enumerate(problem.recordings) if not white[k]]
+    for measured in sorted(others, key=lambda each: each.with_balls):
+        # One without balls may have been spoiled by another.
+        whole = () if measured.with_balls else (1.0,)
+        for part in (*whole, *BEGINNINGS):
+            tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
+            own = _part(problem, good, measured, part * measured.duration)
+            values = StagedFit(own, common, seed, tell, workers).run().values
+            problem.runs += own.runs
+            if whiteness_over(own, values)[-1].white:
+                time = _reach(problem, good, measured, common, values, part * measured.duration)
+                if time is None:
+                    good.append(measured)
+                else:
+                    found.append(Departure(measured.name, time))
+                break
+    return tuple(found)
+
+
+def _part(
+    problem: Problem, good: Sequence[Measured], measured: Measured, until: float
+) -> Problem:  # fmt: skip
+    some = [*good, measured.until(until)]
+    return Problem(problem.scene, problem.common, some, noises_of(some))
+
+
+def _reach(
+    problem: Problem, good: Sequence[Measured], measured: Measured, held: Sequence[int],
+    values: np.ndarray, until: float,
+) -> float | None:  # fmt: skip
+    """How far a fit of a beginning goes, that is made longer step by step; None: to the end."""
+    own = _part(problem, good, measured, until)
+    free = [j for j in range(len(values)) if j not in held]
+    whole = _part(problem, good, measured, measured.duration)
+    while True:
+        left = whole.left(len(good), values)
+        time = _leaves(left, measured.time, own.noise[-1])
+        if time is None or time <= until * (1.0 + 1.0 / WINDOWS):
+            return time
+        own = _part(problem, good, measured, time)
+        longer = minimise(own, values, free, LONGER_STEPS).values
+        problem.runs += own.runs
+        if not whiteness_over(own, longer)[-1].white:
+            return time
+        values, until = longer, time
+
+
+def _leaves(left: np.ndarray, time: np.ndarray, noise: float) -> float | None:
+    """When residuals, of shape (samples, axes), become loud; None: they never do."""
+    for rows in np.array_split(np.arange(len(time)), WINDOWS):
+        some = left[rows]
+        there = some[np.isfinite(some)]
+        if len(there) and float(np.sqrt(np.mean(there**2))) > LOUD * noise:
+            return float(time[rows[0]])
+    return None

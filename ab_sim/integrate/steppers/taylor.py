@@ -1,0 +1,89 @@
+"""Taylor's method, in steps of its own, the scene's steps being samples in them.
+
+See ``ab_sim.taylor``. Jorba and Zou (2005), Exp. Math. 14, 99-117: order and length of a step from
+the tolerance; Moore, Interval Analysis (1966), ch. 11: coefficients by recurrences.
+"""
+
+import math
+from typing import NamedTuple
+
+from ab_sim.integrate.registry import Parameter, register_family
+from ab_sim.integrate.stepper import Stepper
+
+PARTS = 1024
+"""Into how many parts a step of the scene may be cut."""
+LOWEST, HIGHEST = 6, 16
+"""Orders."""
+MOST_STEPS = 8
+"""Of the scene in one of its own, where a number is named."""
+TOLERANCE = Parameter(
+    "how large the last term of each step's series may be, in balls' angles and in the deck's "
+    "displacement over the race's radius",
+    1e-11,
+    1e-16,
+    1e-2,
+    "rad",
+)
+ORDER = Parameter(
+    "of the series; 0 for the one that suits the tolerance",
+    0.0,
+    0.0,
+    float(HIGHEST),
+    values=(0.0, *map(float, range(LOWEST, HIGHEST + 1))),
+)
+
+
+STEPS = Parameter(
+    "how many of the scene's steps each step of its own goes over, whatever error that leaves; 0 "
+    "for as many, or such a part of one, as the tolerance allows",
+    0.0,
+    0.0,
+    float(MOST_STEPS),
+    values=tuple(map(float, range(MOST_STEPS + 1))),
+)
+
+
+class TaylorParameters(NamedTuple):
+    """What the method is told."""
+
+    tolerance: float
+    """rad."""
+    order: int
+    steps: float
+    """Of the scene in each of its own; 0 as many as the tolerance allows."""
+
+
+def order_for(tolerance: float) -> int:
+    """The order with which a run takes least time, or nearly so: Jorba and Zou, 3.1."""
+    return min(max(round(-0.5 * math.log(tolerance)), LOWEST), HIGHEST)
+
+
+@register_family("taylor", {"tolerance": TOLERANCE, "order": ORDER, "steps": STEPS})
+def taylor(tolerance: float, order: float, steps: float) -> Stepper:
+    """The method with a tolerance [rad], an order, and a number of the scene's steps in its own."""
+    chosen = int(order) or order_for(tolerance)
+
+    share = steps or 1.0 / PARTS
+    """Of a step of the scene in the shortest of its own."""
+
+    def growth(z: complex) -> complex:
+        term = total = 1.0 + 0.0j
+        for k in range(1, chosen + 1):
+            term *= z * share / k
+            total += term
+        return total
+
+    return Stepper(
+        "taylor",
+        chosen,
+        "Jorba and Zou (2005), Exp. Math. 14, 99-117",
+        TaylorParameters(tolerance, chosen, steps),
+        evaluations=chosen,
+        growth=growth,
+        memory=1,
+        parts=1 if steps else PARTS,
+        takes_lanes=True,
+        locates_events=False,
+        priced=False,
+        keeps_tolerance=True,
+    )

@@ -1,0 +1,108 @@
+"""Taylor steps of one run along a speed profile, the scene's steps being samples in them.
+
+A step follows the last one wherever samples are asked for: where it began, and the state there,
+belong to the run's memory, and its series follows from them. So results do not depend on how a run
+is cut up. No step goes beyond the end of a piece of the profile; behind a kink, or a command, the
+next begins at the sample that was the present.
+"""
+
+from ab_sim.compiling.kinds import Table
+from ab_sim.events.run import TURNS
+from ab_sim.stepping import fixed_step
+from ab_sim.stepping.fixed_step import (
+    ANGLE,
+    EqualSteps,
+    enter_step_range,
+    local_time,
+    put_labels,
+    step_by_step,
+)
+from ab_sim.taylor.clock import (
+    ANEW,
+    BEGIN,
+    COUNT,
+    FIRST,
+    LENGTH,
+    LOCAL,
+    OFFSET,
+    SOUND,
+    START,
+    TO,
+    UNTIL,
+)
+from ab_sim.taylor.run import BEGAN, VALID, TaylorRun, aim, expand, next_samples, renew
+
+PLACE_UNTIL = 2
+"""Of the numbers of a place, counted from the last one back: the local time of its end."""
+
+
+def advance_by_taylor(
+    one: TaylorRun,
+    step_plan: Table,
+    at: int,
+    first: int,
+    steps: int,
+    command: float,
+    samples: Table,
+) -> int:
+    """See ``fixed_step.advance``."""
+    run = one.run
+    only_record = steps == 0 and samples.shape[0] > 0
+    done, sound = 0, True
+    while sound and at < step_plan.shape[0]:
+        step_range = enter_step_range(run, step_plan[at], first + done, only_record)
+        here = int(min(step_plan[at, fixed_step.END] - (first + done), float(steps - done)))
+        if steps > 0:
+            # Part by part of a step makes the same sample, and the last one stays.
+            count = max(here, 1)
+            begin(one, step_range, step_plan[at, step_plan.shape[1] - PLACE_UNTIL], count)
+            taken = go_along(one, samples[done : samples.shape[0]], count)
+            sound = taken == count
+            done += here if sound else taken
+        else:
+            step_by_step(run, step_range, samples, 0)
+        if done == steps:
+            break
+        at += 1
+    put_labels(run, samples, first if only_record else first + 1, command)
+    return done if sound else -1 - done
+
+
+def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
+    """Go on with the step in memory; without one begin it at the present."""
+    run, own = one.run, one.own
+    clock, memory, balls = own.clock, run.work.memory, run.balls
+    clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
+    clock[LENGTH, 0], clock[UNTIL, 0] = step_range.length, until
+    clock[FIRST, 0], clock[COUNT, 0] = float(step_range.first), float(count)
+    if memory[0, VALID] == 0.0:
+        for j in range(run.state.size):
+            own.state[j, 0] = run.state[j]
+        for i in range(balls.number):
+            own.turns[i, 0] = float(balls.discrete[i, TURNS])
+        clock[ANEW, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
+        renew(own)
+    else:
+        # The series is not in memory: it is found again.
+        clock[BEGIN, 0] = memory[0, BEGAN]
+        expand(own)
+    clock[LOCAL, 0] = clock[BEGIN, 0]
+    aim(own, 0)
+
+
+def go_along(one: TaylorRun, samples: Table, count: int) -> int:
+    """Take the steps of a range; how many were: fewer if the state left its bounds."""
+    run, own, balls = one.run, one.own, one.run.balls
+    for done in range(count):
+        next_samples(own, samples[done, ANGLE:])
+        if own.said[SOUND, 0] == 0.0:
+            own.said[SOUND, 0] = 1.0
+            for j in range(run.state.size):
+                run.work.trial[j] = own.state[j, 0]
+            return done
+        for j in range(run.state.size):
+            run.state[j] = own.state[j, 0]
+        for i in range(balls.number):
+            balls.discrete[i, TURNS] = int(own.turns[i, 0])
+    run.work.memory[0, VALID], run.work.memory[0, BEGAN] = 1.0, own.clock[BEGIN, 0]
+    return count

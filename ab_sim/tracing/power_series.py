@@ -1,0 +1,118 @@
+"""Taylor coefficients of expressions along a motion: each from those of lower order.
+
+As in automatic differentiation of high order: Moore, Interval Analysis (1966), ch. 11; Jorba and
+Zou (2005), Exp. Math. 14, 99-117; Griewank and Walther, Evaluating Derivatives (2008), ch. 13.
+"""
+
+from collections.abc import Callable, Mapping
+
+from ab_sim.tracing.expression import (
+    Expression,
+    Level,
+    is_constant,
+    lifted,
+    rebuilt,
+    where,
+)
+
+
+class NotAnalyticError(ValueError):
+    """An operation has no Taylor series."""
+
+
+class PowerSeries:
+    """Coefficients of powers of the time since an instant, of expressions of one graph.
+
+    Args:
+        rates: of each input that moves, its rate of change. Other inputs stay as they are.
+    """
+
+    def __init__(self, rates: Mapping[Expression, Expression]) -> None:
+        self._rates = dict(rates)
+        self._found: dict[tuple[int, int], Expression] = {}
+
+    def give(self, x: Expression, k: int, value: Expression) -> None:
+        """Say what coefficient k of a node is."""
+        self._found[x.number, k] = value
+
+    def coefficient(self, x: Expression, k: int) -> Expression:
+        """Of the k-th power of time, of a node.
+
+        Raises:
+            NotAnalyticError: the node has no Taylor series, or what it is made of has none.
+        """
+        if x.level <= Level.PARAMETER:
+            return x if k == 0 else x.graph.constant(0.0)
+        key = x.number, k
+        if key not in self._found:
+            self._found[key] = self._made(x, k)
+        return self._found[key]
+
+    def change(self, x: Expression, k: int) -> Expression:
+        """Coefficient k of the node's rate of change."""
+        rate = self._rates.get(x)
+        if rate is not None:
+            return self.coefficient(rate, k)
+        return self.coefficient(x, k + 1) * float(k + 1)
+
+    def product(self, a: Expression, b: Expression, k: int, first: int = 0) -> Expression:
+        """Coefficient k of a b, from coefficient ``first`` of a on.
+
+        What is known last is added last, and a square takes half the products.
+        """
+        of, is_square = self.coefficient, a is b and first == 0
+        once = twice = a.graph.constant(0.0)
+        for i in sorted(range(first, k + 1), key=lambda i: (max(i, k - i), i)):
+            if not is_square or 2 * i == k:
+                once = once + of(a, i) * of(b, k - i)
+            elif 2 * i < k:
+                twice = twice + of(a, i) * of(a, k - i)
+        return once if is_constant(twice, 0.0) else once + 2.0 * twice
+
+    def _made(self, x: Expression, k: int) -> Expression:
+        of, args, graph = self.coefficient, x.args, x.graph
+        if x.op == "input":
+            if k == 0:
+                return x
+            rate = self._rates.get(x)
+            return graph.constant(0.0) if rate is None else of(rate, k - 1) * (1.0 / k)
+        if x.op in ("add", "sub", "neg", "total"):
+            return rebuilt(x, [of(arg, k) for arg in args])
+        if x.op == "fma":
+            return self.product(args[0], args[1], k) + of(args[2], k)
+        if x.op == "mul":
+            return self.product(args[0], args[1], k)
+        if x.op == "where" and args[0].level <= Level.PARAMETER:
+            return where(args[0], of(args[1], k), of(args[2], k))
+        if x.op not in _RULES:
+            raise NotAnalyticError(f"{x.op} has no Taylor series: {x}")
+        return rebuilt(x, [of(arg, 0) for arg in args]) if k == 0 else _RULES[x.op](self, x, k)
+
+
+def _quotient(of: PowerSeries, x: Expression, k: int) -> Expression:
+    a, b = x.args
+    return (of.coefficient(a, k) - of.product(b, x, k, 1)) * (1.0 / of.coefficient(b, 0))
+
+
+def _root(of: PowerSeries, x: Expression, k: int) -> Expression:
+    inner = lifted(x.graph, 0.0)
+    for i in range(1, k):
+        inner = inner + of.coefficient(x, i) * of.coefficient(x, k - i)
+    return (of.coefficient(x.args[0], k) - inner) * (0.5 / of.coefficient(x, 0))
+
+
+def _turning(of: PowerSeries, x: Expression, k: int) -> Expression:
+    """Of a cosine or sine of an angle, from the other one."""
+    angle, found = x.args[0], lifted(x.graph, 0.0)
+    other, sign = (angle.sin(), -1.0) if x.op == "cos" else (angle.cos(), 1.0)
+    for j in sorted(range(k), key=lambda j: max(j, k - 1 - j)):
+        found = found + of.change(angle, j) * of.coefficient(other, k - 1 - j)
+    return found * (sign / k)
+
+
+_RULES: dict[str, Callable[[PowerSeries, Expression, int], Expression]] = {
+    "div": _quotient,
+    "sqrt": _root,
+    "cos": _turning,
+    "sin": _turning,
+}

@@ -1,0 +1,162 @@
+"""Whether Taylor's method pays in batches: of the thesis' drive, and of all smooth effects.
+
+    apt install g++
+    python benchmarks/taylor_batches.py [--avx2] [--out docs] [--scenes 6] [--repeats 9]
+
+writes taylor-batches.json; limited to AVX2, taylor-batches-avx2.json. Eight runs side by side that
+differ in the balls' mass, samples every 5 ms, CPU time of the compiled code, all settings of a
+scene in turns.
+
+``at``: the thesis' start-up with a hold, without friction, beside the same method by hand in C++,
+as peers.py has it; times are interpolated at an error.
+
+``rows``: scenes of both plants at random with every effect that has no events. Errors in a ball's
+angle beside rk8 at 0.05 ms; what Taylor's method takes [us per simulated second], and how many
+times longer the quickest of rk8, at the steps of a ladder, and of collocation takes that has no
+larger error; medians over repeats.
+"""
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
+
+from arguments import arguments  # noqa: E402
+from beside import expert_peer, ours, width  # noqa: E402
+from beside.case import BatchCase  # noqa: E402
+from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
+
+from ab_sim.batch import simulate_batch  # noqa: E402
+from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.errors import SceneError  # noqa: E402
+from ab_sim.scene import Scene  # noqa: E402
+from ab_sim.scene.load import changed_scene  # noqa: E402
+from ab_sim.studies.effect_cost import conditions  # noqa: E402
+from tests.integrate.random_scenes import PLANTS, scene_at_random  # noqa: E402
+
+WANTED = (1e-6, 1e-9, 1e-12)
+"""Errors in ball angle, the largest over the run [rad]."""
+EVERY, FINE = 0.005, 5e-5
+TOLERANCES = (1e-5, 1e-7, 1e-9, 1e-11)
+LADDER = (0.005, 0.0025, 0.00125, 0.000625, 0.0003125)
+FACTORS = [1.0 + 0.01 * k for k in range(8)]
+"""Of the balls' mass in the runs of a batch."""
+
+
+class Setting:
+    """A batch of a scene with a stepper.
+
+    Args:
+        scene: what runs.
+        stepper: its name.
+        step: s.
+        tolerance: of those that have one.
+    """
+
+    def __init__(self, scene: Scene, stepper: str, step: float, tolerance: float | None) -> None:
+        own = {} if tolerance is None else {"solver.parameters": {"tolerance": tolerance}}
+        solver = {"solver.stepper": stepper, "solver.step": step, **own}
+        self.stepper, self.tolerance = stepper, tolerance
+        self._scene = changed_scene(scene, solver, stepper)
+        self._every, self._times = round(EVERY / step), []
+        masses = np.array(scene.balls.masses)
+        self._variations = [{"balls.mass": (masses * f).tolist()} for f in FACTORS]
+        self.angles = self.once()
+
+    def once(self) -> np.ndarray:
+        """The balls' angles in all runs."""
+        batch = simulate_batch(self._scene, self._variations, self._every)
+        simulated = len(FACTORS) * self._scene.duration
+        self._times.append(1e6 * batch.integration_seconds / simulated)
+        return np.array([run.trajectory.ball_angles for run in batch.runs])
+
+    @property
+    def time(self) -> float:
+        """us per simulated second; the first run, which makes code, does not count."""
+        return float(np.median(self._times[1:]))
+
+
+def settings(scene: Scene) -> Iterator[Setting]:
+    """All that are not refused."""
+    for name in ("taylor", "collocation"):
+        for tolerance in TOLERANCES:
+            yield Setting(scene, name, EVERY, tolerance)
+    for step in LADDER:
+        try:
+            yield Setting(scene, "rk8", step, None)
+        except SceneError:  # beyond its stability limit
+            continue
+
+
+def measure(what: str, scene: Scene, repeats: int) -> list[dict[str, Any]]:
+    """One scene at all tolerances."""
+    true, found = Setting(scene, "rk8", FINE, None).angles, list(settings(scene))
+    for turn in range(repeats):
+        for place in range(len(found)):
+            found[(turn + place) % len(found)].once()
+    rows, errors = [], {each: float(np.abs(each.angles - true).max()) for each in found}
+    for own in found:
+        if own.stepper != "taylor":
+            continue
+        others = [x for x in found if x.stepper != "taylor" and errors[x] <= errors[own]]
+        best = min(others, key=lambda x: x.time, default=None)
+        rows.append(
+            {
+                "scene": what,
+                "tolerance": own.tolerance,
+                "error": errors[own],
+                "us_per_s": own.time,
+                "other": best.stepper if best else None,
+                "other_takes_times": best.time / own.time if best else None,
+            }
+        )
+    return rows
+
+
+def beside_peer(repeats: int) -> dict[str, Any]:
+    """The thesis' drive by all of ours, and in C++."""
+    case = BatchCase()
+    families = [*ours.batch_families(case), *expert_peer.batch_families(case)]
+    found, left_out = candidates(families, print)
+    take_turns(found, repeats)
+    at = [compare(found, e, lambda m: m.endswith(ours.KERNEL), 1.0, not left_out) for e in WANTED]
+    for result in at:
+        print(verdict(result))
+    rows = [row for row in reports(found) if row["on_front"]]
+    return {"at": at, "front": rows, "left_out": [each._asdict() for each in left_out]}
+
+
+def scenes(count: int) -> Iterator[tuple[str, Scene]]:
+    """What is run, by name."""
+    for plant in PLANTS:
+        for seed in range(count):
+            made = scene_at_random(plant, seed, step=EVERY)
+            yield plant, made.model_copy(update={"duration": 1.0})
+
+
+def main() -> None:
+    """Measure and write the file."""
+    parser = arguments("Taylor's method in batches.", 9)
+    parser.add_argument("--scenes", type=int, default=6, help="at random of each plant")
+    parser.add_argument("--avx2", action="store_true", help="with vectors of AVX2, not AVX-512")
+    asked, rows = parser.parse_args(), []
+    if asked.avx2:
+        width.limit()
+    beside = beside_peer(asked.repeats)
+    for what, scene in scenes(asked.scenes):
+        rows += measure(what, scene, asked.repeats)
+        for row in rows[-len(TOLERANCES) :]:
+            print({k: f"{v:.3g}" if isinstance(v, float) else v for k, v in row.items()})
+    where = {**conditions(), "vectors": width.vectors(), "repeats": asked.repeats}
+    where["versions"].update(expert_peer.versions())
+    report = {**where, **beside, "rows": rows}
+    name = "taylor-batches-avx2" if asked.avx2 else "taylor-batches"
+    write_json(report, str(asked.out / f"{name}.json"))
+
+
+if __name__ == "__main__":
+    main()

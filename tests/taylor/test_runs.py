@@ -1,0 +1,195 @@
+"""Runs by Taylor steps: what they are as good as, what they depend on, and what is refused."""
+
+import itertools
+from typing import Annotated, Any, NamedTuple
+
+import numpy as np
+import pytest
+
+from ab_sim.batch import simulate_batch
+from ab_sim.drive import Drive
+from ab_sim.equations.motion import DeckMotion
+from ab_sim.errors import DivergedError, SceneError
+from ab_sim.integrate.registry import stepper_named
+from ab_sim.integrate.steppers.taylor import HIGHEST, LOWEST, order_for
+from ab_sim.scene import load_scene, registry
+from ab_sim.scene.quantities import Number, quantity
+from ab_sim.scene.registry import effect_classes, register
+from ab_sim.taylor.clock import BEGIN, CLOCK
+from tests.integrate.random_scenes import PLANTS, scene_at_random
+
+SMOOTH = ["effects.rolling_friction="]
+HOLD = ["solver.stepper=taylor", "solver.step=0.005"]
+
+
+def by_taylor(*changes: str) -> Drive:
+    """The thesis' start-up with a hold."""
+    return Drive(load_scene("thesis-hold", [*SMOOTH, *HOLD, *changes]))
+
+
+@pytest.fixture(scope="module")
+def true() -> np.ndarray:
+    """The balls' angles in it, every 5 ms."""
+    fine = ["solver.stepper=rk8", "solver.step=0.0005"]
+    run = Drive(load_scene("thesis-hold", [*SMOOTH, *fine])).advance(12_000).thinned(10)
+    return np.asarray(run.ball_angles)
+
+
+@pytest.mark.parametrize("tolerance", [1e-5, 1e-8, 1e-11])
+def test_errors_are_what_was_asked_for(tolerance: float, true: np.ndarray) -> None:
+    drive = by_taylor(f"solver.parameters.tolerance={tolerance}")
+    error = np.abs(drive.advance(1200).ball_angles - true).max()
+    assert 0.01 * tolerance < error < tolerance
+
+
+@pytest.mark.parametrize("seed", [2, 3])
+@pytest.mark.parametrize("plant", PLANTS)
+def test_all_effects_that_have_a_series(plant: str, seed: int) -> None:
+    """Beside rk8 at short steps; and no energy is lost."""
+    own = {"stepper": "taylor", "step": 0.004, "parameters": {"tolerance": 1e-8, "order": 6}}
+    drive = Drive(scene_at_random(plant, seed, **own), energy_balance=True)
+    fine = Drive(scene_at_random(plant, seed, stepper="rk8", step=1e-4), energy_balance=True)
+    angles = drive.advance(50).ball_angles
+    other = fine.advance(2000).thinned(40)
+    assert np.abs(angles - other.ball_angles).max() < 1e-5
+    balance = drive.energy()
+    lost = balance.stored - balance.at_start - balance.motor_work + balance.dissipated
+    assert abs(lost) < 1e-6 * (abs(balance.motor_work) + balance.dissipated)
+
+
+def test_its_steps_are_its_own(true: np.ndarray) -> None:
+    """With samples however far apart the motion is the same, but for how their times round."""
+    short, long = by_taylor("solver.step=0.001"), by_taylor("solver.step=0.05")
+    every, far = short.advance(6000), long.advance(120)
+    np.testing.assert_allclose(every.ball_angles[49::50], far.ball_angles, rtol=0, atol=1e-14)
+    assert np.abs(far.ball_angles - true[9::10]).max() < 1e-10
+
+
+def test_nothing_depends_on_how_a_run_is_cut_up_and_continued() -> None:
+    """Commands in the middle of steps, snapshots, looks ahead, and restarts."""
+    one, other = by_taylor(), by_taylor()
+    whole = np.concatenate([one.advance(101).samples, commanded(one).advance(99).samples])
+    parts = [other.advance(k).samples for k in (1, 2, 3, 50, 45)]
+    kept = other.snapshot()
+    other.observe_at(other.time + 0.3 * other.step)
+    commanded(other).advance(7)
+    other.restore(kept)
+    assert (other.present().samples[0] == parts[-1][-1]).all()
+    parts += [commanded(other).advance(k).samples for k in (1, 98)]
+    assert np.concatenate(parts).tobytes() == whole.tobytes()
+    other.reset()
+    assert other.advance(101).samples.tobytes() == whole[:101].tobytes()
+
+
+def commanded(drive: Drive) -> Drive:
+    drive.command(55.0)
+    return drive
+
+
+def test_a_look_ahead_is_on_the_same_motion() -> None:
+    drive, fine = by_taylor(), by_taylor("solver.step=0.00125")
+    drive.advance(300)
+    fine.advance(1201)
+    there = drive.observe_at(300.25 * 0.005)
+    np.testing.assert_allclose(there.theta, fine.observe().theta, rtol=0, atol=1e-13)
+
+
+def test_runs_side_by_side_do_not_wait_for_each_others_steps() -> None:
+    """Their step lengths differ by far: each has the bits that it has alone."""
+    base = load_scene("thesis-hold", [*SMOOTH, *HOLD, "duration=1.0"])
+    variations = [{"effects.viscous_drag.coefficient": 3.0**k} for k in range(-3, 7)]
+    batch = simulate_batch(base, variations)
+    assert batch.side_by_side == 10
+    for run in batch.runs:
+        alone = Drive(run.scene).advance(200)
+        assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
+    thinned = simulate_batch(base, variations[:3], every=7)
+    for run, full in zip(thinned.runs, batch.runs, strict=False):
+        expected = full.trajectory.samples[6::7]
+        assert run.trajectory.samples.tobytes() == expected.tobytes()
+
+
+def test_merits_are_those_of_runs_by_a_runge_kutta_method() -> None:
+    variations = [{"balls.mass": 1e-3 * (1 + 0.1 * k)} for k in range(9)]
+    found, merit = [], "vibration_velocity_rms"
+    for stepper in ("taylor", "rk8"):
+        changes = [*SMOOTH, "duration=1.0", f"solver.stepper={stepper}", "solver.step=0.002"]
+        batch = simulate_batch(load_scene("thesis-hold", changes), variations, merits=[merit])
+        assert batch.side_by_side == 9
+        found.append(batch.merits[merit])
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
+
+
+class Pump(NamedTuple):
+    """Pushes the deck outwards, the more the further it is."""
+
+    push: Annotated[Number, quantity("force per displacement", "N/m", ge=0, le=1e9)]
+
+    def deck_force(self, deck: DeckMotion) -> tuple[Any, Any]:
+        return self.push * deck.x, self.push * deck.y
+
+
+class Rubber(NamedTuple):
+    """A stop that is met on one side: it has a kink."""
+
+    stiffness: Annotated[Number, quantity("force per length", "N/m", ge=0, le=1e9)]
+
+    def deck_force(self, deck: DeckMotion) -> tuple[Any, Any]:
+        return -(self.stiffness * abs(deck.x)), 0.0
+
+
+@pytest.fixture
+def strange(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Effects of these kinds are known."""
+    monkeypatch.setattr(registry, "_effects", effect_classes())
+    for kind in (Pump, Rubber):
+        register(kind.__name__.lower(), equation="f = f(u)", source="this test")(kind)
+
+
+def test_what_goes_beyond_all_bounds_is_told_and_left_at_its_last_good_state(
+    strange: None, scene: Any
+) -> None:
+    changes = {"effects": {"pump": {"push": 1.3e5}}, "solver": {"stepper": "taylor"}}
+    made = scene(**changes, duration=0.2, profile=None, start={"speed": 50.0})
+    drive = Drive(made)
+    with pytest.raises(DivergedError, match="beyond all bounds"):
+        drive.advance(200)
+    last = drive.steps
+    again = Drive(made).advance(last)
+    assert again.samples[-1].tobytes() == drive.present().samples[0].tobytes()
+    batch = simulate_batch(made, [{}, {"effects.pump.push": 0.0}, {}])
+    assert ["beyond all bounds" in run.failure for run in batch.runs] == [True, False, True]
+    assert len(batch.runs[0].trajectory) == last
+    assert len(batch.runs[1].trajectory) == 200
+
+
+def test_what_has_no_series_is_refused_by_name(strange: None, scene: Any) -> None:
+    made = scene(effects={"rubber": {"stiffness": 1e3}}, solver={"stepper": "taylor"})
+    words = r"solver.stepper = 'taylor': abs has no Taylor series: abs\(deck\[0\]\); use rk8"
+    with pytest.raises(SceneError, match=words):
+        Drive(made)
+
+
+@pytest.mark.parametrize("name", ["thesis-hold", "packed-balls", "weak-motor"])
+def test_effects_with_events_are_refused_by_name(name: str) -> None:
+    words = {
+        "thesis-hold": r"effects.rolling_friction \(balls stick and slip\)",
+        "packed-balls": r"ball_contact \(balls collide\)",
+        "weak-motor": r"motor \(a motor reaches its limit\)",
+    }
+    with pytest.raises(SceneError, match=f"{words[name]}.*name one of: collocation, rk4"):
+        Drive(load_scene(name, ["solver.stepper=taylor"]))
+
+
+def test_its_order_rises_with_what_is_asked() -> None:
+    orders = [order_for(10.0**-k) for k in range(2, 17)]
+    assert orders == sorted(orders)
+    assert (orders[0], orders[-1]) == (LOWEST, HIGHEST)
+    assert stepper_named("taylor", {"tolerance": 1e-8}).order == order_for(1e-8)
+    assert stepper_named("taylor", {"tolerance": 1e-8, "order": 12}).order == 12
+
+
+def test_its_clock_has_a_name_for_each_line() -> None:
+    assert len(set(CLOCK)) == len(CLOCK)
+    assert CLOCK[BEGIN] == "begin"
+    assert all(a != b for a, b in itertools.pairwise(CLOCK))
