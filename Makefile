@@ -37,7 +37,8 @@ demo: $(VENV)/run.stamp
 action: $(VENV)/action.stamp
 
 # PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
-PYTEST = PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
+# Of linear algebra one thread a process: several would wait for each other on two cores.
+PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
 # Tests that start ROS 2 nodes or commands wait for them: four processes keep two cores busy.
 SHARED = -n 4 --dist loadfile
 
