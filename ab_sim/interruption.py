@@ -22,6 +22,8 @@ SHOW_CURSOR = b"\x1b[?25h"
 ONE_WISH = 1.0
 """s after the signal that began an end in order, in which further ones mean the same: Ctrl-C
 reaches a program from its terminal, and once more from the launch that started it."""
+KEPT = [signal.SIGINT, signal.SIGHUP]
+"""From children, if they are."""
 _stopping: threading.Event | None = None
 _watching = False
 
@@ -69,13 +71,19 @@ def kept_from_children() -> Iterator[None]:
     """Processes that this thread starts within it leave Ctrl-C and a closed terminal to this one.
 
     They inherit what the thread blocks, from their first instruction on; in this process another
-    thread takes the signals, so that none is lost.
+    thread takes the signals, so that none is lost. What is sent to such a process waits until it
+    calls ``heed``.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, [signal.SIGINT, signal.SIGHUP])
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, KEPT)
     try:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def heed() -> None:
+    """From now on take what ``kept_from_children`` has kept from this process."""
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
 
 
 def leave(code: int) -> NoReturn:

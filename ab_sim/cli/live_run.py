@@ -245,7 +245,8 @@ class LiveRun:
         for name, values in self._nodes.items():
             settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
             command = [sys.executable, "-m", f"ab_sim.nodes.{name}", "--ros-args", *settings]
-            with (self._logs / f"{name}.log").open("wb") as log:
+            # A node's first instructions know no other end than a traceback.
+            with (self._logs / f"{name}.log").open("wb") as log, interruption.kept_from_children():
                 self._processes[name] = subprocess.Popen(
                     command,
                     stdout=log,

@@ -160,6 +160,17 @@ def test_a_signal_that_a_launch_forwards_counts_once(start: Start) -> None:
     assert code == 0 and "interrupted" not in said
 
 
+@pytest.mark.ros
+@pytest.mark.parametrize("after", [0.0, 0.005, 0.01, 0.02, 0.05])
+def test_a_node_of_live_or_demo_at_its_first_instructions(start: Start, after: float) -> None:
+    """They start it so that Ctrl-C waits until it knows how to end."""
+    with interruption.kept_from_children():
+        program = start("ab_sim.nodes.drive_sim")
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        program.process.wait(timeout=after)
+    assert program.interrupted() == (130, "interrupted\n")
+
+
 WAITS = """
 import threading
 from ab_sim import interruption
