@@ -18,6 +18,12 @@ pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.over
 if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda *_: None)
 
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """First those that wait for nodes: what computes fills the time that they leave."""
+    items.sort(key=lambda item: item.get_closest_marker("ros") is None)
+
+
 SceneMaker = Callable[..., Scene]
 
 
