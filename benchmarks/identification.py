@@ -116,7 +116,7 @@ def identified(seed: int, friction: bool) -> dict[str, Any]:
         "bounds": bounds_of(blind, recordings),
         "deviations_off": {**off, ANGLES: errors[ANGLES] / max(angles)},
         "noise": noise,
-        "z": [each.z for each in found.whiteness],
+        "z": [each.worst for each in found.whiteness],
     }
 
 
@@ -139,7 +139,7 @@ def covered(seed: int, friction: bool) -> dict[str, Any]:
         "seed": seed,
         "deviations_off": off.tolist(),
         "names": list(problem.names),
-        "z": [each.z for each in whiteness_over(problem, fit.values)],
+        "z": [each.worst for each in whiteness_over(problem, fit.values)],
     }
 
 
@@ -157,7 +157,7 @@ def with_effect(seed: int) -> dict[str, Any]:
         "seed": seed,
         "effect": name,
         "change": change,
-        "z": [each.z for each in found.whiteness],
+        "z": [each.worst for each in found.whiteness],
         "flagged": not all(each.white for each in found.whiteness),
         "named": as_good_as_the_best(found.tried),
         "seconds": time.process_time() - begin,

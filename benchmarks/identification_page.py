@@ -207,5 +207,6 @@ def _summary(report: dict[str, Any]) -> str:
     most = max(z, default=0.0)
     return (
         f"Flagged {flagged} of {len(effects)}, named first {named}. False alarms of true models: "
-        f"{alarms} of {len(z)} recordings have z > 4, the largest is {most:.1f}."
+        f"{alarms} of {len(z)} recordings have z > 4, the largest is {most:.1f}. z is the larger "
+        "one of what Ljung and Box ask and of whether what is left turns with the spindle."
     )
