@@ -20,8 +20,9 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """First those that wait for nodes: what computes fills the time that they leave."""
-    items.sort(key=lambda item: item.get_closest_marker("ros") is None)
+    """First those that wait for nodes, then what a file of which would be waited for in the end."""
+    order = ("ros", "long")
+    items.sort(key=lambda item: [item.get_closest_marker(name) is None for name in order])
 
 
 SceneMaker = Callable[..., Scene]

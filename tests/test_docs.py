@@ -18,6 +18,8 @@ from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.scene.registry import effect_classes
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 PAGES = [ROOT / "README.md", *sorted(set(DOCS.rglob("*.md")) - set(DOCS.glob("_build/**/*.md")))]

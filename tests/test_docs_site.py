@@ -15,6 +15,8 @@ from ab_sim.cli.app import app
 from ab_sim.scene import load_scene
 from ab_sim.scene.registry import effect_classes
 
+pytestmark = pytest.mark.long
+
 ROOT = Path(__file__).parents[1]
 DOCS = ROOT / "docs"
 EXAMPLES = sorted((DOCS / "gallery" / "examples").glob("*.py"))

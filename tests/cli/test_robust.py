@@ -13,6 +13,8 @@ from ab_sim.limited_yaml import yaml_text
 from tests.cli.killed import KeptWork
 from tests.cli.tool import PNG, ab_sim
 
+pytestmark = pytest.mark.long
+
 SHORT = ("--set", "duration=0.4", "--set", "effects.rolling_friction=")
 SPREAD = (
     "--spread", "balls.mass=5% per ball", "--spread", "rotor.eccentricity=lognormal:0.1 mm,40%",

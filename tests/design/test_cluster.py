@@ -21,6 +21,8 @@ from ab_sim.workers import WorkerLost
 from tests.design import calls
 from tests.design.dask_cluster import ROOT, DaskCluster, free_port
 
+pytestmark = pytest.mark.long
+
 pytest.importorskip("distributed")
 SCENE = ["duration=0.4"]
 OVER = {

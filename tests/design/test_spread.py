@@ -25,6 +25,8 @@ from ab_sim.drive.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.workers import Workers
 
+pytestmark = pytest.mark.long
+
 SPREAD = ("balls.mass=5% per ball", "rotor.eccentricity=lognormal:20%", "start.ball_angles=random")
 SMALL = (bound_of("peak_whirl_over_e<0.55"),)
 """Half of the drives that start up for 0.3 s."""

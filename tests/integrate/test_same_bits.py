@@ -18,6 +18,8 @@ from ab_sim.batch import simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.scene import load_scene
 
+pytestmark = pytest.mark.long
+
 PROCESSORS = {
     "vectors of eight": "",
     "vectors of four": "+avx2,+fma,-avx512f",
