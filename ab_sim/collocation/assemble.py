@@ -1,8 +1,6 @@
 """From a system and its machine code to a Collocation."""
 
 import functools
-import threading
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -80,18 +78,10 @@ class CollocationCode:
         return 1, size_of_memory(own.nodes, own.rows, own.emission.states)
 
 
-_codes: WeakKeyDictionary[Code, dict[tuple[int, bool], CollocationCode]] = WeakKeyDictionary()
-"""As long as the equations' own code is there."""
-_lock = threading.Lock()
-
-
 def collocation_code(code: Code, nodes: int, balls_alike: bool) -> CollocationCode:
     """Collocation's code for a kind of scene: the same object each time."""
-    with _lock:
-        made, key = _codes.setdefault(code, {}), (nodes, balls_alike)
-        if key not in made:
-            made[key] = CollocationCode(code, nodes, balls_alike)
-        return made[key]
+    key = CollocationCode, nodes, balls_alike
+    return code.other(key, lambda: CollocationCode(code, nodes, balls_alike))
 
 
 def drag_rates(system: System) -> np.ndarray:

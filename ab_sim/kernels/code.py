@@ -5,7 +5,7 @@ import functools
 import threading
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,8 @@ from ab_sim.kernels.runge_kutta import step_text
 from ab_sim.tracing.llvm_text import Function, module_text
 from ab_sim.tracing.machine_code import MachineCode
 
+Other = TypeVar("Other")
+
 
 class Code:
     """Machine code of a kind of scene.
@@ -37,7 +39,8 @@ class Code:
         self.emission = Emission(self.model, self.layout, segment._fields)
         self.size = self.emission.size
         self._made: dict[Any, tuple[int, MachineCode]] = {}
-        self._lock = threading.Lock()
+        self._others: dict[Any, Any] = {}
+        self._lock, self._others_lock = threading.Lock(), threading.Lock()
 
     def branches(self) -> int:
         """How many numbers say which branches of set-valued laws hold."""
@@ -65,6 +68,19 @@ class Code:
                 code = MachineCode(text())
                 self._made[key] = code.address(name), code
             return self._made[key][0]
+
+    def other(self, key: Any, make: Callable[[], Other]) -> Other:
+        """What else is made of the equations: the same object each time, as long as they are there.
+
+        Args:
+            key: of it.
+            make: makes it if need be, and may ask for functions of this code.
+        """
+        with self._others_lock:
+            if key not in self._others:
+                self._others[key] = make()
+            found: Other = self._others[key]
+            return found
 
     def constants(self, system: System) -> np.ndarray:
         """Constants of a system of the kind, aligned; its place on the profile is all zeros."""

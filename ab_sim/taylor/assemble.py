@@ -1,8 +1,6 @@
 """From a system and its machine code to what Taylor steps are taken with."""
 
 import math
-import threading
-from weakref import WeakKeyDictionary
 
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import System
@@ -55,18 +53,9 @@ class TaylorCode:
         self.addresses = {function.name: self._code.address(function.name) for function in made}
 
 
-_codes: WeakKeyDictionary[Code, dict[tuple[int, int], TaylorCode]] = WeakKeyDictionary()
-"""As long as the equations' own code is there."""
-_lock = threading.Lock()
-
-
 def taylor_code(code: Code, order: int, lanes: int) -> TaylorCode:
     """The code for a kind of scene: the same object each time."""
-    with _lock:
-        made, key = _codes.setdefault(code, {}), (order, lanes)
-        if key not in made:
-            made[key] = TaylorCode(code, order, lanes)
-        return made[key]
+    return code.other((TaylorCode, order, lanes), lambda: TaylorCode(code, order, lanes))
 
 
 def memory_size(system: System) -> int:

@@ -3,12 +3,10 @@
 from collections import OrderedDict
 from functools import partial
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import pytest
 
-from ab_sim.collocation import assemble
 from ab_sim.collocation.assemble import ByCollocation
 from ab_sim.collocation.run import SAMPLES, head_of
 from ab_sim.compiling import Compiled
@@ -175,7 +173,6 @@ def test_the_same_bits_without_wide_vectors(name: str, monkeypatch: pytest.Monke
         if features is not None:
             made = partial(machine_code._machine, features)
             monkeypatch.setattr(machine_code, "_machine", lambda _, effort, made=made: made(effort))
-        monkeypatch.setattr(assemble, "_codes", WeakKeyDictionary())
         monkeypatch.setattr(code, "_codes", OrderedDict())
         run = Collocated(MADE[name](1e-3), setting=SIXTEEN, energy_balance=True)
         monkeypatch.setattr(driven, "compiled", Compiled)
