@@ -40,18 +40,16 @@ from ab_sim.events.run import TURNS
 from ab_sim.integrate.steppers.collocation import PARTS
 from ab_sim.stepping.fixed_step import (
     ANGLE,
-    END,
+    PLACE_UNTIL,
     EqualSteps,
     enter_step_range,
     has_turns_to_unwind,
     local_time,
     put_labels,
     step_by_step,
+    steps_in,
     unwind,
 )
-
-UNTIL = 2
-"""Of the numbers of a place, counted from the last one back: the local time of its end."""
 
 
 def advance_by_collocation(
@@ -68,10 +66,8 @@ def advance_by_collocation(
     done, sound = 0, True
     while sound and at < step_plan.shape[0]:
         step_range = enter_step_range(own.run, step_plan[at], first + done, only_record)
-        here = int(min(step_plan[at, END] - (first + done), float(steps - done)))
-        # Part by part of a step makes the same sample, and the last one stays.
-        count = max(here, 1) if steps > 0 else 0
-        until = step_plan[at, step_plan.shape[1] - UNTIL]
+        here, count = steps_in(step_plan[at], first + done, steps - done)
+        until = step_plan[at, step_plan.shape[1] - PLACE_UNTIL]
         taken = collocate(own, step_range, until, samples[done : samples.shape[0]], count)
         sound = taken == count
         done += here if sound else taken

@@ -14,6 +14,8 @@ FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
 step that a part of one ends; when its piece of the profile begins [s]; where a part begins in its
 step [s]; length of each of its steps, or of the part [s]; the first of the numbers of its place on
 the profile, as they are in ``Scene.c``."""
+PLACE_UNTIL = 2
+"""Of these, counted from the last one back: when the piece of the profile ends, local time."""
 STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
 """Columns of a sample: how many steps have been taken; time [s]; angle and speed of the spindle
 [rad, rad/s]; the speed asked for; the first of the deck's channels. Behind these are each ball's
@@ -67,9 +69,7 @@ def advance(
     done, sound = 0, True
     while sound and at < step_plan.shape[0]:
         step_range = enter_step_range(run, step_plan[at], first + done, only_record)
-        here = int(min(step_plan[at, END] - (first + done), float(steps - done)))
-        # Part by part of a step makes the same sample, and the last one stays.
-        count = max(here, 1) if steps > 0 else 0
+        here, count = steps_in(step_plan[at], first + done, steps - done)
         taken = step_by_step(run, step_range, samples[done : samples.shape[0]], count)
         sound = taken == count
         done += here if sound else taken
@@ -78,6 +78,20 @@ def advance(
         at += 1
     put_labels(run, samples, first if only_record else first + 1, command)
     return done if sound else -1 - done
+
+
+def steps_in(line: Floats, first: int, left: int) -> tuple[int, int]:
+    """How many steps to take in a step range, and how many samples these make.
+
+    Part by part of a step makes the same sample, and the last one stays.
+
+    Args:
+        line: of the step range.
+        first: steps taken before.
+        left: how many are wanted.
+    """
+    here = int(min(line[END] - first, float(left)))
+    return here, max(here, 1) if left > 0 else 0
 
 
 def enter_step_range(run: Run, line: Floats, first: int, only_record: bool) -> EqualSteps:

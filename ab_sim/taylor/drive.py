@@ -8,14 +8,15 @@ next begins at the sample that was the present.
 
 from ab_sim.compiling.kinds import Table
 from ab_sim.events.run import TURNS
-from ab_sim.stepping import fixed_step
 from ab_sim.stepping.fixed_step import (
     ANGLE,
+    PLACE_UNTIL,
     EqualSteps,
     enter_step_range,
     local_time,
     put_labels,
     step_by_step,
+    steps_in,
 )
 from ab_sim.taylor.clock import (
     ANEW,
@@ -31,9 +32,6 @@ from ab_sim.taylor.clock import (
     UNTIL,
 )
 from ab_sim.taylor.run import BEGAN, VALID, TaylorRun, aim, expand, next_samples, renew
-
-PLACE_UNTIL = 2
-"""Of the numbers of a place, counted from the last one back: the local time of its end."""
 
 
 def advance_by_taylor(
@@ -51,16 +49,14 @@ def advance_by_taylor(
     done, sound = 0, True
     while sound and at < step_plan.shape[0]:
         step_range = enter_step_range(run, step_plan[at], first + done, only_record)
-        here = int(min(step_plan[at, fixed_step.END] - (first + done), float(steps - done)))
-        if steps > 0:
-            # Part by part of a step makes the same sample, and the last one stays.
-            count = max(here, 1)
+        here, count = steps_in(step_plan[at], first + done, steps - done)
+        if count > 0:
             begin(one, step_range, step_plan[at, step_plan.shape[1] - PLACE_UNTIL], count)
             taken = go_along(one, samples[done : samples.shape[0]], count)
-            sound = taken == count
-            done += here if sound else taken
         else:
-            step_by_step(run, step_range, samples, 0)
+            taken = step_by_step(run, step_range, samples, 0)
+        sound = taken == count
+        done += here if sound else taken
         if done == steps:
             break
         at += 1

@@ -6,6 +6,7 @@ behind others that take longer steps, and waits for no more than the end of a ro
 
 from ab_sim.compiling.kinds import Floats, call
 from ab_sim.stepping import side_by_side as lanes
+from ab_sim.stepping.fixed_step import PLACE_UNTIL
 from ab_sim.stepping.side_by_side import LanePlan, LaneSamples
 from ab_sim.taylor.clock import (
     ANEW,
@@ -23,7 +24,6 @@ from ab_sim.taylor.clock import (
     UNTIL,
     WHERE,
 )
-from ab_sim.taylor.drive import PLACE_UNTIL
 from ab_sim.taylor.run import TaylorRuns, aim, next_samples, renew
 
 PAGE = 512
