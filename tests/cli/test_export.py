@@ -193,8 +193,10 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
         cwd=tmp_path, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])},
     ) as process:  # fmt: skip
+        give_up = time.monotonic() + 60.0
         while len(list(tmp_path.iterdir())) < 2 and process.poll() is None:
-            time.sleep(0.01)  # until it has begun to write
+            assert time.monotonic() < give_up, "it has not begun to write"
+            time.sleep(0.01)
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
     assert process.returncode == 130 and "nothing was written" in said, said
