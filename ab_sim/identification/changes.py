@@ -66,9 +66,7 @@ def changes_in(
     return tuple(found)
 
 
-def _part(
-    problem: Problem, good: Sequence[Measured], measured: Measured, until: float
-) -> Problem:  # fmt: skip
+def _part(problem: Problem, good: Sequence[Measured], measured: Measured, until: float) -> Problem:
     some = [*good, measured.until(until)]
     return Problem(problem.scene, problem.common, some, noises_of(some))
 

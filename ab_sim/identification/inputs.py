@@ -105,7 +105,7 @@ class _Reader:
         if time[0] > 0.0:
             schedule = schedule.moved(float(time[0]))
         axes = self._axes()
-        turned = np.array([schedule.angle(float(t)) for t in time])
+        turned = schedule.angles(time)
         for k, each in enumerate(mapping.signals):
             check_signal(time, turned, signals[:, k], f"signals.{k} ({each.column})", name)
         there = np.isfinite(signals).all(axis=1)

@@ -1,6 +1,7 @@
 """A recording as the fit sees it: vibration at some times, and how the spindle turned."""
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -58,6 +59,11 @@ class Measured:
     def duration(self) -> float:
         """Time of the last sample [s]."""
         return float(self.time[-1])
+
+    @cached_property
+    def spindle_angle(self) -> np.ndarray:
+        """At each sample [rad]; asked for in each look at what a fit leaves."""
+        return self.schedule.angles(self.time)
 
     @property
     def count(self) -> int:

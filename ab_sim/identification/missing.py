@@ -100,12 +100,11 @@ def _freed(
 ) -> TriedEffect:  # fmt: skip
     """What a recording has of its own, as if it were an effect."""
     recordings = list(problem.recordings)
-    recordings[number] = replace(
-        recordings[number], free=(*recordings[number].free, nuisance)
-    )  # fmt: skip
+    measured = recordings[number]
+    recordings[number] = replace(measured, free=(*measured.free, nuisance))
     whole = Problem(problem.scene, problem.common, recordings, problem.noise)
     own = [name for name in whole.names if name not in problem.names]
-    name = f"{nuisance} of {recordings[number].name}"
+    name = f"{nuisance} of {measured.name}"
     return _fitted(problem, without, free, whole, own, name, before)._replace(nuisance=nuisance)
 
 

@@ -119,7 +119,7 @@ def turning_z(left: np.ndarray, measured: Measured) -> float:
     """
     there = np.isfinite(left).all(axis=1)
     across = (left @ np.exp(1j * np.array(measured.axes)))[there]
-    angle = np.array([measured.schedule.angle(t) for t in measured.time[there].tolist()])
+    angle = measured.spindle_angle[there]
     turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
     size = float(np.mean(np.abs(across) ** 2))
     if size == 0.0 or turned[-1] == 0.0:

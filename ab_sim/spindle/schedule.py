@@ -5,6 +5,8 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
+import numpy as np
+
 from ab_sim.errors import SceneError
 from ab_sim.spindle.speed_laws import RaisedCosine, Ramp
 
@@ -108,6 +110,10 @@ class SpeedSchedule:
         """psi [rad], unwrapped."""
         scheduled = self.segment_at(time)
         return scheduled.start_angle + scheduled.segment.angle(time - scheduled.start)
+
+    def angles(self, times: np.ndarray) -> np.ndarray:
+        """psi at each of some times [rad]."""
+        return np.array([self.angle(time) for time in times.tolist()])
 
     def moved(self, by: float, turned: float = 0.0) -> "SpeedSchedule":
         """The same profile, begun later by a time [s] and an angle [rad] further."""

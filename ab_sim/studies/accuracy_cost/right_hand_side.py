@@ -89,7 +89,7 @@ class RightHandSide:
     def samples(self, states: np.ndarray) -> Samples:
         """States at the sample times, shape (samples, states), as samples."""
         layout, deck_model = layout_of(self.system), self.system.deck_model
-        psi = np.array([self.profile.angle(float(t)) for t in self.sampling.times])
+        psi = self.profile.angles(np.asarray(self.sampling.times))
         position = deck_model.place(states[:, layout.deck], psi)
         turns = 2.0 * math.pi * self.discrete_state[: self.scene.balls.count, TURNS]
         return Samples(position, states[:, layout.angles] + turns)
