@@ -10,10 +10,10 @@ from ab_sim.taylor.clock import (
     AIM,
     ANEW,
     BEGIN,
-    CLOCK,
     END,
     HOW_MANY_DUE,
     HOW_MANY_LEFT,
+    INPUTS,
     LOCAL,
     SOUND,
     SOUND_STEPS,
@@ -58,7 +58,7 @@ class TaylorEmission:
         into, body = self._function("coefficients", ["y", "series"], lanes)
         body.places |= self._emission.state_places("y")
         # The equations' time is that at which the series begins.
-        body.places[CLOCK[LOCAL]] = MemorySlot("t", BEGIN)
+        body.places[INPUTS[LOCAL]] = MemorySlot("t", BEGIN)
         series = state_coefficients(self._model, self._order)
         orders = (self._order, self._order - 1)
         sizes = [squared_size(self._model, series, k) for k in orders]
@@ -72,8 +72,8 @@ class TaylorEmission:
                     body.store(found[state * count + k], self._slot(name, k), each=of_balls)
         squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
         length = step_length(into, body.values(self._clock[AIM])[0], squares)
-        behind = Body(into, body.places, bound={"found": [length]})
-        end = end_of_step(self._clock, self._model.graph.input("found"))
+        behind = Body(into, body.places, bound={"clock.found": [length]})
+        end = end_of_step(self._clock, self._model.graph.input("clock.found"))
         behind.store(end, MemorySlot("t", END))
         return into
 
@@ -163,7 +163,7 @@ class TaylorEmission:
         return into
 
     def _function(self, name: str, pointers: Sequence[str], lanes: int) -> tuple[Function, Body]:
-        return self._emission.function(name, pointers, CLOCK, lanes=lanes, times=True)
+        return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
         """Write whether a state is within its bounds."""
@@ -173,7 +173,7 @@ class TaylorEmission:
             if x.each:
                 beyond = over_balls(self._model.count, beyond)
             inside = inside - beyond
-        names = {"sound": SOUND, "sound steps": SOUND_STEPS}
+        names = {"said.sound": SOUND, "said.steps": SOUND_STEPS}
         body.places |= {name: MemorySlot("said", line) for name, line in names.items()}
         sound, steps = (self._model.graph.input(name, Level.TIME) for name in names)
         found = soundness(self._clock, sound, steps, self._clock.flag(inside > 0.5))

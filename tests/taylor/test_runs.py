@@ -1,18 +1,21 @@
 """Runs by Taylor steps: what they are as good as, what they depend on, and what is refused."""
 
 import itertools
+from collections import OrderedDict
 from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 import pytest
 
+from ab_sim.analysis.sensitivity.run import sensitivities
 from ab_sim.batch import simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.equations.motion import DeckMotion
 from ab_sim.errors import DivergedError, SceneError
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.steppers.taylor import HIGHEST, LOWEST, order_for
-from ab_sim.scene import load_scene, registry
+from ab_sim.kernels import code
+from ab_sim.scene import Scene, load_scene, registry
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, register
 from ab_sim.taylor.clock import BEGIN, CLOCK
@@ -187,6 +190,28 @@ def test_its_order_rises_with_what_is_asked() -> None:
     assert (orders[0], orders[-1]) == (LOWEST, HIGHEST)
     assert stepper_named("taylor", {"tolerance": 1e-8}).order == order_for(1e-8)
     assert stepper_named("taylor", {"tolerance": 1e-8, "order": 12}).order == 12
+
+
+@pytest.mark.parametrize("taylor_first", [True, False])
+def test_other_functions_of_the_same_kind_are_made_beside_its_own(
+    taylor_first: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """All of a kind's have one graph, and parameters of the profile are inputs of some."""
+    monkeypatch.setattr(code, "_codes", OrderedDict())
+
+    def scene(stepper: str) -> Scene:
+        own = ["duration=0.2", f"solver.stepper={stepper}", "profile.start_time=0.03"]
+        return load_scene("nsc-case-1", own)
+
+    def run_by_taylor() -> None:
+        assert np.isfinite(Drive(scene("taylor")).advance(200).samples).all()
+
+    def derive() -> None:
+        keys = ["profile.start_time", "profile.duration"]
+        assert np.isfinite(sensitivities(scene("rk8"), keys).derivatives).any()
+
+    for each in (run_by_taylor, derive) if taylor_first else (derive, run_by_taylor):
+        each()
 
 
 def test_its_clock_has_a_name_for_each_line() -> None:
