@@ -30,7 +30,7 @@ longest; the scene's [s]. Of the range, too: 0 while a part of a step is taken t
 follows, else 1. Where samples go, in numbers: the run's first one; from a sample to the next; steps
 from one that is recorded to the next."""
 INPUTS = (*CLOCK[:2], *(f"clock.{name}" for name in CLOCK[2:]))
-"""The same as inputs. The first two are the equations' own. The others have names that only the clock
+"""The same as inputs. The first two are the equations' own. The others have names that no one else
 has: all functions of a kind of scene share one graph, in which ``until`` is a place's."""
 LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
