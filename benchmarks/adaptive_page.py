@@ -78,7 +78,8 @@ random drives than those below.
 It runs down, and says why, when samples stop for `silence`; when time goes back; when a reading is
 beyond `limit`; when readings repeat (stuck, or cut off near their largest); when the offset drifts
 away by more than the vibration; when two axes contradict each other on q (one has the wrong sign,
-is turned, swapped or dead); when the angle does not go on as the speed says; when the spindle
+is turned, swapped or dead), twice: at first both filters begin anew, since one may have followed
+wrongly a q that turned fast; when the angle does not go on as the speed says; when the spindle
 does not follow. Numbers that are none, samples that come twice or too late are passed over. If it
 knows too little to aim at a dwell, it goes to the final speed as a plain ramp does, and stays.
 

@@ -64,6 +64,22 @@ class AxisFilter:
         if self.known == 1.0:
             self.known = self._count = self._wild = 0.0
 
+    def begin_anew(self, critical: float, damping: float) -> None:
+        """Find the motion anew; of the suspension this is known, and not well.
+
+        Parameters
+        ----------
+        critical : float
+            Critical speed [rad/s].
+        damping : float
+            1/s.
+        """
+        self.restart()
+        stiffness = critical * critical
+        self.state[4], self.state[5] = stiffness, damping
+        self.covariance[4][4] = (chosen.DOUBTED_STIFFNESS_DEVIATION * stiffness) ** 2
+        self.covariance[5][5] = damping * damping
+
     def collect(self, reading: float, speed: float) -> None:
         """A reading before there is an estimate; the last one of them makes one."""
         if self._count == 0.0 or self._count > 400.0:

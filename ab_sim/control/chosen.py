@@ -111,6 +111,11 @@ CONTRADICTING = 0.5
 AGREEING = 0.3
 """How alike two axes must see q: 2 Re(q1 q2*) / (|q1|^2 + |q2|^2)."""
 AXES_AVERAGE = 0.3
+DOUBT = 2.0
+"""Time constant of that; time within which they must contradict each other a second time, after
+their filters have begun anew."""
+DOUBTED_STIFFNESS_DEVIATION = 0.1
+"""Relative deviation of K that they begin anew with."""
 LEAD = 0.15
 """Of the final speed: so far the command goes ahead of the spindle."""
 NOT_FOLLOWING = 3.0

@@ -57,6 +57,11 @@ class Observer:
         return (self.fast - self.slow) / ((chosen.SLOW - chosen.FAST) * (self.slow + 1e-30))
 
     @property
+    def doubt(self) -> float:
+        """Time for which a contradiction of the axes would be their second [s]."""
+        return self._watch.doubt
+
+    @property
     def circulating(self) -> bool:
         """Whether the net unbalance turns against the rotor: balls that go round."""
         square = self.average_re * self.average_re + self.average_im * self.average_im
@@ -175,7 +180,11 @@ class Observer:
         P, Q = first.covariance, second.covariance
         variance = P[2][2] + P[3][3] + Q[2][2] + Q[3][3]
         if variance < chosen.CERTAIN * chosen.CERTAIN * (one + other):
-            return self._watch.axes(2.0 * (a * c + b * d) / (one + other), dt)
+            anew, wrong = self._watch.axes(2.0 * (a * c + b * d) / (one + other), dt)
+            if anew:
+                for axis in self._axes:
+                    axis.begin_anew(self.critical, self.damping)
+            return wrong
         return Reason.NONE
 
     def numbers(self) -> list[float]:
@@ -195,6 +204,6 @@ class Observer:
         self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[7:13]
         self.average_im, self.scale, self.critical, self.critical_deviation = numbers[13:17]
         self.damping, self.known = numbers[17:19]
-        self._watch.restore(numbers[19:35])
+        self._watch.restore(numbers[19:36])
         for i, axis in enumerate(self._axes):
-            axis.restore(numbers[35 + i * NUMBERS : 35 + (i + 1) * NUMBERS])
+            axis.restore(numbers[36 + i * NUMBERS : 36 + (i + 1) * NUMBERS])

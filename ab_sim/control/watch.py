@@ -52,7 +52,7 @@ class Watch:
 
     __slots__ = (
         "_axes", "_last", "_limit", "_mean", "_origin", "_peak", "_run", "_swing", "_unit",
-        "agreement", "slip", "stuck",
+        "agreement", "doubt", "slip", "stuck",
     )  # fmt: skip
 
     def __init__(self, axes: int, unit: float, limit: float) -> None:
@@ -63,6 +63,8 @@ class Watch:
         """Time for which readings repeated each other [s], of each axis."""
         self.agreement = 1.0
         """How alike the axes see the net unbalance, averaged: 1 the same, 0 across, -1 opposite."""
+        self.doubt = 0.0
+        """Time for which a contradiction of the axes would be their second [s]."""
         self.slip = 0.0
         """Share of samples whose angle contradicts the speed."""
 
@@ -106,19 +108,34 @@ class Watch:
         self.slip += (slipped - self.slip) * 0.02
         return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
 
-    def axes(self, likeness: float, dt: float) -> Reason:
-        """Look at how alike both axes see the net unbalance: 1 the same, 0 across, -1 opposite."""
+    def axes(self, likeness: float, dt: float) -> tuple[bool, Reason]:
+        """Look at how alike both axes see the net unbalance: 1 the same, 0 across, -1 opposite.
+
+        Returns
+        -------
+        bool
+            Whether they contradict each other for the first time. One filter may have followed a
+            net unbalance wrongly that turned faster than it believes: both are to begin anew.
+        Reason
+            They have begun anew, and contradict each other again.
+        """
         time = chosen.AXES_AVERAGE * self._unit
         self.agreement += (likeness - self.agreement) * (dt / (dt + time))
-        return Reason.AXES if self.agreement < chosen.AGREEING else Reason.NONE
+        self.doubt = max(self.doubt - dt, 0.0)
+        if self.agreement >= chosen.AGREEING:
+            return False, Reason.NONE
+        if self.doubt > 0.0:
+            return False, Reason.AXES
+        self.agreement, self.doubt = 1.0, chosen.DOUBT * self._unit
+        return True, Reason.NONE
 
     def numbers(self) -> list[float]:
         """Its state, for ``restore``."""
         own = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
-        return [*own, *self.stuck, self.agreement, self.slip]
+        return [*own, *self.stuck, self.agreement, self.slip, self.doubt]
 
     def restore(self, numbers: list[float]) -> None:
         """Go on from there."""
         self._last, self._peak, self._run = numbers[0:2], numbers[2:4], numbers[4:6]
         self._mean, self._origin, self._swing = numbers[6:8], numbers[8:10], numbers[10:12]
-        self.stuck, (self.agreement, self.slip) = numbers[12:14], numbers[14:]
+        self.stuck, (self.agreement, self.slip, self.doubt) = numbers[12:14], numbers[14:]

@@ -60,6 +60,18 @@ def test_same_bits_of_a_sensor_that_is_slow_and_fails(double: ctypes.CDLL) -> No
     assert both.python.state is State.ABORTED and "no good sample" in both.python.words
 
 
+def test_same_bits_of_axes_that_contradict_each_other(double: ctypes.CDLL) -> None:
+    """They begin anew, and then it aborts."""
+    told = settings("acceleration", axes=2)
+    both = Compared(told, double)
+    course = Course(told, lambda sample: [(*sample[:4], -sample[4])])
+    doubted = 0.0
+    while both.python.state is not State.ABORTED and course.drive.time < 8.0:
+        course.on(0.1, both)
+        doubted = max(doubted, both.python.observer.doubt)
+    assert doubted > 0.0 and "wrong sign" in both.python.words
+
+
 def test_either_goes_on_from_the_other(double: ctypes.CDLL) -> None:
     told = settings(axes=2)
     first, course = StartUp(told), Course(told)

@@ -7,8 +7,9 @@ from typing import Any
 
 import pytest
 
-from ab_sim import InputError
+from ab_sim import Drive, InputError, load_scene
 from ab_sim.control import SensorFacts, StartUp, State, checked
+from ab_sim.drive.adaptive import settings_of
 from tests.control.course import FINAL, Change, Course, settings
 
 WITHOUT_BALLS = 1.33e-4
@@ -45,6 +46,22 @@ def test_what_it_believes_is_true() -> None:
         angle = float(run[f"ball_{i}_angle"][0])
         net += mass * scene.race.radius * complex(math.cos(angle), math.sin(angle))
     assert abs(belief.net_unbalance - net / total) < 5e-6
+
+
+def test_a_filter_that_goes_astray_is_no_fault_of_the_sensor() -> None:
+    """In the first dwell q turns within 0.05 s, and one axis takes it for a stiffer suspension."""
+    scene = load_scene("adaptive-start-up")
+    start_up, drive = StartUp(settings_of(scene)), Drive(scene, commanded=True)
+    drive.advance(702)
+    doubted = 0.0
+    while not start_up.state.over and drive.time < 20.0:
+        drive.command(start_up.command(drive.time), 250.0)
+        run = drive.advance(5)
+        columns = (run[name] for name in ("time", "angle", "speed", "pick_up_1", "pick_up_2"))
+        for sample in list(zip(*columns, strict=True))[1:]:
+            start_up.sample(*map(float, sample))
+        doubted = max(doubted, start_up.observer.doubt)
+    assert doubted > 0.0 and start_up.state is State.DONE
 
 
 def test_commands_keep_the_acceleration_and_lie_below_the_final_speed() -> None:

@@ -105,12 +105,14 @@ class Said:
 def begun(fleet: Fleet, fault: str) -> Said:
     """A start-up whose fault comes while it runs up or dwells; its statuses, as they come."""
     heard = fleet.heard["profile_controller/status"]
+    assert fleet.call("drive_sim/clear_faults")[0]
     assert fleet.call("drive_sim/reset")[0]
     before = len(heard)
     fleet.until(lambda: fleet.call("profile_controller/start")[0], "it starts")
     said = Said(heard, before)
     fleet.until(lambda: said.any("running: run up: "), "it runs up")
     assert fleet.set("drive_sim", faults=[fault])[0]
+    assert not said.any("abort"), "nothing is wrong yet"
     assert fleet.call("drive_sim/inject_faults")[0]
     return said
 

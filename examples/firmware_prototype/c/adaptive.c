@@ -23,6 +23,7 @@ static const real SMALL = R(0.125), LATE = R(1.5), LEAVING = R(0.9), SETTLE = R(
 static const real BALANCED = R(0.15), ACCEPTED = R(0.25), GAIN = R(0.85), WAIT = R(8.0);
 static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.3), CONTRADICTING = R(0.5);
 static const real MEAN = R(0.25), DRIFTED = R(2.0), AGREEING = R(0.3), AXES_AVERAGE = R(0.3);
+static const real DOUBT = R(2.0), DOUBTED_STIFFNESS_DEVIATION = R(0.1);
 static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0), LOST = R(20.0), FIRST_SAMPLES = R(5.0);
 static const double BACK = 0.1;
 static const long REPEATS = 5;
@@ -52,6 +53,17 @@ static void axis_restart(struct adaptive_axis *x)
         x->known = false;
         x->count = x->wild = 0;
     }
+}
+
+/* Find the motion anew; of the suspension this is known, and not well. */
+static void axis_begin_anew(struct adaptive_axis *x, real critical, real damping)
+{
+    real stiffness = critical * critical, off = DOUBTED_STIFFNESS_DEVIATION * stiffness;
+    axis_restart(x);
+    x->state[4] = stiffness;
+    x->state[5] = damping;
+    x->covariance[4][4] = off * off;
+    x->covariance[5][5] = damping * damping;
 }
 
 static void axis_begin(struct adaptive_axis *x, const struct adaptive_settings *settings,
@@ -287,18 +299,30 @@ static enum adaptive_reason watch_angle(struct adaptive *a, real change, real ex
     return a->slip > R(0.5) ? ADAPTIVE_ANGLE : ADAPTIVE_NONE;
 }
 
-/* Of two axes: whether they agree on the net unbalance. */
+/* Of two axes: whether they agree on the net unbalance. If they contradict each other, both filters
+   begin anew: one may have followed a net unbalance wrongly that turned faster than it believes. If
+   they do so again, it is the sensor. */
 static enum adaptive_reason watch_axes(struct adaptive *a, real dt)
 {
     const real *s = a->axis[0].state, *t = a->axis[1].state;
     real(*P)[ADAPTIVE_SIZE] = a->axis[0].covariance, (*Q)[ADAPTIVE_SIZE] = a->axis[1].covariance;
     real one = s[2] * s[2] + s[3] * s[3], other = t[2] * t[2] + t[3] * t[3];
     real limit = CERTAIN * CERTAIN, likeness;
+    int i;
     if (!(P[2][2] + P[3][3] + Q[2][2] + Q[3][3] < limit * (one + other)))
         return ADAPTIVE_NONE;
     likeness = R(2.0) * (s[2] * t[2] + s[3] * t[3]) / (one + other);
     a->agreement += (likeness - a->agreement) * (dt / (dt + AXES_AVERAGE * a->unit));
-    return a->agreement < AGREEING ? ADAPTIVE_AXES : ADAPTIVE_NONE;
+    a->doubt = larger(a->doubt - dt, R(0.0));
+    if (a->agreement >= AGREEING)
+        return ADAPTIVE_NONE;
+    if (a->doubt > R(0.0))
+        return ADAPTIVE_AXES;
+    a->agreement = R(1.0);
+    a->doubt = DOUBT * a->unit;
+    for (i = 0; i < 2; i++)
+        axis_begin_anew(&a->axis[i], a->critical, a->damping);
+    return ADAPTIVE_NONE;
 }
 
 /* --- What the readings say. -------------------------------------------------------------------- */
@@ -801,7 +825,7 @@ static void walk(struct walk *w, struct adaptive *a)
                           &a->re,    &a->im,       &a->deviation,  &a->fast,       &a->slow,
                           &a->average_re,          &a->average_im, &a->scale,      &a->critical,
                           &a->critical_deviation,  &a->damping};
-    real *const watch[] = {&a->stuck[0], &a->stuck[1], &a->agreement, &a->slip};
+    real *const watch[] = {&a->stuck[0], &a->stuck[1], &a->agreement, &a->slip, &a->doubt};
     int state = (int)a->state, reason = (int)a->reason, i;
     whole_int(w, &state);
     whole_int(w, &reason);

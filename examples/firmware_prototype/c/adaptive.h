@@ -54,7 +54,7 @@ enum adaptive_reason {
     ADAPTIVE_NOT_FOLLOWING
 };
 
-enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 51, ADAPTIVE_AXIS_NUMBERS = 67 };
+enum { ADAPTIVE_SIZE = 7, ADAPTIVE_NUMBERS = 52, ADAPTIVE_AXIS_NUMBERS = 67 };
 
 /* One axis: x, x', Re q, Im q, K, D, offset; their covariance. */
 struct adaptive_axis {
@@ -88,7 +88,7 @@ struct adaptive {
     adaptive_real critical, critical_deviation, damping;
     bool known;
     /* What the sensor is watched by. */
-    adaptive_real last[2], peak[2], mean[2], origin[2], swing[2], stuck[2], agreement, slip;
+    adaptive_real last[2], peak[2], mean[2], origin[2], swing[2], stuck[2], agreement, slip, doubt;
     long run[2];
     struct adaptive_axis axis[2];
 };
