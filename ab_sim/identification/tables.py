@@ -90,6 +90,8 @@ def read_table(path: Path) -> Table:
         raise InputError(f"{path}: cannot be read as a table: {reason}") from error
     if ending == ".csv" and read.num_columns == 1 and (fault := _csv_fault(path)):
         raise InputError(f"{path}: cannot be read as a table: {fault}")
+    if all(map(_is_number, read.column_names)):
+        raise InputError(f"{path}: its first line is numbers; must name the columns: t [s],x [mm]")
     if not 0 < read.num_rows <= MOST_ROWS:
         raise InputError(f"{path}: has {read.num_rows} rows; must be 1 to {MOST_ROWS}")
     return _of_arrow(read, path.stem)
@@ -117,17 +119,24 @@ def _csv_fault(path: Path) -> str:
     return ""
 
 
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
 def _of_arrow(read: pa.Table, name: str) -> Table:
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str | None] = {}
-    for field in read.schema:
+    for field, column in zip(read.schema, read.columns, strict=True):
         head = _HEAD.fullmatch(field.name)
         short = head[1] if head else field.name
         if short in columns:
             raise InputError(f"{name}: has two columns {short!r}; give each a name of its own")
         written = (field.metadata or {}).get(b"unit", b"").decode() or None
         units[short] = head[2].strip() if head else written
-        column = read.column(field.name)
         columns[short] = column.to_numpy(zero_copy_only=False)
     said = (read.schema.metadata or {}).get(b"ab_sim")
     return Table(name, columns, units, json.loads(said) if said else {})

@@ -101,6 +101,8 @@ def test_samples_and_rows_that_are_missing_are_counted(tmp_path: Path) -> None:
         ("t;x;y\n0.1;2.5;3.5\n", "separator is ';'"),
         ("t,x,y\n0,1,2,5,3,5\n0,2,2,5,3,5\n", "decimal commas"),
         ("t,x,y\n0.1,2.5,3.5\n0.2,2.5\n", "line 3, the last, is torn: it has 2 of 3 columns"),
+        ("0.0,0.0,0.0\n0.1,2.5,3.5\n", "first line is numbers; must name the columns"),
+        ("t,x,x\n0.1,2.5,3.5\n", "two columns 'x'"),
     ],
 )
 def test_a_table_of_another_dialect_or_torn_is_told(tmp_path: Path, text: str, says: str) -> None:
