@@ -107,10 +107,10 @@ def _named_by_file(scene: Scene, *words: str) -> Scene:
 
 def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:
     share = found.share
-    criterion = " and ".join(map(str, found.criterion))
+    criterion = " and ".join(each.text for each in found.criterion)
     yield (
         f"{found.scene.name}: {share.balanced} of {share.runs} drives balance, "
-        f"{share_text(share)}; settled with {criterion}"
+        f"{share_text(share)}; settled, and {criterion}"
     )
     yield ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
     for outcome, reason in found.runs.reasons.items():
