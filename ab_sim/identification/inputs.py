@@ -67,6 +67,8 @@ def measured_of(
         sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
         found = usual_mapping(list(table.columns), sensors, probes, signal)
         if isinstance(found, str):
+            if table.description:
+                raise InputError(f"{path}: {found}")
             raise InputError(
                 f"{path}: {found}: it is no recording of ab_sim; say what its columns are by --map"
             )

@@ -186,6 +186,9 @@ def usual_mapping(
     pairs = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
     pair = pairs.get(wanted, (f"{wanted}_1", f"{wanted}_2"))
     if not {*pair} <= {*names}:
+        known = (*pairs, *sensors, *probes)
+        if wanted not in known:
+            return f"signal {short(wanted)}: must be one of {', '.join(known)}"
         return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"
     kind = DISPLACEMENT if wanted in (DISPLACEMENT, *probes) else ACCELERATION
     return Mapping.model_validate(

@@ -113,7 +113,7 @@ def _place(scene: Scene, key: str) -> tuple[KeyPlace, Any]:
     parts = key.split(".")
     for count in range(1, len(parts)):
         above = ".".join(parts[:count])
-        if isinstance(now := value_of(scene, above), list):
+        if isinstance(now := value_of(scene, above), list | float):
             way: list[int | str] = []
             for part in parts[count:]:
                 now = _entry(key, now, part, ".".join([above, *map(str, way)]))

@@ -75,7 +75,8 @@ def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
         (("--fit", FIT[0], "--free", "phase"), "must be some of gain, bias"),
         (("--fit", FIT[0], "--trial-mass", "other=5 g"), "there is no such recording"),
         (("--fit", FIT[0], "--hold-out", recording), "is given twice"),
-        (("--fit", FIT[0], "--signal", "pickup"), "no columns pickup_1 and pickup_2"),
+        (("--fit", FIT[0], "--signal", "pickup"), "must be one of displacement, acceler"),
+        (("--fit", "rotor.eccentricity.0"), "rotor.eccentricity is one number; fit that"),
     ):  # fmt: skip
         asked = ["identify", recording, "--scene", scene, *words]
         with pytest.raises(InputError) as caught:
