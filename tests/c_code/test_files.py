@@ -39,7 +39,7 @@ def test_a_stranger_builds_and_runs_them(tmp_path: Path) -> None:
     assert len(lines) == 301 and lines[-1].startswith("3.0000,60.0000,")
     wrong = subprocess.run([folder / "drive_example", "1e6"], capture_output=True, text=True)
     assert (wrong.returncode, "must be within +-420" in wrong.stderr) == (2, True)
-    for words in (["--help"], ["60", "3s"], ["60", "3", "1"]):
+    for words in (["--help"], ["60", "3s"], ["60", "3", "1"], ["60", "-3"], ["60", "nan"]):
         wrong = subprocess.run([folder / "drive_example", *words], capture_output=True, text=True)
         assert (wrong.returncode, wrong.stdout, wrong.stderr[:6]) == (2, "", "usage:")
     assert "rolling_friction" not in (folder / "README.md").read_text()

@@ -15,7 +15,7 @@ int main(int count, char **arguments)
         char *end = arguments[i];
         if (i < 3)
             given[i - 1] = strtod(arguments[i], &end);
-        if (end == arguments[i] || *end != '\0') {
+        if (end == arguments[i] || *end != '\0' || !(given[1] >= 0.0)) {
             fprintf(stderr, "usage: %s [SPEED in rad/s] [SECONDS]\n", arguments[0]);
             return 2;
         }
