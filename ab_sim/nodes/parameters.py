@@ -11,6 +11,7 @@ from rclpy.parameter import Parameter
 
 from ab_sim.errors import InputError, nearest
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
+from ab_sim.scene.units import NO_UNIT
 
 
 class ParameterSpec(NamedTuple):
@@ -29,8 +30,10 @@ class ParameterSpec(NamedTuple):
         """The allowed values in words, for messages."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
-        low_to_high = f" from {self.allowed[0]:g} to {self.allowed[1]:g}" if self.allowed else ""
-        return f"{_kind(self.default)}{low_to_high} {self.unit if self.allowed else ''}".rstrip()
+        if self.allowed is None:
+            return _kind(self.default)
+        unit = "" if self.unit in ("", *NO_UNIT) else f" {self.unit}"
+        return f"{_kind(self.default)} from {self.allowed[0]:g} to {self.allowed[1]:g}{unit}"
 
     def checked(self, given: Any) -> Any:
         """The value, of the default's type.

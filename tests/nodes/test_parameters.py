@@ -12,6 +12,8 @@ import pytest
 pytestmark = pytest.mark.ros
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
+from ab_sim.nodes.parameters import ParameterSpec  # noqa: E402 - it imports rclpy
+
 UP = {
     "profile_controller": "waiting for ~/start",
     "recorder": "as soon as a drive describes itself",
@@ -68,6 +70,13 @@ class Started:
 )
 def test_a_parameter_that_is_not_there(domain: int, node: str, word: str, words: str) -> None:
     assert words in Started(domain, node, "--ros-args", "-p", word).refusal()
+
+
+@pytest.mark.parametrize(
+    ("unit", "words"), [("1", "a number from 1 to 2000"), ("1/s", "a number from 1 to 2000 1/s")]
+)
+def test_a_ratio_is_told_without_a_unit(unit: str, words: str) -> None:
+    assert ParameterSpec("rate", 250.0, unit, (1.0, 2000.0)).allowed_text == words
 
 
 @pytest.mark.parametrize(
