@@ -27,16 +27,18 @@ dask worker tcp://10.0.0.1:8786 --nworkers -1 --nthreads 1     # on each: a proc
 ```
 
 ```bash
-.venv/bin/ab-sim sweep thesis-hold --over balls.mass=0.001..0.003:99 --scheduler tcp://10.0.0.1:8786
+.venv/bin/ab-sim sweep thesis-hold --over balls.mass=0.001..0.003:99999 --scheduler tcp://10.0.0.1:8786
 ```
 
-In Python, `ab_sim.sweep(..., scheduler="tcp://10.0.0.1:8786")`.
+In Python, `ab_sim.sweep(..., scheduler="tcp://10.0.0.1:8786")`. `tune`, `robust` and `size` take it, too.
 
 - **The same bits.** A row is what a single run gives, whoever computes it. Before it does anything
   a worker compares its sources, its Python and its packages with those of the process that asks,
   and one that differs is refused; the error names what differs. Processors need not be alike: [any
   x86-64 processor with AVX2 and FMA](core.md#same-bits) gives the same bits. `pip install -c
   constraints.txt` gives each machine the same versions.
+- **First some runs here**, a fifth of a second's work, to see how long they take. What is done by
+  then, as a hundred short runs, asks no scheduler, and does not notice that there is none.
 - **A worker that is killed** is made up for by others. A call that has ended four workers is given
   up.
 - **A scheduler that is lost** ends the command, with code 1. What is done is kept on the machine
