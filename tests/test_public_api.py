@@ -334,6 +334,12 @@ def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
         ab_sim.register_effect("push", equation="", source="")(Push)
     assert "push" not in effects.effect_classes()
 
+    class Bare:
+        force: float = 1.0
+
+    with pytest.raises(ValueError, match="'push': its class Bare must be a NamedTuple"):
+        ab_sim.register_effect("push", equation="", source="")(Bare)  # type: ignore[type-var]
+
 
 def test_calls_take_names_files_and_scenes_alike(tmp_path: Path) -> None:
     scene = ab_sim.load_scene("nsc-case-1")

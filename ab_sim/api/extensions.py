@@ -44,8 +44,8 @@ def register_effect(
     Raises
     ------
     ValueError
-        Another effect has the name, or a class of the same name; or a method's name is nearly one
-        of the list, and would not be called.
+        Another effect has the name, or a class of the same name; or the class is no
+        ``NamedTuple``; or a method's name is nearly one of the list, and would not be called.
 
     Examples
     --------
@@ -66,14 +66,19 @@ def register_effect(
     )
 
     def checked(effect: Effect) -> Effect:
-        _check_methods(name, effect)
+        _check(name, effect)
         return add(effect)
 
     return checked
 
 
-def _check_methods(name: str, effect: type[object]) -> None:
-    """Refuse methods that are called nearly as those which the equations call."""
+def _check(name: str, effect: type[object]) -> None:
+    """Refuse what is no NamedTuple, and methods that are called nearly as the equations' own."""
+    if not (issubclass(effect, tuple) and hasattr(effect, "_fields")):
+        raise ValueError(
+            f"effect {name!r}: its class {effect.__name__} must be a NamedTuple, whose fields are "
+            "its parameters"
+        )
     for own, value in vars(effect).items():
         if not callable(value) or own.startswith("_") or own in METHODS or own == CHECK:
             continue

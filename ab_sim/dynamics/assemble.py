@@ -28,6 +28,7 @@ from ab_sim.dynamics.system import (
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
 from ab_sim.equations.sums import over_effects
+from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import ScheduledSegment
 
@@ -117,6 +118,9 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
         system: the System.
         top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
             faster.
+
+    Raises:
+        SceneError: an effect's method gives numbers that are not finite.
     """
     effects = system.effects
     own = registry.of_system(system).rates(system, top_speed)
@@ -126,6 +130,8 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
         stiffness = over_effects(effects, "loop_torque", 0.0, 0.0, 1.0)
         loop = np.roots([moment, _motor_damping(system), stiffness])
         rates["the motor's speed loop"] = complex(max(loop, key=abs))
+    for what, rate in rates.items():
+        _check_finite(effects, what, rate)
     return rates
 
 
@@ -133,6 +139,15 @@ TOUCHING = 1e-12
 """Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
 DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
+
+
+def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | list[float]) -> None:
+    if not np.isfinite(numbers).all():
+        names = ", ".join(type(each).__name__ for each in effects)
+        raise SceneError(
+            f"effects: the rate of {what} is no finite number; a method of one of them gives "
+            f"numbers that are none: {names}"
+        )
 
 
 def drag_rate(system: System) -> float:
@@ -149,6 +164,7 @@ def drag_rate(system: System) -> float:
     masses, inertia = system.balls[:, MASS], system.balls[:, ROLLING_MASS]
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
     drag = [over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls]
+    _check_finite(system.effects, DRAG, drag)
     fastest = 0.0
     for yields in registry.of_system(system).yields(system):
         coupled = np.diag(inertia) - masses[:, None] * masses * yields

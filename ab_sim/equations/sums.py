@@ -17,16 +17,32 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
         method: name of a method, see ``ab_sim.equations.effects``.
         zero: the sum over none: a number, or a tuple of numbers for a vector.
         *arguments: of the method.
+
+    Raises:
+        TypeError: a method gives another number of results than ``zero`` has.
     """
     found = zero
     for effect in effects:
         if hasattr(effect, method):
             term = getattr(effect, method)(*arguments)
+            _check_results(effect, method, term, zero)
             if isinstance(zero, tuple):
                 found = tuple(a + b for a, b in zip(found, term, strict=True))
             else:
                 found = found + term
     return found
+
+
+def _check_results(effect: Any, method: str, term: Any, zero: Any) -> None:
+    given, wanted = _shape(term), _shape(zero)
+    if given != wanted:
+        raise TypeError(f"{type(effect).__name__}.{method} returns {given}; must return {wanted}")
+
+
+def _shape(term: Any) -> str:
+    if term is None:
+        return "nothing"
+    return f"a tuple of {len(term)}" if isinstance(term, tuple | list) else "a number"
 
 
 def any_has(effects: Iterable[Any], *methods: str) -> bool:

@@ -1,5 +1,6 @@
 """Effects as scenes see them: parameters with and without defaults, and effects that refuse."""
 
+import math
 from collections.abc import Iterator
 from typing import Annotated, Any, NamedTuple
 
@@ -151,3 +152,32 @@ def test_two_effects_whose_classes_have_one_name_are_refused(magnets: None) -> N
     with pytest.raises(ValueError, match="'springs': its class is called Suspension.*'suspension'"):
         register("springs", equation="f = 0", source="nowhere")(Suspension)
     assert "springs" not in effect_classes()
+
+
+@pytest.mark.parametrize(
+    ("hook", "gives", "words"),
+    [
+        ("deck_force", 1.0, "Rough.deck_force returns a number; must return a tuple of 2"),
+        ("deck_force", (1.0, 0.0, 0.0), "Rough.deck_force returns a tuple of 3; must return a tu"),
+        ("deck_force", None, "Rough.deck_force returns nothing; must return a tuple of 2"),
+        ("ball_drag", (1.0, 0.0), "Rough.ball_drag returns a tuple of 2; must return a number"),
+        ("deck_force", (math.nan, 0.0), "the rate of the deck's whirl .* is no finite number.*Rou"),
+        ("ball_drag", math.inf, "the rate of the race's drag is no finite number; .*Rough"),
+    ],
+)
+def test_what_an_effect_returns_is_checked(
+    scene: Any, hook: str, gives: Any, words: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Rough(NamedTuple):
+        """Returns what it should not."""
+
+    setattr(Rough, hook, lambda *_: gives)
+    monkeypatch.setattr(registry, "_effects", effect_classes())
+    register("rough", equation="f = ?", source="nowhere")(Rough)
+    load._effects_model.cache_clear()
+    try:
+        rough = with_effects(scene, "rough")
+        with pytest.raises((TypeError, SceneError), match=words):
+            choose_stepper(rough, system_of(rough))
+    finally:
+        load._effects_model.cache_clear()
