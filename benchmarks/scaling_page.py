@@ -30,8 +30,8 @@ dask worker tcp://10.0.0.1:8786 --nworkers -1 --nthreads 1     # on each: a proc
 .venv/bin/ab-sim sweep thesis-hold --over balls.mass=0.001..0.003:99999 --scheduler tcp://10.0.0.1:8786
 ```
 
-In Python, `ab_sim.sweep(..., scheduler="tcp://10.0.0.1:8786")`. So do
-`tune`, `robust` and `size`.
+In Python, `ab_sim.sweep(..., scheduler="tcp://10.0.0.1:8786")`. `tune`, `robust`
+and `size` take it, too.
 
 - **The same bits.** A row is what a single run gives, whoever computes it. Before it does anything
   a worker compares its sources, its Python and its packages with those of the process that asks,
