@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from ab_sim.figures.curves import say_conventions
+from ab_sim.conventions import NOTATION
 from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.studies.basin import (
     BALANCED,
@@ -62,7 +62,8 @@ def drawn_basin(found: Basin) -> ResultFigure:
     handles.append(Patch(color=COLOURS[LEFT_OUT], label=NAMES[LEFT_OUT]))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=3, fontsize=9,
-        title=f"balanced: at most {found.limit:g} of the unbalance is left",
+        # Beside a legend below all panels there is no room for a line of its own.
+        title=f"balanced: at most {found.limit:g} of the unbalance is left. {NOTATION}",
     )  # fmt: skip
     residual = np.array(
         [[np.nan if e.residual_unbalance is None else e.residual_unbalance for e in row]
@@ -78,5 +79,4 @@ def drawn_basin(found: Basin) -> ResultFigure:
         axes.set_xlim(*edges)
         axes.set_ylim(*edges)
     ends.set_ylabel("second ball starts at [deg]")
-    say_conventions(figure)
     return figure
