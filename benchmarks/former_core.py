@@ -1,9 +1,9 @@
-"""This core beside a former one: time of runs, in turns.
+r"""This core beside a former one: time of runs, in turns.
 
     git worktree add --detach /tmp/former/tree 8c8862e
     python -m venv /tmp/former/venv
-    /tmp/former/venv/bin/pip install -c /tmp/former/tree/constraints.txt /tmp/former/tree
-    /tmp/former/venv/bin/pip uninstall -y ab_sim
+    /tmp/former/venv/bin/pip install -c /tmp/former/tree/constraints.txt \
+        numba numpy scipy pydantic PyYAML typer rich pyarrow matplotlib plotly
     python benchmarks/former_core.py /tmp/former/tree /tmp/former/venv/bin/python [--only TEXT]
 
 The last core with numba is 8c8862e. Each process has one core and one row, whose number is the

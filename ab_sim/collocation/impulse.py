@@ -25,7 +25,7 @@ SERIES = TERMS + 2
 """Room for a power series, with two terms behind the last that is added."""
 
 
-class Response(NamedTuple):
+class ImpulseResponse(NamedTuple):
     """What tables are made of."""
 
     length: float
@@ -46,11 +46,13 @@ class Response(NamedTuple):
     """See the function of that name."""
 
 
-def response(length: float, c: float, k: float, values: Floats, rates: Floats) -> Response:
+def impulse_response(
+    length: float, c: float, k: float, values: Floats, rates: Floats
+) -> ImpulseResponse:
     """Of a left-hand side, to the end of a step; ``values`` and ``rates``: room for them."""
     terms = put_series(length, c, k, values, rates)
     to_one = response_to_one(length, c, k, values, terms)
-    return Response(length, c, k, values, rates, terms, to_one, fastest(c, k))
+    return ImpulseResponse(length, c, k, values, rates, terms, to_one, fastest(c, k))
 
 
 def put_series(length: float, c: float, k: float, values: Floats, rates: Floats) -> int:

@@ -18,7 +18,7 @@ c v + k x; U, G and G'; and what P_N, the first of Legendre's polynomials that n
 nodes has in it, makes of x and v.
 """
 
-from ab_sim.collocation.impulse import NEAR, NOTHING, Response, impulse, panel
+from ab_sim.collocation.impulse import NEAR, NOTHING, ImpulseResponse, impulse, panel
 from ab_sim.collocation.nodes import CollocationNodes
 from ab_sim.compiling.kinds import Floats, Table, fma, put_product, scratch
 
@@ -37,7 +37,7 @@ def lines_of_table(count: int) -> int:
 def fill(
     nodes: CollocationNodes,
     chosen: int,
-    of: Response,
+    of: ImpulseResponse,
     before: Table,
     table: Table,
     numbers: Floats,
@@ -119,7 +119,7 @@ def go_on(
     piece: int,
     begin: float,
     end: float,
-    of: Response,
+    of: ImpulseResponse,
     now: Table, impulse_now: Floats,
 ) -> None:  # fmt: skip
     """Responses at the end of a piece of the step, from those at its beginning."""

@@ -1,6 +1,6 @@
 """Which tables of responses a collocation step takes, made when first asked for."""
 
-from ab_sim.collocation.impulse import SERIES, response
+from ab_sim.collocation.impulse import SERIES, impulse_response
 from ab_sim.collocation.responses import (
     BEYOND,
     COUNT,
@@ -82,7 +82,7 @@ def fill_set(own: CollocationRun, first: int, length: float, samples: int) -> No
         at = first + q
         if serves(numbers[at], length, samples, damping, stiffness):
             continue
-        beyond, of = 0.0, response(length, damping, stiffness, values, rates)
+        beyond, of = 0.0, impulse_response(length, damping, stiffness, values, rates)
         for group in range(1 + groups):
             table = at + group * (sides + 1)
             before, which = table, 0

@@ -4,7 +4,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from ab_sim.collocation.impulse import SERIES, Response, response
+from ab_sim.collocation.impulse import SERIES, ImpulseResponse, impulse_response
 from ab_sim.collocation.nodes import CollocationNodes, nodes
 from ab_sim.collocation.responses import BEYOND, MOST_UNIT, NUMBERS, fill, lines_of_table
 from ab_sim.collocation.tables import put_carry
@@ -52,8 +52,8 @@ def lagrange(own: CollocationNodes, k: int) -> list[mpmath.mpf]:
     return [x / scale for x in with_roots(np.delete(at, k).tolist())]
 
 
-def of(c: float, k: float) -> Response:
-    return response(LENGTH, c, k, scratch(SERIES), scratch(SERIES))
+def of(c: float, k: float) -> ImpulseResponse:
+    return impulse_response(LENGTH, c, k, scratch(SERIES), scratch(SERIES))
 
 
 def filled(own: CollocationNodes, chosen: int, c: float, k: float) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +106,7 @@ def test_responses_are_exact(count: int, c: float, k: float) -> None:
 def fill_first(own: CollocationNodes, c: float, k: float, table: Table, numbers: Floats) -> None:
     """In the subset: a record of arrays on the stack."""
     values, rates = scratch(SERIES), scratch(SERIES)
-    fill(own, 0, response(LENGTH, c, k, values, rates), table, table, numbers)
+    fill(own, 0, impulse_response(LENGTH, c, k, values, rates), table, table, numbers)
 
 
 def test_machine_code_fills_tables_with_the_same_bits() -> None:
