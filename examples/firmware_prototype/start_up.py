@@ -31,7 +31,7 @@ class Settings:
     """Whole turns over which the vibration that turns with the spindle is measured."""
     quiet: float = 0.1
     """The hold is over when that vibration is down to this share of its largest there ..."""
-    permissible: float = 0.75
+    permissible: float = 1.2
     """... or to this [m/s^2]: what a balanced drive may shake there. One that is quiet from the
     beginning has no large vibration to compare with."""
     longest_hold: float = 8.0

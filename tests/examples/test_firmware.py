@@ -6,6 +6,7 @@ import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ import numpy as np
 import pytest
 
 from ab_msgs_py import WhirlSample, topics
+from ab_sim.control import chosen
 from ab_sim.scene import load_scene
 from tests.examples.prototype import FOLDER
 from tests.nodes.fleet import Fleet
@@ -108,9 +110,11 @@ def test_bad_options_get_one_line(fleet: Fleet, binary: Path) -> None:
 
 
 def test_the_adaptive_start_up_in_c_finds_its_own_way(fleet: Fleet, binary: Path) -> None:
-    """Told nothing but the final speed, over what the drive publishes."""
+    """Told nothing but the final speed, over what the drive publishes, which comes later."""
     whirl = fleet.listen(topics.WHIRL)
     fleet.start_process("firmware", binary, "--adaptive")
+    late = time.monotonic() + 1.2 * chosen.FIRST_SAMPLES
+    fleet.until(lambda: time.monotonic() > late, "a controller would give up by now")
     fleet.start("drive_sim", scene="balanced-start-up")
     fleet.until(lambda: "done: critical speed" in fleet.log("firmware"), "it is through")
     assert re.search(r"dwell: critical speed (9[5-9]|10[0-4])\.", fleet.log("firmware"))
