@@ -8,6 +8,7 @@ Equations I, II.7; Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-33
 collocation.
 
     nodes             nodes, and all that follows from them alone (Python, before a run)
+    impulse           what one left-hand side makes of an impulse
     responses         a table of responses of one left-hand side
     tables            which tables a step takes
     run               what collocation works with

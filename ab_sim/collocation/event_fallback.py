@@ -28,8 +28,8 @@ from ab_sim.collocation.run import (
     head_of,
 )
 from ab_sim.collocation.step import put_states
-from ab_sim.compiling.kinds import Floats, Table, call, fma, scratch
-from ab_sim.events.event_functions import event_functions
+from ab_sim.compiling.kinds import Floats, Table, call, put_product, scratch
+from ab_sim.events.event_functions import MOTOR, event_functions
 from ab_sim.events.run import SPEED, evaluate
 from ab_sim.integrate.steppers.collocation import PARTS
 from ab_sim.stepping.fixed_step import EqualSteps, local_time, step_by_step
@@ -58,22 +58,17 @@ def before_events(own: CollocationRun) -> int:
         return PIECES
     put_event_functions(own)
     values, count, end = own.buffers.values, own.method.nodes.at.size, PIECES
-    slots = values.shape[1]
-    mean, apart, one = scratch(slots), scratch(slots), scratch(count)
-    for slot in range(slots):
-        mean[slot] = apart[slot] = 0.0
-    for j in range(count):
-        for slot in range(slots):
-            mean[slot] += values[j, slot]
-    for slot in range(slots):
-        mean[slot] *= 1.0 / count
-    for j in range(count):
-        for slot in range(slots):
-            apart[slot] += abs(values[j, slot] - mean[slot])
-    for slot in range(slots):
-        if not mean[slot] > FAR * apart[slot]:
-            for j in range(count):
-                one[j] = values[j, slot]
+    balls, one = own.run.balls, scratch(count)
+    first = 0 if balls.has_friction or balls.has_contact else MOTOR * balls.number
+    for slot in range(first, values.shape[1]):
+        mean, apart = 0.0, 0.0
+        for j in range(count):
+            one[j] = values[j, slot]
+            mean += one[j]
+        mean *= 1.0 / count
+        for j in range(count):
+            apart += abs(one[j] - mean)
+        if not mean > FAR * apart:
             end = pieces_above(own, one, end)
     return end
 
@@ -103,28 +98,27 @@ def pieces_above(own: CollocationRun, values: Floats, most: int) -> int:
         most: pieces that are looked at.
     """
     count, doubt = values.size, 0.0
+    coefficients = scratch(count)
+    put_product(coefficients, values, own.method.lines[COEFFICIENTS : COEFFICIENTS + count])
     for back in range(2):
-        coefficient = 0.0
-        for k in range(count):
-            coefficient = fma(own.method.lines[COEFFICIENTS + k, back], values[k], coefficient)
-        doubt += abs(coefficient)
-    if lowest(own, values, PIECES) >= doubt:
+        doubt += abs(coefficients[back])
+    if is_above(own, values, PIECES, doubt):
         return most
     for piece in range(most):
-        if lowest(own, values, piece) < doubt:
+        if not is_above(own, values, piece, doubt):
             return piece
     return most
 
 
-def lowest(own: CollocationRun, values: Floats, piece: int) -> float:
-    """The lowest of Bernstein's coefficients on a piece, or on all of them."""
-    count, least = values.size, math.inf
+def is_above(own: CollocationRun, values: Floats, piece: int, least: float) -> bool:
+    """Whether no one of Bernstein's coefficients on a piece, or on all of them, is less."""
+    count = values.size
+    bounds = scratch(count)
+    put_product(bounds, values, own.method.bounds[piece])
     for line in range(count):
-        bound = 0.0
-        for k in range(count):
-            bound = fma(own.method.bounds[piece, line, k], values[k], bound)
-        least = min(least, bound)
-    return least
+        if bounds[line] < least:
+            return False
+    return True
 
 
 def keep_good(own: CollocationRun, good: int) -> None:

@@ -36,7 +36,7 @@ class CollocationNodes(NamedTuple):
     """Of x^N in P_N."""
     legendre: Table
     """(2 p + 1) w_k P_p(c_k) for powers p = 0, 1 .. of polynomials that are carried on into the
-    next step, shape (powers, N)."""
+    next step, shape (N, powers)."""
     points: Table
     """Points and weights of a quadrature on 0 .. 1, where a response is too fast for a series;
     shape (2, points)."""
@@ -105,7 +105,7 @@ def nodes(count: int, samples: tuple[int, ...], powers: int) -> CollocationNodes
         at,
         scale,
         leading,
-        (2.0 * np.arange(powers)[:, None] + 1.0) * share * values,
+        ((2.0 * np.arange(powers)[:, None] + 1.0) * share * values).T.copy(),
         gauss(max(24, 3 * count)),
         stops,
         columns.astype(np.int64),
@@ -179,7 +179,7 @@ def bounds_within_pieces(at: np.ndarray) -> np.ndarray:
         at: the nodes, shape (N,).
 
     Returns:
-        Shape (PIECES + 1, N, N), coefficients in lines; the last is that of all pieces together.
+        Shape (PIECES + 1, N, N), coefficients in columns; the last is that of all pieces together.
     """
     most = len(at) - 1
     points = (np.arange(most + 1) + 0.5) / (most + 1)
@@ -192,5 +192,5 @@ def bounds_within_pieces(at: np.ndarray) -> np.ndarray:
         for k in range(most + 1):
             others = np.delete(at, k)
             values = np.prod((x[:, None] - others) / (at[k] - others), axis=1)
-            found[piece, :, k] = np.linalg.solve(basis, values)
+            found[piece, k] = np.linalg.solve(basis, values)
     return found

@@ -9,36 +9,24 @@ with U the response to f = 1, and l_k the nodes' Lagrange polynomials: exact how
 k h^2 are. Tables hold the integrals up to N instants, each line with one number for each. A ball
 under linear drag has k = 0; with c = 0 as well, v is the plain integral of f.
 
-From one instant to the next a response is carried on by its own power series, whose integrals with
-l_k are known (``nodes.Nodes.moments``). Where it changes too fast for that, it is integrated
-numerically, as far back as it lasts.
+From one instant to the next a response is carried on by its own power series (``impulse``), whose
+integrals with l_k are known (``nodes.Nodes.moments``). Where it changes too fast for that, it is
+integrated numerically, as far back as it lasts.
 
 A table has 3 N + 5 lines of N instants: for each k the integrals into x, into v, and into
 c v + k x; U, G and G'; and what P_N, the first of Legendre's polynomials that none through the
 nodes has in it, makes of x and v.
 """
 
-import math
-
-from ab_sim.collocation.nodes import TERMS, CollocationNodes
-from ab_sim.compiling.elementary import exp, expm1
-from ab_sim.compiling.kinds import Floats, Table, fma, scratch
-from ab_sim.tracing.cosine import cos_sin
+from ab_sim.collocation.impulse import NEAR, NOTHING, ImpulseResponse, impulse, panel
+from ab_sim.collocation.nodes import CollocationNodes
+from ab_sim.compiling.kinds import Floats, Table, fma, put_product, scratch
 
 LENGTH, DAMPING, STIFFNESS, MOST_UNIT, BEYOND, COUNT = 0, 1, 2, 3, 4, 5
 """Numbers of a table: h [s]; c, k; U at most, up to the step's end; what f = P_N makes of x at the
 instants, at most; and one for who keeps tables."""
 NUMBERS = 6
 """How many these are."""
-NEAR = 4.0
-"""Rate times time up to which a response is summed as a power series: what its terms cancel of each
-other is a few roundings."""
-NOTHING = 1e-19
-"""Share of the first term at which two in a row are not worth adding, nor those after them."""
-REACH = 20.0
-"""Rate times length of a panel: there the quadrature is right to rounding."""
-GONE = 40.0
-"""Decay rate times time after which a response is nothing any more."""
 
 
 def lines_of_table(count: int) -> int:
@@ -49,9 +37,7 @@ def lines_of_table(count: int) -> int:
 def fill(
     nodes: CollocationNodes,
     chosen: int,
-    length: float,
-    c: float,
-    k: float,
+    of: ImpulseResponse,
     before: Table,
     table: Table,
     numbers: Floats,
@@ -61,8 +47,7 @@ def fill(
     Args:
         nodes: the Nodes.
         chosen: which of their sets.
-        length: h [s].
-        c, k: not negative [1/s, 1/s^2].
+        of: what it is a table of.
         before: the table up to the set before, if this one goes on from there.
         table: shape (lines, N).
         numbers: of the table, shape (NUMBERS,); COUNT stays.
@@ -76,22 +61,23 @@ def fill(
         end = nodes.stops[chosen, stop]
         if end > 1.5:
             break
-        go_on(nodes, chosen * count + stop, begin, end, length, c, k, now, impulse_now)
+        go_on(nodes, chosen * count + stop, begin, end, of, now, impulse_now)
         begin, column = end, nodes.columns[chosen, stop]
         if column >= 0:
             filled = column
             put_column(now, impulse_now, table, column)
             most = max(most, abs(now[0, count]))
             unit = max(unit, abs(table[3 * count, column]))
-    for column in range(filled + 1, count):
-        for line in range(lines_of_table(count)):
-            table[line, column] = table[line, filled]
+    for line in range(lines_of_table(count)):
+        last = table[line, filled]
+        for column in range(filled + 1, count):
+            table[line, column] = last
     for line in range(count):
         for column in range(count):
-            pull = c * table[count + line, column] + k * table[line, column]
+            pull = of.c * table[count + line, column] + of.k * table[line, column]
             table[2 * count + line, column] = pull
-    numbers[LENGTH], numbers[DAMPING], numbers[STIFFNESS] = length, c, k
-    numbers[MOST_UNIT] = max(unit, abs(response_to_one(1.0, length, c, k)))
+    numbers[LENGTH], numbers[DAMPING], numbers[STIFFNESS] = of.length, of.c, of.k
+    numbers[MOST_UNIT] = max(unit, abs(of.to_one))
     numbers[BEYOND] = most
 
 
@@ -133,92 +119,35 @@ def go_on(
     piece: int,
     begin: float,
     end: float,
-    length: float,
-    c: float,
-    k: float,
+    of: ImpulseResponse,
     now: Table, impulse_now: Floats,
 ) -> None:  # fmt: skip
     """Responses at the end of a piece of the step, from those at its beginning."""
-    count, d = nodes.at.size, end - begin
-    if fastest(c, k) * length * d > NEAR:
+    count, d, length, c, k = nodes.at.size, end - begin, of.length, of.c, of.k
+    if of.fastest * length * d > NEAR:
         integrate(nodes, end, length, c, k, now)
         impulse_now[0], impulse_now[1] = impulse(c, k, end * length)
         return
-    terms, ch, khh = nodes.moments[piece], c * length, k * length * length
-    into_x, into_v = scratch(count + 1), scratch(count + 1)
-    for i in range(count + 1):
-        into_x[i] = into_v[i] = 0.0
-    # G(t) = h sum_m a_m (t/h)^m, (m + 1) (m + 2) a_m+2 = -(c h (m + 1) a_m+1 + k h^2 a_m).
-    this, following, u, g, r = 0.0, 1.0, 0.0, 0.0, 0.0
-    for m in range(TERMS):
-        rate, power = (m + 1) * following, terms[m, count + 1]
-        u += this * power * d / (m + 1)
-        g += this * power
-        r += rate * power
-        for i in range(count + 1):
-            into_x[i] = fma(this, terms[m, i], into_x[i])
-            into_v[i] = fma(rate, terms[m, i], into_v[i])
-        after = -(ch * rate + khh * this) / ((m + 1) * (m + 2))
-        this, following = following, after
-        if (abs(this) + abs(following) * d) * power < NOTHING:
+    moments, used = nodes.moments[piece], of.terms
+    u, g, r = 0.0, 0.0, 0.0
+    for m in range(of.terms):
+        power = moments[m, count + 1]
+        u += of.values[m] * power * d / (m + 1)
+        g += of.values[m] * power
+        r += of.rates[m] * power
+        if (abs(of.values[m + 1]) + abs(of.values[m + 2]) * d) * power < NOTHING:
+            used = m + 1
             break
+    into = scratch(2, count + 1)
+    put_product(into[0], of.values[0:used], moments)
+    put_product(into[1], of.rates[0:used], moments)
     u, g = length * length * u, length * g
     for i in range(count + 1):
         x, v = now[0, i], now[1, i]
-        now[0, i] = (x + (g * v - k * u * x)) + length * length * into_x[i]
-        now[1, i] = (r * v - k * g * x) + length * into_v[i]
+        now[0, i] = (x + (g * v - k * u * x)) + length * length * into[0, i]
+        now[1, i] = (r * v - k * g * x) + length * into[1, i]
     x, v = impulse_now[0], impulse_now[1]
     impulse_now[0], impulse_now[1] = x + ((g * v - k * u * x) - 0.0), r * v - k * g * x
-
-
-def fastest(c: float, k: float) -> float:
-    """How fast a response changes at first [1/s]."""
-    a = 0.5 * c
-    return math.sqrt(k) if k > a * a else a + math.sqrt(a * a - k)
-
-
-def impulse(c: float, k: float, t: float) -> tuple[float, float]:
-    """G(t) and G'(t) of x'' + c x' + k x = 0; to rounding beside what they were before."""
-    a = 0.5 * c
-    if k == 0.0 and c > 0.0:
-        fallen = expm1(-c * t)
-        return -fallen / c, 1.0 + fallen
-    if k > a * a:
-        w, left = math.sqrt(k - a * a), exp(-a * t)
-        cosine, sine = cos_sin(w * t)
-        g = left * sine / w
-        return g, left * cosine - a * g
-    d = math.sqrt(a * a - k)
-    if d == 0.0:
-        left = exp(-a * t)
-        return t * left, (1.0 - a * t) * left
-    slow = k / (a + d)
-    g = exp(-slow * t) * -expm1(-2.0 * d * t) / (2.0 * d)
-    return g, exp(-(a + d) * t) - slow * g
-
-
-def response_to_one(end: float, length: float, c: float, k: float) -> float:
-    """U after a share of a step."""
-    t = end * length
-    if fastest(c, k) * t <= NEAR:
-        # As in ``go_on``.
-        ch, khh, power, u = c * t, k * t * t, 1.0, 0.0
-        this, following = 0.0, 1.0
-        for m in range(TERMS):
-            u += this / (m + 1)
-            after = -(ch * (m + 1) * following + khh * this) / ((m + 1) * (m + 2))
-            this, following = following, after
-        return t * t * u * power
-    g, r = impulse(c, k, t)
-    if k == 0.0:
-        return (t - g) / c
-    a = 0.5 * c
-    slow = math.sqrt(k) if k > a * a else k / (a + math.sqrt(a * a - k))
-    if slow * t > 0.1:
-        return (1.0 - r - c * g) / k
-    # Of what hardly begins to give way; the roots are far from each other.
-    fast = c - slow
-    return (expm1(-fast * t) / fast - expm1(-slow * t) / slow) / (fast - slow)
 
 
 def integrate(
@@ -242,19 +171,6 @@ def integrate(
                 now[0, i] = fma(g, polynomials[i], now[0, i])
                 now[1, i] = fma(r, polynomials[i], now[1, i])
         ago += width
-
-
-def panel(c: float, k: float, begin: float, end: float) -> float:
-    """How long the next panel is, from ``begin`` to ``end`` at most; 0 where nothing is left."""
-    a = 0.5 * c
-    rate, slow = fastest(c, k), a
-    if k <= a * a:
-        slow = k / rate if rate > 0.0 else 0.0
-    if begin * slow >= GONE:
-        return 0.0
-    if k <= a * a and begin * rate >= GONE:
-        rate = slow
-    return min(end - begin, REACH / rate) if rate > 0.0 else end - begin
 
 
 def put_polynomials(nodes: CollocationNodes, x: float, out: Floats) -> None:

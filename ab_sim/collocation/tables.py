@@ -1,5 +1,6 @@
 """Which tables of responses a collocation step takes, made when first asked for."""
 
+from ab_sim.collocation.impulse import SERIES, impulse_response
 from ab_sim.collocation.responses import (
     BEYOND,
     COUNT,
@@ -17,7 +18,7 @@ from ab_sim.collocation.run import (
     CollocationRun,
     is_limited,
 )
-from ab_sim.compiling.kinds import Floats, Table, fma, scratch
+from ab_sim.compiling.kinds import Floats, Table, put_product, scratch
 
 KEPT, RATIOS = 20, 32
 """Sets that are kept, and matrices from step to step: as many as there are lengths of steps for one
@@ -73,7 +74,7 @@ def fill_set(own: CollocationRun, first: int, length: float, samples: int) -> No
     numbers, sides, nodes = own.tables.numbers, own.sides, own.method.nodes
     count, lines = nodes.at.size, lines_of_table(nodes.at.size)
     groups = (samples + count - 1) // count
-    chosen = first_set(own, samples)
+    chosen, values, rates = first_set(own, samples), scratch(SERIES), scratch(SERIES)
     for q in range(sides + 1):
         # The last one is of what is only integrated.
         damping = own.linear[q] if q < sides else 0.0
@@ -81,7 +82,7 @@ def fill_set(own: CollocationRun, first: int, length: float, samples: int) -> No
         at = first + q
         if serves(numbers[at], length, samples, damping, stiffness):
             continue
-        beyond = 0.0
+        beyond, of = 0.0, impulse_response(length, damping, stiffness, values, rates)
         for group in range(1 + groups):
             table = at + group * (sides + 1)
             before, which = table, 0
@@ -91,9 +92,7 @@ def fill_set(own: CollocationRun, first: int, length: float, samples: int) -> No
             fill(
                 nodes,
                 which,
-                length,
-                damping,
-                stiffness,
+                of,
                 own.tables.lines[before * lines : (before + 1) * lines],
                 own.tables.lines[table * lines : (table + 1) * lines],
                 numbers[table],
@@ -152,7 +151,7 @@ def carrying(own: CollocationRun, ratio: float) -> int:
 def put_carry(own: CollocationRun, ratio: float, columns: Table) -> None:
     """The matrix column by column, shape (N, N)."""
     nodes = own.method.nodes
-    count, powers = nodes.at.size, nodes.legendre.shape[0]
+    count, powers = nodes.at.size, nodes.legendre.shape[1]
     values = scratch(powers + 1, count)
     for j in range(count):
         y = 1.0 + 2.0 * ratio * nodes.at[j]
@@ -161,8 +160,4 @@ def put_carry(own: CollocationRun, ratio: float, columns: Table) -> None:
             more = (2 * p + 1) * y * values[p, j] - p * values[p - 1, j]
             values[p + 1, j] = more / (p + 1)
     for k in range(count):
-        for j in range(count):
-            found = 0.0
-            for p in range(powers):
-                found = fma(nodes.legendre[p, k], values[p, j], found)
-            columns[k, j] = found
+        put_product(columns[k], nodes.legendre[k], values)

@@ -20,8 +20,8 @@ translated from its source and annotations to LLVM's language:
     again(0.5)                          # 1 to 2 us, without holding up Python's other threads
 
 Modules, in the order in which they build on each other: ``kinds``, ``source``, ``blocks``,
-``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``library``,
-``calling``; and ``elementary``, which is written in the subset.
+``operations``, ``expressions``, ``conditions``, ``products``, ``intrinsics``, ``translate``,
+``library``, ``calling``; and ``elementary``, which is written in the subset.
 
 What there is
 -------------
@@ -42,7 +42,7 @@ them, also of other modules (``math.pi``); calls of functions of the subset, by 
 
     abs min max int float bool len
     math.  sqrt fabs copysign fmod floor ceil trunc isnan isinf isfinite
-    kinds. fma float_from_bits scratch call
+    kinds. fma put_product float_from_bits scratch call
     elementary. exp expm1 power_of_two
     ab_sim.tracing.cosine. cos_sin
 
@@ -71,6 +71,7 @@ from ab_sim.compiling.kinds import (
     call,
     float_from_bits,
     fma,
+    put_product,
     scratch,
 )
 from ab_sim.compiling.library import Library
@@ -90,5 +91,6 @@ __all__ = [
     "compiled",
     "float_from_bits",
     "fma",
+    "put_product",
     "scratch",
 ]

@@ -10,6 +10,7 @@ from ab_sim.compiling import kinds
 from ab_sim.compiling.blocks import ArrayView, Fields, Number, StoredRecord, Value, constant
 from ab_sim.compiling.expressions import Expressions
 from ab_sim.compiling.kinds import Array
+from ab_sim.compiling.products import PUT_PRODUCT
 from ab_sim.compiling.source import BOOL, FLOAT, INT
 
 Values = list[Value]
@@ -128,6 +129,17 @@ def _scratch(e: Expressions, node: ast.Call, values: Values) -> Value:
     return ArrayView(kind, e.put(f"alloca double, i64 {size}, align 64"), lengths)
 
 
+def _put_product(e: Expressions, node: ast.Call, values: Values) -> None:
+    kinds_given = [x.kind for x in values]
+    if kinds_given != [Array(1, float), Array(1, float), Array(2, float)]:
+        e.fail(node, "these arguments of put_product", "pass Floats, Floats and a Table")
+    out, factors, rows = (x for x in values if isinstance(x, ArrayView))
+    e.declared.add(PUT_PRODUCT)
+    given = f"ptr {out.pointer}, i64 {out.shape[0]}, ptr {factors.pointer}, "
+    given += f"i64 {factors.shape[0]}, ptr {rows.pointer}, i64 {rows.shape[1]}"
+    e.lines.append(f"call void @put_product({given})")
+
+
 def _call(e: Expressions, node: ast.Call, values: Values) -> None:
     """LLVM may take it that records are not touched: emitted code gets no pointers to them."""
     address, *others = values or [constant(0.0)]
@@ -168,4 +180,5 @@ INTRINSICS: dict[Any, Intrinsic] = {
     kinds.float_from_bits: _from_bits,
     kinds.scratch: _scratch,
     kinds.call: _call,
+    kinds.put_product: _put_product,
 }

@@ -44,6 +44,22 @@ fma: Callable[[float, float, float], float] = functions.fma
 """a b + c, rounded once."""
 
 
+def put_product(
+    out: NDArray[np.float64], factors: NDArray[np.float64], rows: NDArray[np.float64]
+) -> None:
+    """Factors times rows, of as many columns as ``out`` has: term by term, each rounded once.
+
+    Args:
+        out: shape (n,); no part of the others.
+        factors: shape (m,), m more than 0.
+        rows: shape (m or more, n or more).
+    """
+    for j in range(out.size):
+        out[j] = 0.0
+        for k in range(factors.size):
+            out[j] = fma(factors[k], rows[k, j], out[j])
+
+
 def float_from_bits(word: int) -> float:
     """The floating-point number that a 64-bit word says, as IEEE 754 has it."""
     made: float = struct.unpack("<d", struct.pack("<q", word))[0]

@@ -32,8 +32,8 @@ from ab_sim.workers import KEPT, WorkerLost
 if TYPE_CHECKING:
     from distributed import Client, Future
 
-ANSWERS = 10.0
-"""s, within which a scheduler has to."""
+ANSWERS = 20.0
+"""s, within which a scheduler has to; on a busy machine 10 were too few."""
 IN_FLIGHT = 3
 """Calls that are sent ahead for each thread of the workers: none waits for this process."""
 LOOKS = 1.0

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import llvmlite.binding as llvm
+from llvmlite.binding.newpassmanagers import NewPassManager
 
 LIMIT = "AB_SIM_CPU_FEATURES"
 """Environment variable: what of the processor all code is to do without, in LLVM's words, as in
@@ -46,23 +47,10 @@ class MachineCode:
         machine = _machine(features, 1 if effort == 1 else 3)
         module = llvm.parse_assembly(text)
         module.triple, module.data_layout = machine.triple, str(machine.target_data)
-        options = llvm.create_pipeline_tuning_options(3)
-        # What belongs into a vector is written as one.
-        options.slp_vectorization = options.loop_vectorization = False
-        builder = llvm.create_pass_builder(machine, options)
-        if effort == 1:
-            passes = llvm.create_new_module_pass_manager()
-            for name in QUICK:
-                getattr(passes, f"add_{name}_pass")()
-            passes.run(module, builder)
-        elif effort:
-            builder.getModulePassManager().run(module, builder)
-        # The engine owns machine and module from here on.
-        self._engine = llvm.create_mcjit_compiler(module, machine)
-        for function in module.functions:
-            if function.is_declaration and function.name in elsewhere:
-                self._engine.add_global_mapping(function, elsewhere[function.name])
-        self._engine.finalize_object()
+        _optimize(module, machine, effort)
+        wanted = [f.name for f in module.functions if f.is_declaration and f.name in elsewhere]
+        object_file = llvm.ObjectFileRef.from_data(machine.emit_object(module))
+        self._engine = _linked(object_file, {name: elsewhere[name] for name in wanted})
 
     def address(self, name: str) -> int:
         """Of a function.
@@ -82,6 +70,40 @@ def processor_features() -> str:
     return f"{own},{limit}" if limit else own
 
 
+def _optimize(module: Any, machine: Any, effort: int) -> None:
+    if not effort:
+        return
+    options = llvm.create_pipeline_tuning_options(3)
+    # What belongs into a vector is written as one.
+    options.slp_vectorization = options.loop_vectorization = False
+    builder = llvm.create_pass_builder(machine, options)
+    if effort == 1:
+        passes = llvm.create_new_module_pass_manager()
+        for name in QUICK:
+            getattr(passes, f"add_{name}_pass")()
+    else:
+        passes = builder.getModulePassManager()
+    passes.run(module, builder)
+    # llvmlite 0.50 never disposes of a pass manager, which has 0.15 MB once it has run: of the two
+    # classes that it inherits from, the first one's _dispose does nothing.
+    NewPassManager._dispose(passes)
+    passes.detach()
+
+
+def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
+    """An engine with machine code only: one that makes it keeps module and target machine, too."""
+    declared = "\n".join(f'declare void @"{name}"()' for name in elsewhere)
+    module = llvm.parse_assembly(declared)
+    # The engine owns the machine from here on.
+    engine = llvm.create_mcjit_compiler(module, _native().create_target_machine(jit=True))
+    for name, address in elsewhere.items():
+        engine.add_global_mapping(module.get_function(name), address)
+    engine.remove_module(module)
+    engine.add_object_file(object_file)
+    engine.finalize_object()
+    return engine
+
+
 @functools.cache
 def _native() -> Any:
     llvm.initialize_native_target()
@@ -91,11 +113,14 @@ def _native() -> Any:
 
 def _machine(features: str | None, effort: int) -> Any:
     """What writes code for a processor; of control, 3 takes a sixth longer than 1 for no gain."""
-    target = _native()
-    return target.create_target_machine(
-        cpu=llvm.get_host_cpu_name() if features is None else "",
-        features=processor_features() if features is None else features,
-        opt=effort,
-        jit=True,
-        codemodel="jitdefault",
+    if features is None:
+        return _machine_for(llvm.get_host_cpu_name(), processor_features(), effort)
+    return _machine_for("", features, effort)
+
+
+@functools.cache
+def _machine_for(cpu: str, features: str, effort: int) -> Any:
+    """Made once, and used by one thread after the other: llvmlite locks each of its calls."""
+    return _native().create_target_machine(
+        cpu=cpu, features=features, opt=effort, jit=True, codemodel="jitdefault"
     )

@@ -13,19 +13,38 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 from ab_sim.analysis import replay  # noqa: E402
 from ab_sim.drive.trajectory import Trajectory  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
-from ab_sim.scene import check_scene  # noqa: E402
+from ab_sim.scene import check_scene, load_scene  # noqa: E402
+from ab_sim.spindle.segments_course import PERIOD  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 
 pytestmark = [pytest.mark.ros, pytest.mark.alone]
 
 
+HOLD = load_scene("balanced-start-up").profile.variable_speed_period
+PUNCTUAL, TRIES = 0.03, 3
+"""s that a command may be late at most where the drive's balance is judged: of commands that were
+late now and then, by 0.02 s on average, the peak whirl changed by 6 %, of 0.05 s by 30 %, and not
+all drives were balanced."""
+
+
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
-    out = tmp_path_factory.mktemp("demo")
+    """The first demo that the machine had time for."""
+    found = []
+    for _ in range(TRIES):
+        out, said = demo(tmp_path_factory.mktemp("demo") / "out")
+        found.append(latest(recorded_run(out)))
+        if found[-1] < PUNCTUAL:
+            return out, said
+    raise AssertionError(f"this machine is too busy for real time: commands came {found} s late")
+
+
+def demo(out: Path) -> tuple[Path, str]:
+    """The command, and what it says."""
     root = Path(__file__).resolve().parents[2]
     with own_domain() as domain:
         done = subprocess.run(
-            [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--out", str(out / "out")],
+            [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--out", str(out)],
             capture_output=True,
             text=True,
             cwd=root,
@@ -37,7 +56,23 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
             timeout=240,
         )
     assert done.returncode == 0, done.stdout + done.stderr
-    return out / "out", done.stdout
+    return out, done.stdout
+
+
+def recorded_run(out: Path) -> Trajectory:
+    """Read back through Rerun's own API."""
+    recorded = read_recording(out / "startup.rrd")
+    assert recorded.missing == 0
+    return Trajectory(recorded.channels, recorded.samples)
+
+
+def latest(live: Trajectory) -> float:
+    """How late a command was at most [s]: on ramps each 5 ms has its own, and one ends the hold."""
+    changed = np.flatnonzero(np.diff(live["command"])) + 1
+    gaps = np.diff(live["time"][changed])
+    held = live["command"][changed[:-1]] == HOLD.start_speed
+    assert np.count_nonzero(held) == 1
+    return float(np.max(gaps - np.where(held, HOLD.duration, PERIOD)))
 
 
 def test_says_what_it_did(finished: tuple[Path, str]) -> None:
@@ -52,10 +87,8 @@ def test_says_what_it_did(finished: tuple[Path, str]) -> None:
 
 
 def test_recorded_ball_angles_equal_an_offline_run(finished: tuple[Path, str]) -> None:
-    """Read back through Rerun's own API, against the same command history: 1e-9 rad."""
-    recorded = read_recording(finished[0] / "startup.rrd")
-    assert recorded.missing == 0
-    live = Trajectory(recorded.channels, recorded.samples)
+    """Against the same command history: 1e-9 rad."""
+    live, recorded = recorded_run(finished[0]), read_recording(finished[0] / "startup.rrd")
     assert live["time"][-1] > 9.0
     assert len(set(live["command"].tolist())) > 100
     offline = replay(check_scene(recorded.description["scene"], "recording"), live)
@@ -64,9 +97,8 @@ def test_recorded_ball_angles_equal_an_offline_run(finished: tuple[Path, str]) -
 
 def test_the_drive_gets_balanced(finished: tuple[Path, str]) -> None:
     """Ours offline: 0.107 e in the end. Live, where balls stick differs by a few degrees."""
-    recorded = read_recording(finished[0] / "startup.rrd")
-    live = Trajectory(recorded.channels, recorded.samples)
-    assert live.whirl.max() / 1e-4 == pytest.approx(26.9, rel=0.02)
+    live = recorded_run(finished[0])
+    assert live.whirl.max() / 1e-4 == pytest.approx(26.9, rel=0.1)
     assert live.whirl[-500:].max() / 1e-4 < 0.3, "1.34 without balls"
 
 

@@ -37,7 +37,7 @@ def test_polynomials_lie_within_their_bounds(nodes: int) -> None:
         polynomial = np.polynomial.Polynomial(rng.normal(size=nodes))
         values = polynomial(at)
         for scheduled, matrix in enumerate(bounds_within_pieces(at)):
-            bounds, x = matrix @ values, np.linspace(0.0, 1.0, 50)
+            bounds, x = values @ matrix, np.linspace(0.0, 1.0, 50)
             if scheduled < PIECES:
                 x = (scheduled + x) / PIECES
             room = 1e-11 * np.abs(values).max()

@@ -4,17 +4,11 @@ import mpmath
 import numpy as np
 import pytest
 
+from ab_sim.collocation.impulse import SERIES, ImpulseResponse, impulse_response
 from ab_sim.collocation.nodes import CollocationNodes, nodes
-from ab_sim.collocation.responses import (
-    BEYOND,
-    MOST_UNIT,
-    NUMBERS,
-    fill,
-    lines_of_table,
-    response_to_one,
-)
+from ab_sim.collocation.responses import BEYOND, MOST_UNIT, NUMBERS, fill, lines_of_table
 from ab_sim.collocation.tables import put_carry
-from ab_sim.compiling import compiled
+from ab_sim.compiling import Floats, Table, compiled, scratch
 
 LENGTH = 0.02
 STIFF = [
@@ -58,12 +52,16 @@ def lagrange(own: CollocationNodes, k: int) -> list[mpmath.mpf]:
     return [x / scale for x in with_roots(np.delete(at, k).tolist())]
 
 
+def of(c: float, k: float) -> ImpulseResponse:
+    return impulse_response(LENGTH, c, k, scratch(SERIES), scratch(SERIES))
+
+
 def filled(own: CollocationNodes, chosen: int, c: float, k: float) -> tuple[np.ndarray, np.ndarray]:
     """A table and its numbers; that of the set before is made first, if it goes on from there."""
     count = len(own.at)
     table, numbers = np.full((lines_of_table(count), count), np.nan), np.full(NUMBERS, np.nan)
     before = filled(own, chosen - 1, c, k)[0] if own.begins[chosen] else table
-    fill(own, chosen, LENGTH, c, k, before, table, numbers)
+    fill(own, chosen, of(c, k), before, table, numbers)
     return table, numbers
 
 
@@ -101,8 +99,14 @@ def test_responses_are_exact(count: int, c: float, k: float) -> None:
                 assert abs(table[3 * count + 3, j] - x) < 1e-13 * abs(table[3 * count]).max()
             assert numbers[BEYOND] == np.abs(table[3 * count + 3]).max()
         one, _ = exact(1.0, c, k, [mpmath.mpf(1)])
-        assert response_to_one(1.0, LENGTH, c, k) == pytest.approx(one, rel=1e-11)
+        assert of(c, k).to_one == pytest.approx(one, rel=1e-11)
         assert numbers[MOST_UNIT] >= abs(one) * (1.0 - 1e-11)
+
+
+def fill_first(own: CollocationNodes, c: float, k: float, table: Table, numbers: Floats) -> None:
+    """In the subset: a record of arrays on the stack."""
+    values, rates = scratch(SERIES), scratch(SERIES)
+    fill(own, 0, impulse_response(LENGTH, c, k, values, rates), table, table, numbers)
 
 
 def test_machine_code_fills_tables_with_the_same_bits() -> None:
@@ -110,7 +114,7 @@ def test_machine_code_fills_tables_with_the_same_bits() -> None:
     for c, k in STIFF:
         expected, numbers = filled(own, 0, c, k)
         found, own_numbers = np.full_like(expected, np.nan), np.full(NUMBERS, np.nan)
-        compiled(fill)(own, 0, LENGTH, c, k, found, found, own_numbers)
+        compiled(fill_first)(own, c, k, found, own_numbers)
         assert found.tobytes() == expected.tobytes()
         assert own_numbers.tobytes() == numbers.tobytes()
 
