@@ -107,11 +107,14 @@ def set_command(values: Sequence[str], namespace: str, name: str, wait: float) -
 def value_of(text: str) -> Any:
     """The value of a word in YAML; `1e-4`, a text by YAML's rules, is a number here.
 
+    A profile in braces stays a text: no parameter is a mapping.
+
     Raises:
         InputError: it is no YAML.
     """
     try:
-        return float(text) if _EXPONENT.fullmatch(text.strip()) else read_yaml(text)
+        value = float(text) if _EXPONENT.fullmatch(text.strip()) else read_yaml(text)
+        return text if isinstance(value, dict) else value
     except ValueError as error:
         raise InputError(f"{short(text)}: the value {error}") from error
 

@@ -58,6 +58,7 @@ def test_values_of_parameters() -> None:
     words = ("1e-4", "-2.5E3", "7", "7.0", "true", "paced", "'7'", "[a=1, b=2]", "", "''")
     values = [1e-4, -2500.0, 7, 7.0, True, "paced", "7", ["a=1", "b=2"], None, ""]
     assert [value_of(word) for word in words] == values
+    assert value_of("{kind: adaptive, sensor: imu}") == "{kind: adaptive, sensor: imu}"
 
 
 def test_a_slip_in_an_option_is_no_word() -> None:
