@@ -1,6 +1,6 @@
 """Changes to what a scene's file says, each ``key=value`` with a dotted key."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from ab_sim.errors import SceneError, nearest
@@ -20,12 +20,21 @@ class Change(NamedTuple):
     """What to call it in messages."""
 
 
-def parsed(change: str) -> Change:
-    """A change as it is written, ``key=value``, the value in YAML; an empty one removes the key.
+def all_parsed(changes: Iterable[str]) -> list[Change]:
+    """Changes as they are written, ``key=value``, the value in YAML; an empty one removes the key.
 
     Raises:
-        SceneError: it is not written so.
+        SceneError: one is not written so, or they are no list of texts.
     """
+    given = list(changes)
+    if isinstance(changes, str | Mapping) or not all(isinstance(each, str) for each in given):
+        raise SceneError(
+            f"changes = {short(changes)}: must be a list of texts, e.g. ['balls.mass=0.002']"
+        )
+    return [_parsed(change) for change in given]
+
+
+def _parsed(change: str) -> Change:
     key, equals, text = change.partition("=")
     said = f"change {short(change)}"
     if not equals or not all(part.strip() for part in key.split(".")):

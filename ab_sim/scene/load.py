@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
 from ab_sim.errors import SceneError
 from ab_sim.quoting import short
-from ab_sim.scene.changes import REMOVED, Change, apply, parsed
+from ab_sim.scene.changes import REMOVED, Change, all_parsed, apply
 from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -56,7 +56,7 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     """
     path = find_scene(scene)
     raw = read_mapping(path)
-    apply(raw, [parsed(change) for change in changes])
+    apply(raw, all_parsed(changes))
     raw.setdefault("name", path.stem)
     return check_scene(raw, origin=str(path))
 

@@ -7,7 +7,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from ab_sim.errors import SceneError
 from ab_sim.limited_yaml import read_yaml
-from ab_sim.scene.changes import apply, parsed
+from ab_sim.scene.changes import all_parsed, apply
 from ab_sim.scene.explain import explain
 from ab_sim.scene.load import load_scene, read_mapping
 from ab_sim.scene.model import Scene
@@ -56,7 +56,7 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
 
 def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedProfile:
     whole = {"profile": raw}
-    apply(whole, [parsed(change) for change in changes])
+    apply(whole, all_parsed(changes))
     if others := whole.keys() - {"profile"}:
         raise SceneError(
             f"{origin}: is a profile by itself, and a change is for {', '.join(sorted(others))}; "

@@ -304,3 +304,9 @@ def test_effects_of_the_same_scene_do_not_depend_on_their_order(scene: Any) -> N
 def test_what_data_sheets_say_is_answered_with_the_key_to_give(change: str, words: str) -> None:
     with pytest.raises(SceneError, match=re.escape(words)):
         load_scene("thesis-hold", [change])
+
+
+@pytest.mark.parametrize("changes", ["balls.mass=1", {"balls.mass": 1.0}, [("balls.mass", 1.0)]])
+def test_changes_are_a_list_of_texts(changes: Any) -> None:
+    with pytest.raises(SceneError, match=r"^changes = .*must be a list of texts, e.g. \['balls.ma"):
+        load_scene("thesis-hold", changes)
