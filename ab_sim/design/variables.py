@@ -1,7 +1,7 @@
 """Keys of a scene that vary, and over what: as texts and as calls give them."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -140,12 +140,23 @@ def values(key: str, given: Sequence[Any]) -> ListedValues:
     if not 1 <= len(given) <= MOST:
         raise InputError(f"{key}: {len(given)} values: must be from 1 to {MOST}")
     found = tuple(_plain(key, unit, value) for value in given)
+    for value in found:
+        if not _is_finite(value):
+            raise InputError(f"{key}: {short(value)}: must be finite")
     seen: set[str] = set()
     for value in found:
         if (said := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")
         seen.add(said)
     return ListedValues(key, found)
+
+
+def _is_finite(value: Any) -> bool:
+    if isinstance(value, Mapping):
+        return all(map(_is_finite, value.values()))
+    if isinstance(value, list | tuple):
+        return all(map(_is_finite, value))
+    return not isinstance(value, float) or math.isfinite(value)
 
 
 def _takes_whole_numbers(key: str) -> bool:

@@ -138,6 +138,10 @@ def _unknown(loc: list[str]) -> str:
         known: list[str] = list(effect_classes())
         return f"no such effect{nearest(name, known)}; known are: {', '.join(known)}"
     known = _known_keys(loc[:-1])
+    if loc[:-1] == ["profile"] and name in known:
+        fields = (section.model_fields for section in _sections_at(loc[:-1]))
+        kinds = [get_args(each["kind"].annotation)[0] for each in fields if name in each]
+        return f"not known to this kind; it is a key of {' and '.join(kinds)}, see {loc[0]}.kind"
     allowed = f"; allowed here: {', '.join(known)}" if known else "; it takes no parameters"
     owners = _owners(name)
     if name in _INSTEAD:

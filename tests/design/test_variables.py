@@ -59,6 +59,8 @@ def test_values_as_they_are_written(text: str, values: tuple[object, ...]) -> No
         ("balls.mass=log:0..2:3", "must be above 0"),
         ("balls.count=1..2.5:2", "must be whole numbers"),
         ("balls.count=1..2:3", "3 values: must be from 2 to 2"),
+        ("balls.mass=nan,1", "balls.mass: nan: must be finite"),
+        ("start.ball_angles=[[0, .nan]]", "must be finite"),
         ("balls.mass=1,1", "is given twice"),
         ("balls.mass=[1", "its values"),
     ],

@@ -123,6 +123,8 @@ def test_case_2_is_exactly_degenerate() -> None:
         ("start_up=1", ["start_up = 1: not known here"]),
         ("effects.start_up=1", ["effects.start_up"]),
         ("profile.start_up=1", ["profile.start_up = 1: not known here"]),
+        ("profile.to_speed=1", ["not known to this kind; it is a key of speed_change, see prof"]),
+        ("profile.sensor=a", ["not known to this kind; it is a key of adaptive, see profile.kind"]),
         ("duration=2020-02-30", ["the value is not valid YAML"]),
         ("duration=" + "[" * 3000, ["the value has more than 30 levels within each other"]),
         ("duration=[1]", ["duration = [1]: must be a number"]),
