@@ -39,9 +39,9 @@ action: $(VENV)/action.stamp
 # PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
 # Of linear algebra one thread a process: several would wait for each other on two cores.
 PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
-# Tests that start ROS 2 nodes or commands wait for them: six processes keep two cores busy. Files
+# Tests that start ROS 2 nodes or commands wait for them: four processes keep two cores busy. Files
 # go out as tests/conftest.py orders them; by default those of few tests, long ones too, came last.
-SHARED = -n 6 --dist loadfile --no-loadscope-reorder
+SHARED = -n 4 --dist loadfile --no-loadscope-reorder
 
 # What is judged by real time has a core to itself, beside mypy, and comes before the rest.
 test: style
