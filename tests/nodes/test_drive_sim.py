@@ -108,9 +108,10 @@ def test_bad_commands_are_rejected_counted_logged_and_change_nothing(fleet: Flee
         lambda: joints and JointSample.of(joints[-1]).spindle_speed > 20.0,
         "a good command is followed",
     )
+    at = Block.of(blocks[0]).channels.index("command")
+    fleet.until(lambda: 420.0 in rows(blocks)[:, at], "a block with the good command")
     assert fleet.stop("drive_sim") == 0
-    channels = Block.of(blocks[0]).channels
-    commands = rows(blocks)[:, channels.index("command")]
+    commands = rows(blocks)[:, at]
     assert set(commands.tolist()) == {0.0, 20.0, 420.0}, "no trace of the bad ones"
 
 
