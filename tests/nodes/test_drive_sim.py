@@ -126,6 +126,7 @@ def test_reset_begins_again(fleet: Fleet) -> None:
     assert fleet.call("drive_sim/step")[0]
     fleet.until(lambda: joints and JointSample.of(joints[-1]).time == WAKE_NS, "time begins again")
     assert JointSample.of(joints[-1]).spindle_speed == 0.0, "the command is forgotten"
+    fleet.until(lambda: np.any(np.diff(rows(blocks)[:, 0]) < 0), "a block begins again")
     assert fleet.stop("drive_sim") == 0
     steps = rows(blocks)[:, 0]
     (again,) = np.flatnonzero(np.diff(steps) < 0)
