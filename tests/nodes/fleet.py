@@ -178,6 +178,8 @@ class Fleet:
             self.until(lambda: process.poll() is not None, what, deadline)
         finally:
             process.kill()
+        heard = time.monotonic() + 0.2
+        self.until(lambda: time.monotonic() > heard, "what it said last is heard")
         return process.wait()
 
     def close(self) -> None:
