@@ -4,6 +4,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -27,20 +28,30 @@ late now and then, by 0.02 s on average, the peak whirl changed by 6 %, of 0.05 
 all drives were balanced."""
 
 
+class Demo(NamedTuple):
+    """One that is over."""
+
+    out: Path
+    said: str
+    scene: dict[str, Any]
+    live: Trajectory
+    """Read back through Rerun's own API, as the scene is."""
+
+
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, str]:
+def finished(tmp_path_factory: pytest.TempPathFactory) -> Demo:
     """The first demo that the machine had time for."""
     found = []
     for _ in range(TRIES):
-        out, said = demo(tmp_path_factory.mktemp("demo") / "out")
-        found.append(latest(recorded_run(out)))
+        over = demo(tmp_path_factory.mktemp("demo") / "out")
+        found.append(latest(over.live))
         if found[-1] < PUNCTUAL:
-            return out, said
+            return over
     raise AssertionError(f"this machine is too busy for real time: commands came {found} s late")
 
 
-def demo(out: Path) -> tuple[Path, str]:
-    """The command, and what it says."""
+def demo(out: Path) -> Demo:
+    """The command, whole."""
     root = Path(__file__).resolve().parents[2]
     with own_domain() as domain:
         done = subprocess.run(
@@ -56,14 +67,10 @@ def demo(out: Path) -> tuple[Path, str]:
             timeout=240,
         )
     assert done.returncode == 0, done.stdout + done.stderr
-    return out, done.stdout
-
-
-def recorded_run(out: Path) -> Trajectory:
-    """Read back through Rerun's own API."""
     recorded = read_recording(out / "startup.rrd")
     assert recorded.missing == 0
-    return Trajectory(recorded.channels, recorded.samples)
+    live = Trajectory(recorded.channels, recorded.samples)
+    return Demo(out, done.stdout, recorded.description["scene"], live)
 
 
 def latest(live: Trajectory) -> float:
@@ -75,36 +82,35 @@ def latest(live: Trajectory) -> float:
     return float(np.max(gaps - np.where(held, HOLD.duration, PERIOD)))
 
 
-def test_says_what_it_did(finished: tuple[Path, str]) -> None:
-    _, text = finished
+def test_says_what_it_did(finished: Demo) -> None:
     for words in (
         "peak W/e", "final W/e", "residual unbalance", "... / without balls",
         "period", "final ball angles", "real-time factor", "worst lateness",
         "steps dropped", "messages lost", "startup.rrd", "startup.png", "of 9 s",
         "watch it at http://127.0.0.1:",
     ):  # fmt: skip
-        assert words in text
+        assert words in finished.said
 
 
-def test_recorded_ball_angles_equal_an_offline_run(finished: tuple[Path, str]) -> None:
+def test_recorded_ball_angles_equal_an_offline_run(finished: Demo) -> None:
     """Against the same command history: 1e-9 rad."""
-    live, recorded = recorded_run(finished[0]), read_recording(finished[0] / "startup.rrd")
+    live = finished.live
     assert live["time"][-1] > 9.0
     assert len(set(live["command"].tolist())) > 100
-    offline = replay(check_scene(recorded.description["scene"], "recording"), live)
+    offline = replay(check_scene(finished.scene, "recording"), live)
     np.testing.assert_allclose(offline.ball_angles, live.ball_angles, rtol=0, atol=1e-9)
 
 
-def test_the_drive_gets_balanced(finished: tuple[Path, str]) -> None:
+def test_the_drive_gets_balanced(finished: Demo) -> None:
     """Ours offline: 0.107 e in the end. Live, where balls stick differs by a few degrees."""
-    live = recorded_run(finished[0])
+    live = finished.live
     assert live.whirl.max() / 1e-4 == pytest.approx(26.9, rel=0.1)
     assert live.whirl[-500:].max() / 1e-4 < 0.3, "1.34 without balls"
 
 
-def test_picture(finished: tuple[Path, str]) -> None:
+def test_picture(finished: Demo) -> None:
     from matplotlib import image
 
-    picture = image.imread(finished[0] / "startup.png")
+    picture = image.imread(finished.out / "startup.png")
     assert picture.shape[0] > 900 and picture.shape[1] > 900
     assert picture[..., :3].std() > 0.05, "something is drawn"

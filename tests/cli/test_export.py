@@ -7,7 +7,6 @@ import re
 import signal
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 import numpy as np
@@ -27,6 +26,7 @@ from ab_sim.recording import Recording
 from ab_sim.scene import load_scene
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, record, run
+from tests.waiting import until
 
 
 @pytest.fixture(scope="module")
@@ -193,10 +193,11 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
         cwd=tmp_path, stderr=subprocess.PIPE, text=True,
         env={**os.environ, "PYTHONPATH": str(Path(__file__).resolve().parents[2])},
     ) as process:  # fmt: skip
-        give_up = time.monotonic() + 60.0
-        while len(list(tmp_path.iterdir())) < 2 and process.poll() is None:
-            assert time.monotonic() < give_up, "it has not begun to write"
-            time.sleep(0.01)
+        until(
+            lambda: len(list(tmp_path.iterdir())) > 1 or process.poll() is not None,
+            "it has begun to write",
+            every=0.01,
+        )
         process.send_signal(signal.SIGINT)
         _, said = process.communicate(timeout=60)
     assert process.returncode == 130 and "nothing was written" in said, said

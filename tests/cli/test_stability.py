@@ -12,6 +12,7 @@ import pytest
 from ab_sim.analysis.maps.verdicts import CLUSTERED, EVERYWHERE, NOTHING
 from tests.cli.test_interruption import ENDS, Program
 from tests.cli.tool import PNG, ab_sim
+from tests.waiting import until
 
 SMALL = "speed=150:250:9,effects.suspension.damping=1:60:5"
 
@@ -136,7 +137,8 @@ def test_signals_on_a_terminal_end_all_processes_and_keep_what_is_done(
     *progress, last = said.strip().splitlines()
     assert last == "ab-sim: interrupted; what is done is kept, the same command goes on"
     assert all(line.startswith("nsc-case-3: ") for line in progress), said
-    give_up = time.monotonic() + ENDS
-    while any(Path(f"/proc/{number}").exists() for number in started):
-        assert time.monotonic() < give_up, "processes outlive the command"
-        time.sleep(0.05)
+    until(
+        lambda: not any(Path(f"/proc/{number}").exists() for number in started),
+        "no process outlives the command",
+        ENDS,
+    )

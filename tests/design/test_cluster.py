@@ -20,6 +20,7 @@ from ab_sim.errors import InputError, SceneError
 from ab_sim.workers import WorkerLost
 from tests.design import calls
 from tests.design.dask_cluster import ROOT, DaskCluster, free_port
+from tests.waiting import until
 
 pytestmark = pytest.mark.long
 
@@ -238,9 +239,11 @@ def lines_but_progress(said: str) -> list[str]:
 
 
 def until_kept(folder: Path, parts: int, program: "subprocess.Popen[str]") -> None:
-    while kept(folder) < parts:
+    def are_kept() -> bool:
         assert program.poll() is None, program.communicate()
-        time.sleep(0.02)
+        return kept(folder) >= parts
+
+    until(are_kept, f"{parts} parts are kept", 120.0)
 
 
 def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_path: Path) -> None:

@@ -17,6 +17,7 @@ from ab_msgs_py.topic import arrived  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.nodes.state_publishers import StatePublishers  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
+from tests.waiting import until
 
 pytestmark = pytest.mark.ros
 
@@ -66,10 +67,8 @@ def test_topics_show_the_drive(node: Node, scene: str, changes: list[str]) -> No
     observed.begin(drive.scene, drive.channels)
     subscriptions = [topic.subscription(node, print) for topic in HEARD]
     names = [subscription.topic_name for subscription in subscriptions]
-    end = time.monotonic() + 30.0
-    while not all(p.get_subscription_count() for p in node.publishers if p.topic_name in names):
-        assert time.monotonic() < end, "they are not known to each other"
-        time.sleep(0.01)
+    publishers = [each for each in node.publishers if each.topic_name in names]
+    until(lambda: all(p.get_subscription_count() for p in publishers), "they know each other")
     observed.publish(TIME, observed.values_of(taken))
     joints, vibration, whirl, pose = (
         heard(subscription, max(len(sensors), 1) if topic is topics.VIBRATION else 1)

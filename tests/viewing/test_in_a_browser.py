@@ -4,8 +4,8 @@ import os
 import signal
 import subprocess
 import sys
-import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,11 +13,13 @@ import pytest
 
 from ab_sim.recording.colours import UNBALANCE, hue
 from tests.viewing.browser import Screen, browser, like
+from tests.waiting import until
 
 pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
 
 ROOT = Path(__file__).resolve().parents[2]
-DEADLINE = 400.0
+soon = partial(until, deadline=400.0, every=1.0)
+"""A picture is drawn by software here."""
 
 
 @pytest.fixture
@@ -51,13 +53,6 @@ def running(domain: int) -> Iterator[str]:
         live.wait()
 
 
-def until(condition: Callable[[], bool], what: str) -> None:
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, what
-        time.sleep(1.0)
-
-
 def drawn(screen: Screen) -> bool:
     """Whether balls, unbalance and curves are there, in the colours in which they are drawn."""
     pixels = screen.pixels()
@@ -67,9 +62,9 @@ def drawn(screen: Screen) -> bool:
 def test_shows_the_views_of_a_drive_that_runs(running: str) -> None:
     with browser() as screen:
         screen.open(running)
-        until(lambda: drawn(screen), "the balls, the unbalance and the curves are drawn")
+        soon(lambda: drawn(screen), "the balls, the unbalance and the curves are drawn")
         before = screen.pixels()
-        until(
+        soon(
             lambda: (np.abs(screen.pixels() - before).max(axis=-1) > 60.0).sum() > 200,
             "they move",
         )

@@ -4,7 +4,6 @@ import os
 import signal
 import socket
 import threading
-import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from urllib.request import urlopen
@@ -20,16 +19,10 @@ from ab_sim.viewing import Viewer, check_view
 from ab_sim.viewing.program import Program
 from ab_sim.viewing.proxy import Answer, Proxy, free_port
 from tests.recording.runs import describe, run
+from tests.waiting import until
 
 DEADLINE = 60.0
 NAMES, SAMPLES = run(4000)
-
-
-def until(condition: Callable[[], object], what: str) -> None:
-    end = time.monotonic() + DEADLINE
-    while not condition():
-        assert time.monotonic() < end, what
-        time.sleep(0.02)
 
 
 class Growing:
