@@ -88,12 +88,10 @@ def child(name: str) -> float:
         drive = Drive(scene)
         drive.advance(1)
         began = time.process_time()
-        if row.kind == "run":
-            drive.advance(steps)
-        for _ in range(CALLS if row.kind == "call" else 0):
-            drive.advance(1)
-        count = CALLS if row.kind == "call" else steps
-        found.append(1e9 * (time.process_time() - began) / count)
+        calls, taken = (CALLS, 1) if row.kind == "call" else (1, steps)
+        for _ in range(calls):
+            drive.advance(taken)
+        found.append(1e9 * (time.process_time() - began) / (calls * taken))
     return min(found[1:])
 
 

@@ -140,11 +140,10 @@ def values(key: str, given: Sequence[Any]) -> ListedValues:
     if not 1 <= len(given) <= MOST:
         raise InputError(f"{key}: {len(given)} values: must be from 1 to {MOST}")
     found = tuple(_plain(key, unit, value) for value in given)
+    seen: set[str] = set()
     for value in found:
         if not _is_finite(value):
             raise InputError(f"{key}: {short(value)}: must be finite")
-    seen: set[str] = set()
-    for value in found:
         if (said := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")
         seen.add(said)

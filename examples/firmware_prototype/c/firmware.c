@@ -117,7 +117,7 @@ static double tick(struct firmware *f, double passed)
     if (!f->is_adaptive)
         return start_up_tick(&f->start_up, passed);
     f->now += passed;
-    if (a->samples == 0 && waits(f))
+    if (a->samples == 0)
         return 0.0; /* there is no drive yet: it gives up on one that says nothing more */
     speed = adaptive_command(&f->adaptive, f->now);
     if (a->decisions != f->said) {
