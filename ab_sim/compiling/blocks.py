@@ -86,8 +86,8 @@ class BlockWriter:
         self.declared: set[str] = set()
         self._count = 0
 
-    def new(self, of: str = "t") -> str:
-        """A name, without LLVM's %."""
+    def new(self, of: str = "") -> str:
+        """A name, without LLVM's %; of a value it is a number, as LLVM keeps no such names."""
         self._count += 1
         return f"{of}{self._count}"
 

@@ -67,12 +67,12 @@ class Conditions(Expressions):
         test = self.condition(node.test)
         if test.constant is not None:
             return self.value(node.body if test.constant else node.orelse)
-        yes, no, done = self.new("yes"), self.new("no"), self.new("done")
+        yes, no, rest, done = map(self.new, ("yes", "no", "rest", "done"))
         self.fork(test.code, yes, no)
         self.start(yes)
         a = self.value(node.body)
         kind: Kind = a.kind
-        end_of_yes, at = self.block, len(self.lines)
+        self.go(rest)
         self.start(no)
         b = self.value(node.orelse)
         if isinstance(a, Number) and isinstance(b, Number) and a.kind != b.kind:
@@ -83,13 +83,12 @@ class Conditions(Expressions):
         of_b, end_of_no = self.flat(b), self.block
         self.go(done)
         # What follows of the first branch, now that the common kind is known.
-        rest, self.lines, self.block = self.lines[at:], self.lines[:at], end_of_yes
+        self.start(rest)
         of_a = self.flat(self.fitted(node.body, a, kind, "the other branch"))
-        self.lines.append(f"br label %{done}")
-        self.lines += rest
+        self.go(done)
         self.start(done)
         merged = [
-            self.put(f"phi {leaf} [ {x}, %{end_of_yes} ], [ {y}, %{end_of_no} ]")
+            self.put(f"phi {leaf} [ {x}, %{rest} ], [ {y}, %{end_of_no} ]")
             for leaf, x, y in zip(leaves(kind), of_a, of_b, strict=True)
         ]
         return self.made(kind, iter(merged))

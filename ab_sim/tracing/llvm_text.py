@@ -67,9 +67,9 @@ class Function:
         self._wide: dict[tuple[str, int], str] = {}
 
     def new(self) -> str:
-        """A name for a value."""
+        """A name for a value: a number, as LLVM keeps no such names, and is quicker for it."""
         self._count += 1
-        return f"%t{self._count}"
+        return f"%{self._count}"
 
     def put(self, text: str) -> str:
         """A line that makes a value; its name."""
