@@ -36,7 +36,7 @@ from ab_sim.integrate.steppers.collocation import Setting, setting_for
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.spindle.speed_laws import Ramp
 from ab_sim.tracing.llvm_text import module_text
-from ab_sim.tracing.machine_code import MachineCode
+from ab_sim.tracing.machine_code import AS_WRITTEN, MachineCode
 
 COORDINATES: dict[str, Coordinates] = {
     "Planar": PlanarCoordinates(),
@@ -61,7 +61,7 @@ class CollocationCode:
         made = [*self.emission.functions(), *sampling.functions()]
         self.columns = sum(sampling.columns.values())
         """Numbers that are known of a node."""
-        self._code = MachineCode(module_text(made), effort=0)
+        self._code = MachineCode(module_text(made), effort=AS_WRITTEN)
         names = {function.name: function.name for function in made}
         names.setdefault("iterate_near", "iterate")
         self.functions = CollocationFunctions(

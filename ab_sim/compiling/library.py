@@ -15,7 +15,7 @@ from ab_sim.compiling.blocks import METADATA, BlockWriter
 from ab_sim.compiling.expressions import result_type
 from ab_sim.compiling.source import FunctionSource, Scalar, Signature, leaves
 from ab_sim.compiling.translate import FunctionTranslator, Translated
-from ab_sim.tracing.machine_code import MachineCode
+from ab_sim.tracing.machine_code import CONTROL, MachineCode
 
 
 class Kept(NamedTuple):
@@ -56,7 +56,9 @@ class Library:
         """Address of a function's entry, see ``Module``, and its signature."""
         with self._lock:
             module = Module(function, known, self)
-            code = MachineCode(module.text(), self._features, effort=1, elsewhere=self._addresses)
+            code = MachineCode(
+                module.text(), self._features, effort=CONTROL, elsewhere=self._addresses
+            )
             self._codes.append(code)
             for each, own in module.new.items():
                 fields = {name: known.get(name) for name in module.reads(each)}

@@ -24,7 +24,7 @@ from ab_sim.taylor.clock import (
 from ab_sim.taylor.emission import TaylorEmission
 from ab_sim.taylor.run import STATE, TaylorRun, TaylorRuns
 from ab_sim.tracing.llvm_text import module_text
-from ab_sim.tracing.machine_code import MachineCode
+from ab_sim.tracing.machine_code import AS_WRITTEN, MachineCode
 from ab_sim.tracing.power_series import NotAnalyticError
 
 
@@ -49,7 +49,7 @@ class TaylorCode:
             raise SceneError(
                 f"solver.stepper = 'taylor': {error}; use rk8 or collocation"
             ) from error
-        self._code = MachineCode(module_text(made), effort=0)
+        self._code = MachineCode(module_text(made), effort=AS_WRITTEN)
         self.addresses = {function.name: self._code.address(function.name) for function in made}
 
 

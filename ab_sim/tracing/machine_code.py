@@ -2,8 +2,8 @@
 
 import functools
 import os
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 
 import llvmlite.binding as llvm
 from llvmlite.binding.newpassmanagers import NewPassManager
@@ -12,12 +12,31 @@ LIMIT = "AB_SIM_CPU_FEATURES"
 """Environment variable: what of the processor all code is to do without, in LLVM's words, as in
 ``-avx512f``; read whenever code is made."""
 
-QUICK = (
-    *("sroa", "instruction_combine", "simplify_cfg", "always_inliner"),
-    *("sroa", "new_gvn", "instruction_combine", "simplify_cfg"),
+
+class Effort(NamedTuple):
+    """How far LLVM is to go with a text."""
+
+    passes: tuple[str, ...]
+    """llvmlite's names of passes over the text."""
+    level: int
+    """Of the generation of machine code."""
+
+
+AS_WRITTEN = Effort((), 3)
+"""For code without branches that says nothing twice, as ``llvm_text`` writes it."""
+COMBINED = Effort(("instruction_combine",), 3)
+"""For such code that puts vectors together and takes them apart. All passes of LLVM's own level 3
+take six times as long, and make it no faster."""
+CONTROL = Effort(
+    (
+        *("sroa", "instruction_combine", "simplify_cfg", "always_inliner"),
+        *("sroa", "new_gvn", "instruction_combine", "simplify_cfg"),
+    ),
+    1,
 )
-"""Passes that make control nearly as fast as LLVM's own level 1 does, in a tenth of the time: 0.03
-in place of 0.48 s for that of collocation, whose runs take 2 % to 4 % longer."""
+"""For long code that branches. The passes make control nearly as fast as LLVM's own level 1 does,
+in a tenth of the time: 0.03 in place of 0.48 s for that of collocation, whose runs take 2 % to 4 %
+longer. Machine code of level 3 takes a sixth longer to make for no gain."""
 
 NOTHING: Mapping[str, int] = {}
 
@@ -28,9 +47,7 @@ class MachineCode:
     Args:
         text: in LLVM's language.
         features: of the processor, in LLVM's words (``"+fma,+avx2"``); those that it has if None.
-        effort: how far LLVM is to go. 0 for code without loops and branches that says nothing
-            twice, as ``llvm_text`` writes it: that takes half as long as 3, LLVM's own level. 1 for
-            long code that branches: ``QUICK``.
+        effort: how far LLVM is to go.
         elsewhere: addresses of functions that the text only declares, by their names.
 
     Raises:
@@ -41,13 +58,13 @@ class MachineCode:
         self,
         text: str,
         features: str | None = None,
-        effort: int = 3,
+        effort: Effort = COMBINED,
         elsewhere: Mapping[str, int] = NOTHING,
     ) -> None:
-        machine = _machine(features, 1 if effort == 1 else 3)
+        machine = _machine(features, effort.level)
         module = llvm.parse_assembly(text)
         module.triple, module.data_layout = machine.triple, str(machine.target_data)
-        _optimize(module, machine, effort)
+        _run(effort.passes, module, machine)
         wanted = [f.name for f in module.functions if f.is_declaration and f.name in elsewhere]
         object_file = llvm.ObjectFileRef.from_data(machine.emit_object(module))
         self._engine = _linked(object_file, {name: elsewhere[name] for name in wanted})
@@ -70,24 +87,18 @@ def processor_features() -> str:
     return f"{own},{limit}" if limit else own
 
 
-def _optimize(module: Any, machine: Any, effort: int) -> None:
-    if not effort:
+def _run(passes: Sequence[str], module: Any, machine: Any) -> None:
+    if not passes:
         return
-    options = llvm.create_pipeline_tuning_options(3)
-    # What belongs into a vector is written as one.
-    options.slp_vectorization = options.loop_vectorization = False
-    builder = llvm.create_pass_builder(machine, options)
-    if effort == 1:
-        passes = llvm.create_new_module_pass_manager()
-        for name in QUICK:
-            getattr(passes, f"add_{name}_pass")()
-    else:
-        passes = builder.getModulePassManager()
-    passes.run(module, builder)
+    builder = llvm.create_pass_builder(machine, llvm.create_pipeline_tuning_options())
+    manager = llvm.create_new_module_pass_manager()
+    for name in passes:
+        getattr(manager, f"add_{name}_pass")()
+    manager.run(module, builder)
     # llvmlite 0.50 never disposes of a pass manager, which has 0.15 MB once it has run: of the two
     # classes that it inherits from, the first one's _dispose does nothing.
-    NewPassManager._dispose(passes)
-    passes.detach()
+    NewPassManager._dispose(manager)
+    manager.detach()
 
 
 def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
@@ -106,21 +117,24 @@ def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
 
 @functools.cache
 def _native() -> Any:
+    # Of all that LLVM makes in this process: it takes a fifth of the time that control takes to be
+    # made, whose loops are no faster for it.
+    llvm.set_option("ab_sim", "-disable-lsr")
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
     return llvm.Target.from_default_triple()
 
 
-def _machine(features: str | None, effort: int) -> Any:
-    """What writes code for a processor; of control, 3 takes a sixth longer than 1 for no gain."""
+def _machine(features: str | None, level: int) -> Any:
+    """What writes code for a processor."""
     if features is None:
-        return _machine_for(llvm.get_host_cpu_name(), processor_features(), effort)
-    return _machine_for("", features, effort)
+        return _machine_for(llvm.get_host_cpu_name(), processor_features(), level)
+    return _machine_for("", features, level)
 
 
 @functools.cache
-def _machine_for(cpu: str, features: str, effort: int) -> Any:
+def _machine_for(cpu: str, features: str, level: int) -> Any:
     """Made once, and used by one thread after the other: llvmlite locks each of its calls."""
     return _native().create_target_machine(
-        cpu=cpu, features=features, opt=effort, jit=True, codemodel="jitdefault"
+        cpu=cpu, features=features, opt=level, jit=True, codemodel="jitdefault"
     )
