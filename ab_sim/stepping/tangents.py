@@ -28,7 +28,7 @@ class Tangents(NamedTuple):
     change_table: int
     change_impact: int
     change_restitution: int
-    """Emitted: see ``kernels.parameter_tangent``."""
+    """Emitted: see ``kernels.tangent``."""
     rolling: int
     """Where in c the balls' rolling masses begin, and"""
     race_radius: int
