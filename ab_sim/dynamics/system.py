@@ -20,7 +20,7 @@ ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
 it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
-"""Columns of modes, the branches of set-valued laws that hold between two events.
+"""Columns of the discrete state, the branches of set-valued laws that hold between two events.
 
 DIRECTION: +1 or -1, in which a ball slides along the race; 0, it sticks, or it is held between
 others. Of the last row: +1 or -1 while the motor gives all it can in that direction, else 0.
@@ -58,7 +58,7 @@ class System(NamedTuple):
     @property
     def equations_of_balls(self) -> BallConstants:
         """Constants of the balls as formulas take them."""
-        return BallConstants(len(self.balls), *self.balls.T[list(FORMULA_COLUMNS)])
+        return BallConstants(len(self.balls), *constants_of_balls(self))
 
 
 class ActiveSegment(NamedTuple):

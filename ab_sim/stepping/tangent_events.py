@@ -8,6 +8,7 @@ Nijmeijer (2004), Dynamics and Bifurcations of Non-Smooth Mechanical Systems, ch
 """
 
 from ab_sim.compiling.kinds import Table
+from ab_sim.dynamics.system import JOINED
 from ab_sim.events.complementarity import solve_complementarity
 from ab_sim.events.event_functions import MOTOR, TOUCH
 from ab_sim.events.location import (
@@ -18,7 +19,6 @@ from ab_sim.events.location import (
     trial_step,
     within_bounds,
 )
-from ab_sim.events.run import JOINED
 from ab_sim.stepping.tangent_functions import function_change, put_table_change
 from ab_sim.stepping.tangent_impacts import carry_over_impact
 from ab_sim.stepping.tangents import Tangents, carry, hold_stuck

@@ -7,21 +7,17 @@ products of what the equations' table holds, whose changes are emitted.
 import math
 
 from ab_sim.compiling.kinds import Floats, call
+from ab_sim.dynamics.system import DIRECTION, FIRST_TURNS, JOINED, LOADED, TURNS
 from ab_sim.events.balls import around, ball_at, moves_along, row_start
 from ab_sim.events.event_functions import LOAD, MOTOR, SLIDE, TOUCH, leans
 from ab_sim.events.run import (
     ALONG,
     COUPLING,
-    DIRECTION,
-    FIRST_TURNS,
     FRICTION,
     GRIP,
     INERTIA,
-    JOINED,
-    LOADED,
     PATH_ACCELERATION,
     PATH_FORCE,
-    TURNS,
 )
 from ab_sim.events.run import LOAD as LOAD_LINE
 from ab_sim.stepping.tangents import Tangents, put_yields

@@ -9,11 +9,12 @@ from ab_sim.analysis.sensitivity.changes import SceneChange
 from ab_sim.analysis.sensitivity.columns import Columns
 from ab_sim.analysis.sensitivity.plan import PlanPart
 from ab_sim.compiling import compiled
+from ab_sim.compiling.kinds import aligned
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.run import BallEvents, Run, Workspace
-from ab_sim.events.run_arrays import aligned, balls_of, workspace
+from ab_sim.events.run_arrays import balls_of, workspace
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.tangent import lanes_for, parameter_tangents, raw_constants
