@@ -3,6 +3,7 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+FOR_TESTS := $(patsubst %,$(VENV)/%.stamp,dev action browser cyclonedds)
 
 # A sourced ROS 2 or another active environment must not leak into this one: its packages and
 # libraries would be found first, and the variable by which its ROS wheels know that they have set
@@ -15,7 +16,7 @@ unexport PYTHONDONTWRITEBYTECODE
 PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
 	--constraint constraints.txt
 
-.PHONY: help demo action test test-fast coverage lint style types alone docs clean
+.PHONY: help demo action test test-fast coverage lint style types real-time nodes computing docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -39,14 +40,28 @@ action: $(VENV)/action.stamp
 # PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
 # Of linear algebra one thread a process: several would wait for each other on two cores.
 PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
-# Tests that start ROS 2 nodes or commands wait for them: four processes keep two cores busy. Files
-# go out as tests/conftest.py orders them; by default those of few tests, long ones too, came last.
-SHARED = -n 4 --dist loadfile --no-loadscope-reorder
-
-# What is judged by real time has a core to itself, beside mypy, and comes before the rest.
+# Files go out as tests/conftest.py orders them; by default those of few tests, long ones too, came
+# last.
+SHARED = --dist loadfile --no-loadscope-reorder
+# Tests that start ROS 2 nodes wait most of their time, and must not be kept waiting: those that
+# compute, and mypy, get what they leave of the processor.
 test: style
-	@$(MAKE) --jobs=2 --no-print-directory types alone
-	$(PYTEST) $(SHARED) -m 'not alone'
+	@$(MAKE) --jobs=3 --no-print-directory types computing nodes
+
+# What is judged by real time runs beside no other nodes.
+REAL_TIME = tests/cli/test_demo.py
+
+real-time: $(FOR_TESTS)
+	$(PYTEST) $(REAL_TIME)
+
+# What they say comes when they have ended: of two that report at once nobody could read either.
+nodes: real-time
+	@mkdir -p out
+	$(PYTEST) $(SHARED) -n 2 -m ros --ignore=$(REAL_TIME) >out/nodes.txt 2>&1; \
+		ended=$$?; cat out/nodes.txt; exit $$ended
+
+computing: $(FOR_TESTS)
+	nice env $(PYTEST) $(SHARED) -n 3 -m 'not ros'
 
 lint: style types
 
@@ -55,10 +70,7 @@ style: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check
 
 types: $(VENV)/dev.stamp
-	$(BIN)/mypy
-
-alone: $(VENV)/dev.stamp $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
-	$(PYTEST) -m alone
+	nice $(BIN)/mypy
 
 # From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
 docs: $(VENV)/docs.stamp
@@ -73,7 +85,7 @@ test-fast: $(VENV)/dev.stamp
 
 # Nodes run in processes that are killed, which leave no figures.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) $(SHARED) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) $(SHARED) -n 4 -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes. Without build
 # isolation setuptools is pinned like the rest.
