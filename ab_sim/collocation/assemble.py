@@ -61,7 +61,7 @@ class CollocationCode:
         made = [*self.emission.functions(), *sampling.functions()]
         self.columns = sum(sampling.columns.values())
         """Numbers that are known of a node."""
-        self._code = MachineCode(module_text(made), effort=AS_WRITTEN)
+        self._code = MachineCode(module_text(made), optimization=AS_WRITTEN)
         names = {function.name: function.name for function in made}
         names.setdefault("iterate_near", "iterate")
         self.functions = CollocationFunctions(

@@ -57,7 +57,7 @@ class Library:
         with self._lock:
             module = Module(function, known, self)
             code = MachineCode(
-                module.text(), self._features, effort=CONTROL, elsewhere=self._addresses
+                module.text(), self._features, optimization=CONTROL, elsewhere=self._addresses
             )
             self._codes.append(code)
             for each, own in module.new.items():

@@ -49,7 +49,7 @@ class TaylorCode:
             raise SceneError(
                 f"solver.stepper = 'taylor': {error}; use rk8 or collocation"
             ) from error
-        self._code = MachineCode(module_text(made), effort=AS_WRITTEN)
+        self._code = MachineCode(module_text(made), optimization=AS_WRITTEN)
         self.addresses = {function.name: self._code.address(function.name) for function in made}
 
 

@@ -13,7 +13,7 @@ LIMIT = "AB_SIM_CPU_FEATURES"
 ``-avx512f``; read whenever code is made."""
 
 
-class Effort(NamedTuple):
+class Optimization(NamedTuple):
     """How far LLVM is to go with a text."""
 
     passes: tuple[str, ...]
@@ -22,12 +22,12 @@ class Effort(NamedTuple):
     """Of the generation of machine code."""
 
 
-AS_WRITTEN = Effort((), 3)
+AS_WRITTEN = Optimization((), 3)
 """For code without branches that says nothing twice, as ``llvm_text`` writes it."""
-COMBINED = Effort(("instruction_combine",), 3)
+COMBINED = Optimization(("instruction_combine",), 3)
 """For such code that puts vectors together and takes them apart. All passes of LLVM's own level 3
 take six times as long, and make it no faster."""
-CONTROL = Effort(
+CONTROL = Optimization(
     (
         *("sroa", "instruction_combine", "simplify_cfg", "always_inliner"),
         *("sroa", "new_gvn", "instruction_combine", "simplify_cfg"),
@@ -47,7 +47,7 @@ class MachineCode:
     Args:
         text: in LLVM's language.
         features: of the processor, in LLVM's words (``"+fma,+avx2"``); those that it has if None.
-        effort: how far LLVM is to go.
+        optimization: how far LLVM is to go.
         elsewhere: addresses of functions that the text only declares, by their names.
 
     Raises:
@@ -58,13 +58,13 @@ class MachineCode:
         self,
         text: str,
         features: str | None = None,
-        effort: Effort = COMBINED,
+        optimization: Optimization = COMBINED,
         elsewhere: Mapping[str, int] = NOTHING,
     ) -> None:
-        machine = _machine(features, effort.level)
+        machine = _machine(features, optimization.level)
         module = llvm.parse_assembly(text)
         module.triple, module.data_layout = machine.triple, str(machine.target_data)
-        _run(effort.passes, module, machine)
+        _run(optimization.passes, module, machine)
         wanted = [f.name for f in module.functions if f.is_declaration and f.name in elsewhere]
         object_file = llvm.ObjectFileRef.from_data(machine.emit_object(module))
         self._engine = _linked(object_file, {name: elsewhere[name] for name in wanted})
