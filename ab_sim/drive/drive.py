@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ab_sim.compiling import KeptArray
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
@@ -104,6 +105,7 @@ class Drive:
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
+        self._row = KeptArray(self._room_for(1))
         self._first_step_plan = StepPlan.along(self._first_profile, self._grid(), 0)
         self.reset()
 
@@ -227,6 +229,8 @@ class Drive:
         DivergedError
             The state went beyond all bounds; the drive keeps its last good one.
         """
+        if steps == every == 1 and self.leader is None:
+            return self._one_step()
         if steps < 0 or every < 1:
             raise ValueError(f"steps = {steps}, every = {every}: must be at least 0 and at least 1")
         check_room(steps, every, self.channels)
@@ -247,6 +251,12 @@ class Drive:
             part = slice(self.steps - first, self.leader.next(self.steps) - first)
             self._obey(self._go_on(samples[part]))
         return Trajectory(self.channels, samples)
+
+    def _one_step(self) -> Trajectory:
+        """The same for one step, which a live drive asks for a thousand times a second."""
+        self._take(self._step_plan, 1, self._row)
+        self.steps += 1
+        return self._reader.trajectory(self._row.array.copy())
 
     def _go_on(self, samples: np.ndarray) -> Trajectory:
         """Take as many steps as there are samples to be written."""
@@ -376,7 +386,7 @@ class Drive:
         """Samples that are still to be written."""
         return np.empty((steps, len(self.channels)))
 
-    def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray) -> None:
+    def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray | KeptArray) -> None:
         """Take steps along a plan, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
         taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)
