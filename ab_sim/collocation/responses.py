@@ -68,7 +68,7 @@ def fill(
             put_column(now, impulse_now, table, column)
             most = max(most, abs(now[0, count]))
             unit = max(unit, abs(table[3 * count, column]))
-    for line in range(lines_of_table(count)):
+    for line in range(lines_of_table(count) if filled + 1 < count else 0):
         last = table[line, filled]
         for column in range(filled + 1, count):
             table[line, column] = last
