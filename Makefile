@@ -3,6 +3,8 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+FROM_DISTRIBUTION := $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
+FOR_TESTS := $(VENV)/dev.stamp $(VENV)/action.stamp $(FROM_DISTRIBUTION)
 
 # A sourced ROS 2 or another active environment must not leak into this one: its packages and
 # libraries would be found first, and the variable by which its ROS wheels know that they have set
@@ -10,12 +12,10 @@ BIN := $(VENV)/bin
 unexport LD_LIBRARY_PATH PYTHONHOME PYTHONPATH RMW_IMPLEMENTATION _ROS_WHEELS_BOOTSTRAP_COMPLETE
 export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 
-# pip byte-compiles everything, which takes 20 s; Python itself only what is used, if it may write.
+# What is installed is not byte-compiled, which takes 20 s: Python itself does it of what is used.
 unexport PYTHONDONTWRITEBYTECODE
-PIP_INSTALL := $(BIN)/python -m pip install --quiet --no-compile --disable-pip-version-check \
-	--constraint constraints.txt
 
-.PHONY: help demo action test test-fast coverage lint style types alone docs clean
+.PHONY: help demo action test test-fast coverage lint style types real-time nodes computing docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -39,14 +39,30 @@ action: $(VENV)/action.stamp
 # PyPI has no wheels of ROS's launch: LAUNCH names folders in which Python finds it.
 # Of linear algebra one thread a process: several would wait for each other on two cores.
 PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
-# Tests that start ROS 2 nodes or commands wait for them: four processes keep two cores busy. Files
-# go out as tests/conftest.py orders them; by default those of few tests, long ones too, came last.
-SHARED = -n 4 --dist loadfile --no-loadscope-reorder
+# Files go out as tests/conftest.py orders them; by default those of few tests, long ones too, came
+# last.
+SHARED = --dist loadfile --no-loadscope-reorder
 
-# What is judged by real time has a core to itself, beside mypy, and comes before the rest.
-test: style
-	@$(MAKE) --jobs=2 --no-print-directory types alone
-	$(PYTEST) $(SHARED) -m 'not alone'
+# Tests that start ROS 2 nodes wait most of their time, and must not be kept waiting: those that
+# compute, and mypy, get what they leave of the processor.
+test:
+	@$(MAKE) --jobs=2 --no-print-directory style $(FROM_DISTRIBUTION)
+	@$(MAKE) --jobs=3 --no-print-directory types computing nodes
+
+# What is judged by real time runs beside no other nodes.
+REAL_TIME = tests/cli/test_demo.py
+
+real-time: $(FOR_TESTS)
+	$(PYTEST) $(REAL_TIME)
+
+# What they say comes when they have ended: of two that report at once nobody could read either.
+nodes: real-time
+	@mkdir -p out
+	$(PYTEST) $(SHARED) -n 2 -m ros --ignore=$(REAL_TIME) >out/nodes.txt 2>&1; \
+		ended=$$?; cat out/nodes.txt; exit $$ended
+
+computing: $(FOR_TESTS)
+	nice env $(PYTEST) $(SHARED) -n 3 -m 'not ros'
 
 lint: style types
 
@@ -55,10 +71,7 @@ style: $(VENV)/dev.stamp
 	$(BIN)/ruff format --check
 
 types: $(VENV)/dev.stamp
-	$(BIN)/mypy
-
-alone: $(VENV)/dev.stamp $(VENV)/action.stamp $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
-	$(PYTEST) -m alone
+	nice $(BIN)/mypy
 
 # From scratch: a page that is gone, or code that changed behind an unchanged page, is noticed.
 docs: $(VENV)/docs.stamp
@@ -73,39 +86,34 @@ test-fast: $(VENV)/dev.stamp
 
 # Nodes run in processes that are killed, which leave no figures.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) $(SHARED) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) $(SHARED) -n 4 -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
-# Stamps: nothing is installed again until one of the files behind them changes. Without build
-# isolation setuptools is pinned like the rest.
-$(VENV)/run.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
-	@echo 'Installing into $(VENV): 400 MB to download, then about a minute ...'
-	@$(PIP_INSTALL) setuptools
-	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros]'
+# Stamps: nothing is installed again until one of the files behind them changes.
+$(VENV)/run.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
+	@echo 'Installing into $(VENV): 400 MB to download, half a minute or more ...'
+	@tools/install $(BIN)/python --editable '.[ros]'
 	@touch $@
 
-$(VENV)/dev.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
-	@echo 'Installing into $(VENV): 490 MB to download, then about a minute and a half ...'
-	@$(PIP_INSTALL) setuptools
-	@$(PIP_INSTALL) --no-build-isolation --editable '.[ros,dev]'
+$(VENV)/dev.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
+	@echo 'Installing into $(VENV): 490 MB to download, half a minute or more ...'
+	@tools/install $(BIN)/python --editable '.[ros,dev]'
 	@touch $(VENV)/run.stamp $@
 
-$(VENV)/docs.stamp: setup.py constraints.txt | $(VENV)/venv.stamp
+$(VENV)/docs.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
 	@echo 'Installing what builds the site into $(VENV) ...'
-	@$(PIP_INSTALL) setuptools
-	@$(PIP_INSTALL) --no-build-isolation --editable '.[docs]'
+	@tools/install $(BIN)/python --editable '.[docs]'
 	@touch $@
 
 $(VENV)/action.stamp: tools/install-action $(wildcard ab_interfaces/*.py ab_interfaces/*/*.action) \
 		| $(VENV)/run.stamp
-	@tools/install-action $(BIN)/python $(PIP_INSTALL)
+	@tools/install-action $(BIN)/python
 	@touch $@
 
-# One after the other, even with --jobs: each may call apt-get, which lets no second one in.
-$(VENV)/browser.stamp: | $(VENV)/action.stamp
+$(VENV)/browser.stamp: tools/install-browser | $(VENV)/venv.stamp
 	@tools/install-browser
 	@touch $@
 
-$(VENV)/cyclonedds.stamp: tools/install-cyclonedds | $(VENV)/browser.stamp
+$(VENV)/cyclonedds.stamp: tools/install-cyclonedds | $(VENV)/venv.stamp
 	@tools/install-cyclonedds
 	@touch $@
 

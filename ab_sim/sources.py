@@ -7,7 +7,7 @@ import importlib.util
 import os
 import sys
 import time
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from importlib import metadata
 from pathlib import Path
 from typing import NamedTuple
@@ -39,7 +39,7 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
             and may not be what it has imported.
     """
     found: dict[str, ModuleSource] = {}
-    own = {module.partition(".")[0] for module in modules}
+    own = frozenset(module.partition(".")[0] for module in modules)
     ahead = sorted(set(modules))
     while ahead:
         module = ahead.pop()
@@ -51,7 +51,7 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
 
 def versions(modules: Iterable[str]) -> dict[str, str]:
     """The versions of Python and of others' packages that the sources of modules import."""
-    own = {module.partition(".")[0] for module in modules}
+    own = frozenset(module.partition(".")[0] for module in modules)
     found = {
         name.partition(".")[0]: version
         for module in sources(modules)
@@ -61,15 +61,18 @@ def versions(modules: Iterable[str]) -> dict[str, str]:
     return {"python": sys.version, **dict(sorted(found.items()))}
 
 
-def _imported(module: str, own: set[str]) -> Iterator[tuple[str, str]]:
+@functools.cache
+def _imported(module: str, own: frozenset[str]) -> tuple[tuple[str, str], ...]:
     """Modules that a module imports, each with its version if that is what says what is in it."""
+    found = []
     for name in sorted(_source(module).imports):
         top = name.partition(".")[0]
         if top in sys.stdlib_module_names:
             continue
         version = "" if top in own else _version(top)
         if version or _file(name):
-            yield name, version
+            found.append((name, version))
+    return tuple(found)
 
 
 @functools.cache

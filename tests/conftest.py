@@ -20,9 +20,8 @@ if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """First those that wait for nodes, then what a file of which would be waited for in the end."""
-    order = ("ros", "long")
-    items.sort(key=lambda item: [item.get_closest_marker(name) is None for name in order])
+    """Files that would be waited for in the end come first."""
+    items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
 SceneMaker = Callable[..., Scene]

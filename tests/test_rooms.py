@@ -5,6 +5,7 @@ long, and change no direction.
 """
 
 import ast
+import functools
 import importlib.util
 import re
 from collections.abc import Iterator
@@ -82,10 +83,15 @@ def imports(name: str, path: Path) -> Iterator[str]:
 
 
 MODULES = modules()
-IMPORTS = {
-    name: {found for found in imports(name, path) if found.startswith("ab_sim.")}
-    for name, path in MODULES.items()
-}
+
+
+@functools.cache  # not on import: every process of the tests imports this file
+def all_imports() -> dict[str, set[str]]:
+    """What each module imports of the package."""
+    return {
+        name: {found for found in imports(name, path) if found.startswith("ab_sim.")}
+        for name, path in MODULES.items()
+    }
 
 
 def room_of(module: str) -> str:
@@ -100,7 +106,7 @@ def test_every_room_has_its_place() -> None:
 def test_a_room_knows_only_what_is_before_it(room: str) -> None:
     back = {
         f"{name} imports {found}"
-        for name, wanted in IMPORTS.items()
+        for name, wanted in all_imports().items()
         for found in wanted
         if name != "ab_sim" and room_of(name) == room != room_of(found)
         if PLACE[room_of(found)] >= PLACE[room]
@@ -124,7 +130,7 @@ def test_the_page_lists_every_package_from_the_top() -> None:
 def test_no_circles_within_a_room() -> None:
     """Modules can be put in a line, each after all that it imports."""
     # The package's face names what it hands out, for type checkers; all may ask it for its version.
-    ahead = {name: IMPORTS[name] & MODULES.keys() for name in MODULES if name != "ab_sim"}
+    ahead = {name: all_imports()[name] & MODULES.keys() for name in MODULES if name != "ab_sim"}
     while free := [name for name, wanted in ahead.items() if not wanted & ahead.keys() - {name}]:
         for name in free:
             del ahead[name]

@@ -24,13 +24,13 @@ from ab_sim.collocation.run import (
 from ab_sim.collocation.sampling import LaneSampling
 from ab_sim.collocation.table_lending import borrowed_tables
 from ab_sim.collocation.tables import doubt_tables
+from ab_sim.compiling.kinds import aligned
 from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
 from ab_sim.dynamics.system import MASS, MOBILITY, RADIUS, System
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.sums import over_effects
 from ab_sim.events.run import Run
-from ab_sim.events.run_arrays import aligned
 from ab_sim.integrate.steppers import collocation as stepper
 from ab_sim.integrate.steppers.collocation import Setting, setting_for
 from ab_sim.kernels.code import Code, code_of

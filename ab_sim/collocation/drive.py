@@ -35,8 +35,8 @@ from ab_sim.collocation.run import (
 )
 from ab_sim.collocation.step import first_step_size, go_to_end, next_after, put_states, try_step
 from ab_sim.compiling.kinds import Table, call
+from ab_sim.dynamics.system import TURNS
 from ab_sim.events.balls import put_branches
-from ab_sim.events.run import TURNS
 from ab_sim.integrate.steppers.collocation import PARTS
 from ab_sim.stepping.fixed_step import (
     ANGLE,

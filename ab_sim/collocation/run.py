@@ -8,7 +8,8 @@ from typing import NamedTuple
 
 from ab_sim.collocation.nodes import CollocationNodes
 from ab_sim.compiling.kinds import Cube, Floats, Table
-from ab_sim.events.run import DIRECTION, Run
+from ab_sim.dynamics.system import DIRECTION
+from ab_sim.events.run import Run
 
 LENGTH, SAMPLES, TAKEN, BEGIN, MOVED, STEP, AHEAD, WAIT = 0, 1, 2, 3, 4, 5, 6, 7
 GOOD, REST, AT_ONCE, SINCE = 8, 9, 10, 11

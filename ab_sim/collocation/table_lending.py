@@ -12,7 +12,7 @@ from ab_sim.collocation.nodes import CollocationNodes
 from ab_sim.collocation.responses import NUMBERS, lines_of_table
 from ab_sim.collocation.run import ResponseTables
 from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
-from ab_sim.events.run_arrays import aligned
+from ab_sim.compiling.kinds import aligned
 
 LARGEST = 4_000_000
 """Bytes of the lines that are kept for whoever comes next: those of two balls in the plane have a

@@ -28,20 +28,20 @@ What there is
 Kinds: float (64 bits), int (64 bits), bool; arrays Floats, Table, Cube (1, 2, 3 axes), Integers,
 IntegerTable, all C-contiguous; NamedTuple classes of these and of each other; tuples; None as a
 result. Every argument and result is annotated; there are no defaults. A local variable has the kind
-of its first assignment (or ``x: float = 0``); an int becomes a float where one is due, never the
-other way round.
+of its first assignment, and both values of a choice have that of the first; an int becomes a float
+where one is due, never the other way round.
 
 Statements: assignment, to several names and elements at once, too; ``+=`` and the like; if, while,
 ``for i in range(...)`` with a constant step, ``for x in (a, b, c)``, which is written out for each;
 break, continue, return, pass, calls.
 
-Expressions: + - * / // % and ** with a constant from 1 to 16; << >> & | ^ of ints; comparisons,
-also in a row; and, or, not; ``a if c else b``; elements ``a[i, j]``; views ``a[i]``, ``a[i:j]``,
-``a[i, j:]``; ``a.size``, ``a.shape``, len; fields; new NamedTuples; global numbers and tuples of
-them, also of other modules (``math.pi``); calls of functions of the subset, by place and by name;
+Expressions: + - * /; // % << >> & | ^ of ints; comparisons, also in a row; and, or, not;
+``a if c else b``; elements ``a[i, j]``; views ``a[i]``, ``a[i:j]``, ``a[i, j:]``; ``a.size``,
+``a.shape``; fields; new NamedTuples; global numbers, also of other modules (``math.pi``); calls of
+functions of the subset, arguments by place;
 
-    abs min max int float bool len
-    math.  sqrt fabs copysign fmod floor ceil trunc isnan isinf isfinite
+    abs min max int float
+    math.  sqrt isnan
     kinds. fma put_product float_from_bits scratch call
     elementary. exp expm1 power_of_two
     ab_sim.tracing.cosine. cos_sin
@@ -51,9 +51,7 @@ What differs from Python
 - Nothing is checked while it runs: no bounds of indices (which are not negative), no overflow of
   ints, which wrap. Division by zero is IEEE 754's of floats, and not allowed of ints; so is a shift
   by less than 0 or more than 63.
-- int() and floor of what has no 64 bits give the nearest int, 0 of a NaN; sqrt of less than 0 is a
-  NaN.
-- Powers of floats are products: x**3 is x * x * x, which Python's may not be in the last digit.
+- int() of what has no 64 bits gives the nearest int, 0 of a NaN; sqrt of less than 0 is a NaN.
 - Arrays that records hold can be written to, records cannot change.
 
 All else is the same, digit by digit, NaNs that are compared, in min and in max included: sums of

@@ -6,8 +6,8 @@ from collections.abc import Callable, Sequence
 
 from ab_sim.compiling.blocks import Number, Value
 from ab_sim.compiling.expressions import Expressions
-from ab_sim.compiling.operations import COMPARED, RANK
-from ab_sim.compiling.source import BOOL, Kind, leaves
+from ab_sim.compiling.operations import COMPARED
+from ab_sim.compiling.source import BOOL, leaves
 
 
 class Conditions(Expressions):
@@ -71,25 +71,15 @@ class Conditions(Expressions):
         self.fork(test.code, yes, no)
         self.start(yes)
         a = self.value(node.body)
-        kind: Kind = a.kind
-        end_of_yes, at = self.block, len(self.lines)
+        of_a, end_of_yes = self.flat(a), self.block
+        self.go(done)
         self.start(no)
-        b = self.value(node.orelse)
-        if isinstance(a, Number) and isinstance(b, Number) and a.kind != b.kind:
-            wide = max(a.kind, b.kind, key=RANK.__getitem__)
-            kind, b = wide, self.converted(b, wide)
-        else:
-            b = self.fitted(node.orelse, b, a.kind, "the other branch")
+        b = self.fitted(node.orelse, self.value(node.orelse), a.kind, "the other branch")
         of_b, end_of_no = self.flat(b), self.block
         self.go(done)
-        # What follows of the first branch, now that the common kind is known.
-        rest, self.lines, self.block = self.lines[at:], self.lines[:at], end_of_yes
-        of_a = self.flat(self.fitted(node.body, a, kind, "the other branch"))
-        self.lines.append(f"br label %{done}")
-        self.lines += rest
         self.start(done)
         merged = [
             self.put(f"phi {leaf} [ {x}, %{end_of_yes} ], [ {y}, %{end_of_no} ]")
-            for leaf, x, y in zip(leaves(kind), of_a, of_b, strict=True)
+            for leaf, x, y in zip(leaves(a.kind), of_a, of_b, strict=True)
         ]
-        return self.made(kind, iter(merged))
+        return self.made(a.kind, iter(merged))

@@ -9,8 +9,6 @@ import math
 from ab_sim.compiling.kinds import float_from_bits, fma
 from ab_sim.tracing.cosine import ROUND
 
-_WHOLE = 4503599627370496.0
-"""2^52: from here on all numbers are whole."""
 _LOG2_E = 1.4426950408889634
 _LN2_HIGH, _LN2_LOW = 0.6931471803691238, 1.9082149292705877e-10
 """ln 2 in two pieces, the first of 32 bits, whose products with whole numbers are exact."""
@@ -85,23 +83,3 @@ def _one_and(one: float, r: float, low: float) -> float:
     lost = r - (total - one)
     square = r * r
     return total + fma(square, _rest(r), fma(0.5, fma(r, r, -square), lost + low))
-
-
-def modulo(a: float, b: float) -> float:
-    """a % b of floats as Python has it: with the sign of b."""
-    rest = math.fmod(a, b)
-    if rest == 0.0:
-        return math.copysign(0.0, b)
-    return rest + b if (rest < 0.0) != (b < 0.0) else rest
-
-
-def floor_divided(a: float, b: float) -> float:
-    """a // b of floats as Python has it."""
-    rest = math.fmod(a, b)
-    quotient = (a - rest) / b
-    if rest != 0.0 and (rest < 0.0) != (b < 0.0):
-        quotient -= 1.0
-    if quotient == 0.0:
-        return math.copysign(0.0, a / b)
-    down = float(math.floor(quotient)) if abs(quotient) < _WHOLE else quotient
-    return down + 1.0 if quotient - down > 0.5 else down

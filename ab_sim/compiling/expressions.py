@@ -5,7 +5,6 @@ from collections.abc import Callable, Mapping, Sequence
 from types import FunctionType
 from typing import Any, Protocol
 
-from ab_sim.compiling import elementary
 from ab_sim.compiling.blocks import (
     ELEMENT,
     ArrayView,
@@ -138,11 +137,6 @@ class Expressions(Operations):
             if kind == INT and value.kind == FLOAT:
                 how += ", or begin with a float, as 0.0, if it is to be one"
             self.fail(node, f"{what} is {kind}, this is {value.kind}", how)
-        if isinstance(value, Fields) and isinstance(kind, Record):
-            plain = value.kind.cls is None and kind.cls is None
-            if plain and len(value.values) == len(kind.kinds):
-                pairs = zip(value.values, kind.kinds, strict=True)
-                return Fields(kind, tuple(self.fitted(node, v, k, what) for v, k in pairs))
         self.fail(
             node,
             f"{what} is {text_of(kind)}, this is {text_of(value.kind)}",
@@ -156,14 +150,11 @@ class Expressions(Operations):
             if isinstance(known, int) and not -(2**63) <= known < 2**63:
                 self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
             return constant(known)
-        if isinstance(known, tuple):
-            values = tuple(self._constant(node, x) for x in known)
-            return Fields(tuple_of(x.kind for x in values), values)
         self.fail(
             node,
             f"{ast.unparse(node)} is a {type(known).__name__}",
-            "global names may be numbers, tuples of them, and functions that are called; "
-            "pass anything else as an argument",
+            "global names may be numbers, and functions that are called; pass anything else as an "
+            "argument",
         )
 
     def _Constant(self, node: ast.Constant) -> Value:
@@ -248,16 +239,6 @@ class Expressions(Operations):
 
     # Arithmetic
 
-    def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
-        """Two numbers, whatever they are."""
-        if isinstance(op, ast.FloorDiv | ast.Mod) and self.wider(a, b) == FLOAT:
-            rest = isinstance(op, ast.Mod)
-            function = elementary.modulo if rest else elementary.floor_divided
-            found = self.subset_call(node, function, self.alike(a, b))
-            assert isinstance(found, Number)
-            return found
-        return super().operation(node, op, a, b)
-
     def _BinOp(self, node: ast.BinOp) -> Value:
         return self.operation(node, node.op, self.number(node.left), self.number(node.right))
 
@@ -268,11 +249,9 @@ class Expressions(Operations):
             if x.constant is not None:
                 return constant(not x.constant)
             return Number(BOOL, self.put(f"xor i1 {x.code}, true"))
-        if isinstance(node.op, ast.Invert):
-            self.fail(node, "~", "write not, or -1 - x")
+        if not isinstance(node.op, ast.USub):
+            self.fail(node, f"'{ast.unparse(node)}' is not in the subset", "write not, or -x")
         x = self.converted(x, self.wider(x))
-        if isinstance(node.op, ast.UAdd):
-            return x
         if x.constant is not None:
             return constant(-x.constant)
         text = f"fneg double {x.code}" if x.kind == FLOAT else f"sub i64 0, {x.code}"
@@ -283,42 +262,33 @@ class Expressions(Operations):
     def _Call(self, node: ast.Call) -> Value | None:
         callee = self.static(node.func)
         callee = getattr(callee, "__wrapped__", callee)
-        starred = any(isinstance(x, ast.Starred) for x in node.args)
-        if starred or not all(keyword.arg for keyword in node.keywords):
-            self.fail(node, "* or ** in a call", "write the arguments one by one")
+        if node.keywords or any(isinstance(x, ast.Starred) for x in node.args):
+            self.fail(node, "arguments by name, or with *", "pass them by place, one by one")
         try:
             intrinsic = self._intrinsics.get(callee)
         except TypeError:
             intrinsic = None
         if intrinsic is not None:
-            if node.keywords:
-                self.fail(node, "arguments by name", "pass them by place")
             return intrinsic(self, node, [self.value(x) for x in node.args])
         if is_record(callee):
             kind = kind_of(callee)
             if not isinstance(kind, Record):
                 self.fail(node, f"a field of {callee.__name__}", "annotate all as in the subset")
-            values = self._in_order(node, kind.names, kind.kinds)
-            return Fields(kind, tuple(values))
+            return Fields(kind, tuple(self._given(node, kind.names, kind.kinds)))
         if isinstance(callee, FunctionType):
-            return self.subset_call(node, callee)
+            return self._subset_call(node, callee)
         self.fail(
             node,
             f"call of {ast.unparse(node.func)}",
-            "functions of the subset, NamedTuple classes, those of math that are listed in "
-            "ab_sim.compiling, and abs, min, max, int, float, bool, len can be called",
+            "functions of the subset, NamedTuple classes, and those that are listed in "
+            "ab_sim.compiling can be called",
         )
 
-    def subset_call(
-        self, node: ast.AST, function: FunctionType | Callable[..., Any], given: Any = None
-    ) -> Value | None:
-        """Call another function of the subset: with the values given, or the node's arguments."""
-        assert isinstance(function, FunctionType)
+    def _subset_call(self, node: ast.Call, function: FunctionType) -> Value | None:
+        """Call another function of the subset."""
         self.calls.add(function)
         symbol, names, kinds, result = self._callees.signature(function)
-        if given is None:
-            assert isinstance(node, ast.Call)
-            given = self._in_order(node, names, kinds)
+        given = self._given(node, names, kinds)
         arguments = ", ".join(
             f"{leaf} {one}" for value in given for leaf, one in self.passed(value)
         )
@@ -332,23 +302,16 @@ class Expressions(Operations):
         parts = [self.put(f"extractvalue {of} {made}, {k}") for k in range(len(leaves(result)))]
         return self.made(result, iter(parts))
 
-    def _in_order(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
+    def _given(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
+        """The arguments of a call, which takes those names."""
         called = ast.unparse(node.func)
-        if len(node.args) > len(names):
-            self.fail(node, f"{called} takes {len(names)} arguments", "pass fewer")
-        given: dict[str, ast.AST] = dict(zip(names, node.args, strict=False))
-        for keyword in node.keywords:
-            if keyword.arg not in names or keyword.arg in given:
-                self.fail(node, f"argument {keyword.arg} of {called}", "pass each one once")
-            given[str(keyword.arg)] = keyword.value
-        missing = [name for name in names if name not in given]
-        if missing:
-            self.fail(node, f"{called} lacks {', '.join(missing)}", "pass every argument")
-        found = {
-            name: self.fitted(x, self.value(x), kinds[names.index(name)], f"{name} of {called}")
-            for name, x in given.items()
-        }
-        return [found[name] for name in names]
+        if len(node.args) != len(names):
+            takes = f"{called} takes {len(names)} arguments: {', '.join(names)}"
+            self.fail(node, f"{takes}; this passes {len(node.args)}", "pass each one once")
+        return [
+            self.fitted(x, self.value(x), kind, f"{name} of {called}")
+            for x, name, kind in zip(node.args, names, kinds, strict=True)
+        ]
 
 
 def result_type(kind: Kind | None) -> str:

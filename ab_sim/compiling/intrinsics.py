@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import Any
 
 from ab_sim.compiling import kinds
-from ab_sim.compiling.blocks import ArrayView, Fields, Number, StoredRecord, Value, constant
+from ab_sim.compiling.blocks import ArrayView, Number, Value, constant
 from ab_sim.compiling.expressions import Expressions
 from ab_sim.compiling.kinds import Array
 from ab_sim.compiling.products import PUT_PRODUCT
@@ -15,7 +15,6 @@ from ab_sim.compiling.source import BOOL, FLOAT, INT
 
 Values = list[Value]
 Intrinsic = Callable[[Expressions, ast.Call, Values], Value | None]
-MOST = 1 << 62
 
 
 def _numbers(e: Expressions, node: ast.Call, values: Values, least: int, most: int) -> list[Number]:
@@ -32,27 +31,16 @@ def _of_floats(name: str, count: int) -> Intrinsic:
     return made
 
 
-def _rounded(name: str) -> Intrinsic:
-    """To an int; beyond 64 bits to the nearest of these, 0 of a NaN, where Python raises."""
-
-    def made(e: Expressions, node: ast.Call, values: Values) -> Value:
-        (x,) = _numbers(e, node, values, 1, 1)
-        if x.kind != FLOAT:
-            return e.converted(x, INT)
-        if x.constant is not None and name == "trunc" and abs(x.constant) < MOST:
-            return constant(int(x.constant))
-        code = x.code if name == "trunc" else e.llvm(f"{name}.f64", "double", x.code)
-        return Number(INT, e.llvm("fptosi.sat.i64.f64", "i64", code, of="double"))
-
-    return made
+def _int(e: Expressions, node: ast.Call, values: Values) -> Value:
+    """Beyond 64 bits the nearest of these, 0 of a NaN, where Python raises."""
+    (x,) = _numbers(e, node, values, 1, 1)
+    if x.kind != FLOAT:
+        return e.converted(x, INT)
+    return Number(INT, e.llvm("fptosi.sat.i64.f64", "i64", x.code, of="double"))
 
 
 def _float(e: Expressions, node: ast.Call, values: Values) -> Value:
     return e.converted(_numbers(e, node, values, 1, 1)[0], FLOAT)
-
-
-def _bool(e: Expressions, node: ast.Call, values: Values) -> Value:
-    return e.truth(*_numbers(e, node, values, 1, 1))
 
 
 def _abs(e: Expressions, node: ast.Call, values: Values) -> Value:
@@ -77,31 +65,9 @@ def _first_of(op: ast.cmpop) -> Intrinsic:
     return made
 
 
-def _len(e: Expressions, node: ast.Call, values: Values) -> Value:
-    if len(values) == 1 and isinstance(values[0], ArrayView):
-        return Number(INT, values[0].shape[0])
-    if len(values) == 1 and isinstance(values[0], Fields | StoredRecord):
-        return constant(len(values[0].kind.kinds))
-    e.fail(node, "len", "pass one array or tuple")
-
-
 def _isnan(e: Expressions, node: ast.Call, values: Values) -> Value:
     (x,) = _numbers(e, node, values, 1, 1)
     return Number(BOOL, e.put(f"fcmp uno double {e.converted(x, FLOAT).code}, 0.0"))
-
-
-def _against_infinity(how: str) -> Intrinsic:
-    def made(e: Expressions, node: ast.Call, values: Values) -> Value:
-        (x,) = _numbers(e, node, values, 1, 1)
-        size = e.llvm("fabs.f64", "double", e.converted(x, FLOAT).code)
-        return Number(BOOL, e.put(f"fcmp {how} double {size}, {constant(math.inf).code}"))
-
-    return made
-
-
-def _fmod(e: Expressions, node: ast.Call, values: Values) -> Value:
-    a, b = (e.converted(x, FLOAT).code for x in _numbers(e, node, values, 2, 2))
-    return Number(FLOAT, e.put(f"frem double {a}, {b}"))
 
 
 def _from_bits(e: Expressions, node: ast.Call, values: Values) -> Value:
@@ -162,20 +128,10 @@ INTRINSICS: dict[Any, Intrinsic] = {
     builtins.abs: _abs,
     builtins.min: _first_of(ast.Lt()),
     builtins.max: _first_of(ast.Gt()),
-    builtins.int: _rounded("trunc"),
+    builtins.int: _int,
     builtins.float: _float,
-    builtins.bool: _bool,
-    builtins.len: _len,
     math.sqrt: _of_floats("sqrt", 1),
-    math.fabs: _of_floats("fabs", 1),
-    math.copysign: _of_floats("copysign", 2),
-    math.fmod: _fmod,
-    math.floor: _rounded("floor"),
-    math.ceil: _rounded("ceil"),
-    math.trunc: _rounded("trunc"),
     math.isnan: _isnan,
-    math.isinf: _against_infinity("oeq"),
-    math.isfinite: _against_infinity("olt"),
     kinds.fma: _of_floats("fma", 3),
     kinds.float_from_bits: _from_bits,
     kinds.scratch: _scratch,

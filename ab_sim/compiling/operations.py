@@ -1,6 +1,6 @@
 """Operations on numbers, as lines in LLVM's language: as Python's, but for what is said here.
 
-A division by zero is IEEE 754's; ints have 64 bits and wrap; powers are products.
+A division by zero is IEEE 754's; ints have 64 bits and wrap.
 """
 
 import ast
@@ -11,7 +11,6 @@ from typing import Any, NoReturn
 from ab_sim.compiling.blocks import BlockWriter, Number, constant
 from ab_sim.compiling.source import BOOL, FLOAT, INT, FunctionSource, Scalar
 
-MOST_POWER = 16
 RANK = {BOOL: 0, INT: 1, FLOAT: 2}
 """Kinds of numbers, the wider the later."""
 
@@ -83,8 +82,6 @@ class Operations(BlockWriter):
     def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
         """Two numbers, as in Python; but a division by zero is IEEE 754's, and ints wrap."""
         known = type(op)
-        if known is ast.Pow:
-            return self._power(node, a, b)
         if known is ast.Div:
             a, b = self.converted(a, FLOAT), self.converted(b, FLOAT)
         a, b = self.alike(a, b)
@@ -93,7 +90,7 @@ class Operations(BlockWriter):
             found = _FOLDED[known](a.constant, b.constant)
             if a.kind == FLOAT or -(2**63) <= found < 2**63:
                 return constant(found)
-        if known in (ast.FloorDiv, ast.Mod):
+        if known in (ast.FloorDiv, ast.Mod) and a.kind == INT:
             return self._floor_division(known is ast.Mod, a, b)
         name = (_FLOATS if a.kind == FLOAT else _INTS).get(known)
         if name is None:
@@ -113,20 +110,6 @@ class Operations(BlockWriter):
         quotient = self.put(f"sdiv i64 {a.code}, {b.code}")
         less = self.put(f"sext i1 {off} to i64")
         return Number(INT, self.put(f"add i64 {quotient}, {less}"))
-
-    def _power(self, node: ast.AST, x: Number, power: Number) -> Number:
-        if power.kind != INT or power.constant is None or not 1 <= power.constant <= MOST_POWER:
-            self.fail(node, "a power", f"powers may be constants 1 to {MOST_POWER}, or math.sqrt")
-        x = self.converted(x, self.wider(x))
-
-        def multiplied(p: int) -> Number:
-            if p == 1:
-                return x
-            half = multiplied(p // 2)
-            whole = self.operation(node, ast.Mult(), half, half)
-            return self.operation(node, ast.Mult(), whole, x) if p % 2 else whole
-
-        return multiplied(int(power.constant))
 
     def compared(self, op: ast.cmpop, a: Number, b: Number) -> Number:
         """Two numbers; with a NaN only != is true, as in Python."""

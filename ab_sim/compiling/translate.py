@@ -27,7 +27,7 @@ from ab_sim.compiling.blocks import (
     is_known,
 )
 from ab_sim.compiling.conditions import Conditions
-from ab_sim.compiling.expressions import MISSING, Callees, result_type
+from ab_sim.compiling.expressions import Callees, result_type
 from ab_sim.compiling.intrinsics import INTRINSICS
 from ab_sim.compiling.source import (
     INT,
@@ -37,7 +37,6 @@ from ab_sim.compiling.source import (
     Scalar,
     Signature,
     element_of,
-    kind_of,
     leaves,
     text_of,
 )
@@ -128,15 +127,6 @@ class FunctionTranslator(Conditions):
         value = self.loaded(self.value(node.value))
         for target in node.targets:
             self._assign(target, value)
-
-    def _AnnAssign(self, node: ast.AnnAssign) -> None:
-        known = self.static(node.annotation)
-        kind = None if known is MISSING else kind_of(known)
-        if kind is None or not isinstance(node.target, ast.Name):
-            self.fail(node, "annotation", "annotate with a name: float, int, bool, Floats, ...")
-        self._slot(node.target.id, kind)
-        if node.value is not None:
-            self._assign(node.target, self.loaded(self.value(node.value)))
 
     def _assign(self, target: ast.expr, value: Value) -> None:
         if isinstance(target, ast.Name):

@@ -14,7 +14,7 @@ from ab_sim.drive.observation import Snapshot
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.registry import require_built_in
-from ab_sim.dynamics.system import TURNS, System, ball_count, has_motor
+from ab_sim.dynamics.system import TURNS, System, has_motor
 from ab_sim.equations.neighbours import reduced
 from ab_sim.errors import SceneError
 from ab_sim.scene.deck import inertia_matrix
@@ -67,7 +67,7 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
 
     Nothing moves by it, as seen from the ground.
     """
-    layout, balls = layout_of(system), ball_count(system)
+    layout, balls = layout_of(system), len(system.balls)
 
     def moved(kept: Snapshot) -> Snapshot:
         state, discrete_state = kept.state.copy(), kept.discrete_state.copy()

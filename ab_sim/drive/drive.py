@@ -15,7 +15,6 @@ from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.steps import Steps
 from ab_sim.drive.trajectory import Trajectory, check_room
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_of
-from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS, has_motor
 from ab_sim.errors import CommandError, SceneError, exact
@@ -398,7 +397,7 @@ class Drive:
             raise diverged(beyond, self.stepper, self.step, self.time + self.step)
 
     def _stored_energy(self, state: np.ndarray, time: float) -> float:
-        return mechanical_energy(self.system, state, *self._spindle(state, time))
+        return self.system.mechanical_energy(state, *self._spindle(state, time))
 
     def _spindle(self, state: np.ndarray, time: float) -> tuple[float, float]:
         """psi [rad], unwrapped, and w [rad/s]."""

@@ -9,11 +9,12 @@ import numpy as np
 from ab_sim.collocation.assemble import ByCollocation
 from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.compiling import BoundFunction, compiled
+from ab_sim.compiling.kinds import aligned
 from ab_sim.drive.step_plan import StepPlanPart
 from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.run import ImplicitWork, Run
-from ab_sim.events.run_arrays import aligned, balls_of, workspace
+from ab_sim.events.run_arrays import balls_of, workspace
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.collocation import CollocationParameters

@@ -8,7 +8,7 @@ motor's work and the energy dissipated [J].
 import functools
 from typing import NamedTuple
 
-from ab_sim.dynamics.system import System, ball_count, has_motor
+from ab_sim.dynamics.system import System, has_motor
 
 MOTOR_NAMES = ("spindle angle", "spindle speed", "speed loop's integral")
 ENERGY_BALANCE_NAMES = ("motor work", "energy dissipated")
@@ -38,7 +38,7 @@ class StateLayout(NamedTuple):
 
 def layout_of(system: System) -> StateLayout:
     """Where quantities lie in the state of a system."""
-    own, n = type(system.deck_model).STATE_NAMES, ball_count(system)
+    own, n = type(system.deck_model).STATE_NAMES, len(system.balls)
     return _layout(own, n, bool(has_motor(system.effects)), bool(system.energy_balance))
 
 

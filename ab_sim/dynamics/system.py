@@ -20,7 +20,7 @@ ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
 it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
-"""Columns of modes, the branches of set-valued laws that hold between two events.
+"""Columns of the discrete state, the branches of set-valued laws that hold between two events.
 
 DIRECTION: +1 or -1, in which a ball slides along the race; 0, it sticks, or it is held between
 others. Of the last row: +1 or -1 while the motor gives all it can in that direction, else 0.
@@ -55,10 +55,17 @@ class System(NamedTuple):
     energy_balance: bool = False
     """Whether motor work and losses are integrated along with the motion."""
 
-    @property
-    def equations_of_balls(self) -> BallConstants:
-        """Constants of the balls as formulas take them."""
-        return BallConstants(len(self.balls), *self.balls.T[list(FORMULA_COLUMNS)])
+    def mechanical_energy(self, state: Any, psi: float, speed: float) -> float:
+        """Kinetic and stored energy [J]; of the rotor's inertia I_r only what a motor accelerates.
+
+        Args:
+            state: its state.
+            psi: spindle angle [rad].
+            speed: spindle speed [rad/s].
+        """
+        balls = BallConstants(len(self.balls), *constants_of_balls(self))
+        at = np.asarray(state, float)
+        return float(self.deck_model.energy(self.effects, balls, at, float(psi), float(speed)))
 
 
 class ActiveSegment(NamedTuple):
@@ -77,11 +84,6 @@ class ActiveSegment(NamedTuple):
 def constants_of_balls(system: System) -> np.ndarray:
     """Those that formulas take, shape (columns of ``BallConstants``, n)."""
     return system.balls.T[list(FORMULA_COLUMNS)]
-
-
-def ball_count(system: System) -> int:
-    """n."""
-    return len(system.balls)
 
 
 def has_friction(effects: tuple[Any, ...]) -> bool:

@@ -6,7 +6,6 @@ from typing import Any
 from ab_sim.equations.orientation import Turn, cross, to_deck, to_ground
 from ab_sim.equations.sums import Number, any_has, over_effects
 
-Vector = tuple[Number, Number, Number]
 PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
 """First numbers of a mount: where it is on deck axes [m]; stiffness [N/m] and damping [N s/m] along
 its three axes; these axes on the ground's, one after the other."""

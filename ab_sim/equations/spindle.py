@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from ab_sim.equations.motion import SpindleMotion
-from ab_sim.equations.sums import Number, any_has, over_effects
+from ab_sim.equations.sums import Number, over_effects
 from ab_sim.tracing.functions import cos, sin, where
 
 
@@ -65,8 +65,3 @@ def motor_driven(
     torque = delivered - over_effects(effects, "back_torque", 0.0, at.speed)
     c, s = (cos(at.psi), sin(at.psi)) if angle_needed else (1.0, 0.0)
     return SpindleMotion(at.speed, 0.0, c, s, torque, rate), Torques(commanded, limit)
-
-
-def has_motor(effects: Any) -> bool:
-    """Whether a motor drives the spindle."""
-    return any_has(effects, "rotor_moment")

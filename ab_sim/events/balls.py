@@ -3,9 +3,7 @@
 import math
 
 from ab_sim.compiling.kinds import Floats
-from ab_sim.events.run import (
-    ALONG,
-    CURVE,
+from ab_sim.dynamics.system import (
     DIRECTION,
     FIRST_TURNS,
     JOINED,
@@ -16,8 +14,8 @@ from ab_sim.events.run import (
     ROLLING_MASS,
     SPACING,
     TURNS,
-    BallEvents,
 )
+from ab_sim.events.run import ALONG, CURVE, BallEvents
 
 
 def around(balls: BallEvents, place: int) -> int:

@@ -9,6 +9,7 @@ at the exact solution, as soon as no branch changes.
 """
 
 from ab_sim.compiling.kinds import Floats, scratch
+from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED
 from ab_sim.events.balls import around, ball_at, gap, moves_along, put_branches, sign
 from ab_sim.events.event_functions import (
     MOTOR,
@@ -27,7 +28,7 @@ from ab_sim.events.reactions import (
     put_normal_forces,
 )
 from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PATH_FORCE, solve_rows
-from ab_sim.events.run import ALONG, CURVE, DIRECTION, JOINED, LOADED, BallEvents, Run, evaluate
+from ab_sim.events.run import ALONG, CURVE, BallEvents, Run, evaluate
 
 DIRECT = 8
 """Rounds of Newton's method; after so many, half-way between the last two is tried as well."""

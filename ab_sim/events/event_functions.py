@@ -14,6 +14,7 @@ branch holds. An event is one that reaches zero; ``location`` finds when. Slots,
 """
 
 from ab_sim.compiling.kinds import Floats
+from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, SPACING
 from ab_sim.events.balls import (
     around,
     ball_at,
@@ -23,18 +24,7 @@ from ab_sim.events.balls import (
     row_start,
 )
 from ab_sim.events.reactions import ROUNDING, largest_friction, put_pushes
-from ab_sim.events.run import (
-    ASKED,
-    DIRECTION,
-    JOINED,
-    LOADED,
-    MOST,
-    PULL,
-    SIZE,
-    SPACING,
-    BallEvents,
-    Run,
-)
+from ab_sim.events.run import ASKED, MOST, PULL, SIZE, BallEvents, Run
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
 """Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""

@@ -8,6 +8,7 @@ part at least at e times the speed at which they approached, 0 <= P _|_ u+ + e u
 """
 
 from ab_sim.compiling.kinds import Floats, Table, call, scratch
+from ab_sim.dynamics.system import DIRECTION, JOINED
 from ab_sim.events.balls import around, ball_at, path_speed, put_branches, sign
 from ab_sim.events.reactions import path_force_at
 from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, SHIFT, first_open, solve_rows
@@ -15,9 +16,7 @@ from ab_sim.events.rows import PATH_FORCE as ROW_PULL
 from ab_sim.events.run import (
     COUPLING,
     CURVE,
-    DIRECTION,
     INERTIA,
-    JOINED,
     PATH,
     PATH_ACCELERATION,
     PATH_FORCE,

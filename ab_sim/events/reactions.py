@@ -1,15 +1,14 @@
 """Forces that the equations of motion leave out: race on ball, ball on ball."""
 
 from ab_sim.compiling.kinds import Floats
+from ab_sim.dynamics.system import JOINED, MASS
 from ab_sim.events.balls import around, ball_at, moves_along, row_start
 from ab_sim.events.run import (
     COUPLING,
     FRICTION,
     GRIP,
     INERTIA,
-    JOINED,
     LOAD,
-    MASS,
     PATH_ACCELERATION,
     PATH_FORCE,
     PULL,

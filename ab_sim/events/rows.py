@@ -11,8 +11,9 @@ Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
 """
 
 from ab_sim.compiling.kinds import Table
+from ab_sim.dynamics.system import JOINED, ROLLING_MASS
 from ab_sim.events.balls import around, ball_at
-from ab_sim.events.run import JOINED, ROLLING_MASS, BallEvents
+from ab_sim.events.run import BallEvents
 
 PATH_FORCE, HOLD = 0, 1
 """Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The

@@ -4,19 +4,6 @@ from typing import NamedTuple
 
 from ab_sim.compiling.kinds import Floats, Integers, IntegerTable, Table, call
 
-MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
-RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
-"""Columns of ``BallEvents.constants``: m [kg]; a [m]; mu = m + I/a^2 [kg]; 1/mu; m R [kg m];
-m R - (I/a^2) a [kg m]; whole turns in the ball's angle at the start; R [m]; 1/R; height [m]."""
-ORDER, SPACING = 0, 1
-"""Columns of ``BallEvents.contacts``: the ball at this place of the row; the distance along the
-race from it to the next one in contact [m]."""
-DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
-"""Columns of ``BallEvents.discrete``. DIRECTION: +1 or -1, in which a ball slides along the race;
-0, it sticks, or is held between others; of the last line, +1 or -1 while the motor gives all it can
-in that direction, else 0. LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls
-at a contact touch and stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's
-angle; of the last line, out of the spindle's."""
 LOAD, INERTIA, PATH_FORCE, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
 """Lines of ``BallEvents.table``, a column for each ball: normal force but for the accelerations
 [N]; mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient
@@ -65,12 +52,12 @@ class BallEvents(NamedTuple):
     number: int
     """n."""
     constants: Table
-    """Shape (n, 10), columns as above."""
+    """``System.balls``."""
     contacts: Table
-    """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
-    at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
+    """``System.contacts``."""
     discrete: IntegerTable
-    """The branches that hold between two events, shape (n + 1, 4), columns as above."""
+    """The branches that hold between two events, shape (n + 1, DISCRETE_COLUMNS), columns as in
+    ``dynamics.system``."""
     branches: Floats
     """The same as the scene reads it, see ``balls.put_branches``."""
     table: Table

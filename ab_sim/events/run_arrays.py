@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ab_sim.compiling.kinds import aligned
 from ab_sim.dynamics.system import System, has_contact, has_friction, has_motor
 from ab_sim.events.balls import put_branches
 from ab_sim.events.event_functions import NEVER, slots
@@ -78,11 +79,3 @@ def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (
         measured=np.zeros(2),
         counts=np.zeros(2, np.int64),
     )
-
-
-def aligned(shape: tuple[int, ...]) -> np.ndarray:
-    """Zeros that begin at a cache line: numpy's own alignment costs 10 % or so, at random."""
-    size = 8 * math.prod(shape)
-    raw = np.zeros(size + 64, np.uint8)
-    first = -raw.ctypes.data % 64
-    return raw[first : first + size].view(np.float64).reshape(shape)

@@ -7,7 +7,7 @@ import numpy as np
 from ab_sim.compiling.kinds import Floats
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DISCRETE_COLUMNS, System, ball_count
+from ab_sim.dynamics.system import DISCRETE_COLUMNS, System
 from ab_sim.events.run_arrays import branches_of
 from ab_sim.kernels.code import called, caller, code_of
 from ab_sim.kernels.tangent import lanes_for, tangent_address
@@ -53,14 +53,14 @@ class VectorField:
         self.layout = layout_of(system)
         """What the states are, and where."""
         self.discrete_state = _shaped(
-            "modes", discrete_state, (ball_count(system) + 1, DISCRETE_COLUMNS), np.int64
+            "modes", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
         )
         self._code = code_of(system, type(scheduled.segment))
         place = place_on(scheduled)
         c = self._code.constants(system)
         self._code.put_place(c, [*place.segment, *place[1:]])
         self._c, self._b = c, branches_of(system, self.discrete_state)
-        self._lanes, self._time = lanes_for(ball_count(system)), np.zeros(1)
+        self._lanes, self._time = lanes_for(len(system.balls)), np.zeros(1)
         self._function = caller(4, 1)(self._code.address("slope"))
         self._pointers = self._c.ctypes.data, self._b.ctypes.data
 

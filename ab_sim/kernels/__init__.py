@@ -4,7 +4,6 @@ model         the equations of a kind of scene as expressions
 constants     where the numbers of a scene are in memory
 emission      functions of expressions: slope, tables for events, samples
 runge_kutta   a step of an explicit method
-tangent       the slope's derivative by states and time
-parameter_tangent   and of all that runs need by constants as well, tangent_step: over a step
+tangent       derivatives by states, time and constants; tangent_step: over a step
 code          all functions of a kind of scene, made when first asked for
 """

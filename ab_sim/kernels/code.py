@@ -9,6 +9,7 @@ from typing import Any, TypeVar
 
 import numpy as np
 
+from ab_sim.compiling.kinds import aligned
 from ab_sim.dynamics.system import System
 from ab_sim.kernels.constants import (
     ConstantsLayout,
@@ -84,9 +85,7 @@ class Code:
 
     def constants(self, system: System) -> np.ndarray:
         """Constants of a system of the kind, aligned; its place on the profile is all zeros."""
-        raw = np.zeros(self.size + 8)
-        first = -raw.ctypes.data % 64 // 8
-        found = raw[first : first + self.size]
+        found = aligned((self.size,))
         found[: self.layout.place] = numbers_of(system)
         return found
 

@@ -174,11 +174,9 @@ class Emission:
         if self.model.has_motor:
             body.store(torque, MemorySlot(pointer, behind + len(of_balls) * n))
 
-    def slope(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:
+    def slope(self, lanes: int = 1) -> Function:
         """``slope(c, b, y, k, time)``."""
-        into, body = self.function(
-            "slope", ["y", "k"], ["time"], state="y", lanes=lanes, uniform=uniform
-        )
+        into, body = self.function("slope", ["y", "k"], ["time"], state="y", lanes=lanes)
         self.store_slope(body, self.roots["slope"], "k")
         return into
 
@@ -198,14 +196,10 @@ class Emission:
         self.store_columns(body, "row", *self.row(lanes > 1), self.roots["torque"][0])
         return into
 
-    def evaluate(self, lanes: int = 1, uniform: Sequence[str] = ()) -> Function:
+    def evaluate(self, lanes: int = 1) -> Function:
         """``evaluate(c, b, y, k, x, motor, table, time)``: the slope, and the table for events."""
-        into, body = self.function(
-            *("evaluate", ["y", "k", "x", "motor", "table"], ["time"]),
-            state="y",
-            lanes=lanes,
-            uniform=uniform,
-        )
+        pointers = ["y", "k", "x", "motor", "table"]
+        into, body = self.function("evaluate", pointers, ["time"], state="y", lanes=lanes)
         self.store_slope(body, self.roots["slope"], "k")
         for k, x in enumerate(self.roots["accelerations"]):
             body.store(x, MemorySlot("x", k))

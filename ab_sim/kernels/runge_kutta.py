@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.kernels.emission import BRANCHES, CONSTANTS, TIMES, Emission
+from ab_sim.tracing import Expression
 from ab_sim.tracing.functions import GROUP
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, kind, literal
 
@@ -109,17 +110,11 @@ def _slope_function(emission: Emission, lanes: int) -> _Slope:
     return into
 
 
-def _packed(into: Function, body: Body, roots: Sequence[object]) -> str:
+def _packed(into: Function, body: Body, roots: Sequence[Expression]) -> str:
     """One value of several numbers."""
-    lanes, width = into.shape.lanes, len(roots)
-    values = []
-    for x in roots:
-        is_constant = x.op == "const"  # type: ignore[attr-defined]
-        values.append(
-            literal(x.payload, lanes) if is_constant else body.values(x)[0]  # type: ignore
-        )
+    values, width = [body.values(x)[0] for x in roots], len(roots)
     if width == 1:
-        return str(values[0])
+        return values[0]
     made = "poison"
     for k, value in enumerate(values):
         made = into.put(f"insertelement {kind(width)} {made}, double {value}, i32 {k}")

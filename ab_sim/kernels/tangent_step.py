@@ -20,7 +20,7 @@ def carry_text(tangent: Function, size: int, tableau: Sequence[np.ndarray]) -> s
     """The function's text, with that of the slope's change, which it calls.
 
     Args:
-        tangent: ``slope(c, b, t, y, d, dc, db, out)`` of ``parameter_tangent``.
+        tangent: ``slope(c, b, t, y, d, dc, db, out)`` of ``tangent``.
         size: how many states there are.
         tableau: a, b, c of the method.
     """

@@ -33,7 +33,6 @@ def run_of(
     state: np.ndarray,
     discrete: np.ndarray,
     bounds: np.ndarray,
-    memory: tuple[int, int] = (0, 0),
 ) -> Run:
     """A Run, with arrays of its own.
 
@@ -45,10 +44,9 @@ def run_of(
         state: shape (states,); changes as the run goes on.
         discrete: ``BallEvents.discrete``; likewise.
         bounds: magnitudes that no sound run reaches, shape (states,).
-        memory: shape of what the stepper carries from step to step.
     """
     balls = balls_of(system, discrete)
-    work = workspace(balls, bounds, memory)
+    work = workspace(balls, bounds)
     return run_with(balls, work, system, code, step_address, step, state)
 
 

@@ -4,9 +4,10 @@ import math
 from typing import NamedTuple
 
 from ab_sim.compiling.kinds import Floats, IntegerTable, Table, call
+from ab_sim.dynamics.system import TURNS
 from ab_sim.events.balls import put_branches
 from ab_sim.events.location import check_branches, step_over_events, within_bounds
-from ab_sim.events.run import TURNS, Run, Workspace, evaluate, take_step
+from ab_sim.events.run import Run, Workspace, evaluate, take_step
 from ab_sim.stepping.implicit import implicit_step
 
 FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)

@@ -7,6 +7,7 @@ asked of all eight is not quite as sharp as what is asked of one: it may take a 
 from typing import NamedTuple
 
 from ab_sim.compiling.kinds import Cube, Floats, Table, call
+from ab_sim.dynamics.system import TURNS
 from ab_sim.events.balls import put_branches
 from ab_sim.events.event_functions import look_at_start
 from ab_sim.events.location import (
@@ -16,7 +17,7 @@ from ab_sim.events.location import (
     may_have_event,
     put_functions_at_end,
 )
-from ab_sim.events.run import TURNS, Run, evaluate
+from ab_sim.events.run import Run, evaluate
 from ab_sim.stepping.fixed_step import take_over_end
 from ab_sim.stepping.settle import MOVED, SOUND
 from ab_sim.stepping.side_by_side import (

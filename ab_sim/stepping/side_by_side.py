@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.compiling.kinds import Cube, Floats, IntegerTable, Table, call
+from ab_sim.compiling.kinds import Cube, Floats, IntegerTable, Table, aligned, call
 from ab_sim.stepping.settle import SOUND
 
 LANES = 8
@@ -190,8 +190,6 @@ def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
 def stacked(values: list[np.ndarray]) -> np.ndarray:
     """Values of each lane, stacked along a last axis, aligned to a vector."""
     found = np.stack([np.asarray(value, float) for value in values], axis=-1)
-    raw = np.empty(found.size + 8)
-    first = -raw.ctypes.data % 64 // 8
-    array = raw[first : first + found.size].reshape(found.shape)
+    array = aligned(found.shape)
     array[:] = found
     return array

@@ -7,7 +7,7 @@ much shorter; that is all, and is what a saltation matrix says of a field that j
 Nijmeijer (2004), Dynamics and Bifurcations of Non-Smooth Mechanical Systems, ch. 7).
 """
 
-from ab_sim.compiling.kinds import Table
+from ab_sim.dynamics.system import JOINED
 from ab_sim.events.complementarity import solve_complementarity
 from ab_sim.events.event_functions import MOTOR, TOUCH
 from ab_sim.events.location import (
@@ -18,10 +18,9 @@ from ab_sim.events.location import (
     trial_step,
     within_bounds,
 )
-from ab_sim.events.run import JOINED
 from ab_sim.stepping.tangent_functions import function_change, put_table_change
 from ab_sim.stepping.tangent_impacts import carry_over_impact
-from ab_sim.stepping.tangents import Tangents, carry, hold_stuck
+from ab_sim.stepping.tangents import Tangents, carry, copy, hold_stuck, of_block
 
 TOGETHER, GRAZED, UNRESOLVED = 1, 2, 3
 """Kinds of ``Tangents.trouble``: several balls come to rest at once, and each of them at a time of
@@ -82,13 +81,6 @@ def step_over_events_with_tangents(own: Tangents, begin: float, length: float, e
     return False
 
 
-def copy(of: Table, into: Table) -> None:
-    """Copy a table."""
-    for i in range(of.shape[0]):
-        for j in range(of.shape[1]):
-            into[i, j] = of[i, j]
-
-
 def carry_to_event(own: Tangents, now: float, taken: float, slot: int) -> bool:
     """The changes just before an event, of a state that is in ``trial``; and of its time.
 
@@ -102,7 +94,7 @@ def carry_to_event(own: Tangents, now: float, taken: float, slot: int) -> bool:
     Returns:
         Whether there are any; else ``trouble`` says why not.
     """
-    size, lanes = own.run.state.size, own.lanes
+    lanes = own.lanes
     for block in range(own.blocks):
         for lane in range(lanes):
             own.length[block, lane] = 0.0
@@ -112,7 +104,7 @@ def carry_to_event(own: Tangents, now: float, taken: float, slot: int) -> bool:
         for lane in range(lanes):
             own.event_rate[block, lane] = function_change(own, slot, block, lane)
     clock_block, clock_lane = own.clock // lanes, own.clock % lanes
-    speed = own.event_rate[clock_block, clock_lane]
+    speed, clock = own.event_rate[clock_block, clock_lane], of_block(own, own.change, clock_block)
     if not speed < 0.0:
         # It falls through zero; what only touches zero has no time that could be followed.
         own.trouble[0], own.trouble[1] = GRAZED, slot
@@ -124,9 +116,9 @@ def carry_to_event(own: Tangents, now: float, taken: float, slot: int) -> bool:
             later = -own.event_rate[block, lane] / speed
             own.begin[block, lane] += later
             own.rest[block, lane] -= later
-            for j in range(size):
-                moved = later * own.change[clock_block * size + j, clock_lane]
-                own.change[block * size + j, lane] += moved
+            change = of_block(own, own.change, block)
+            for j in range(change.shape[0]):
+                change[j, lane] += later * clock[j, clock_lane]
     return True
 
 
@@ -147,22 +139,23 @@ def come_to_rest_alone(own: Tangents, slot: int, met: bool) -> bool:
         slot: of the event; of a ball's coming to rest, the ball.
         met: whether it was an impact, after which nothing may rest but what anyhow does.
     """
-    run, size = own.run, own.run.state.size
+    run = own.run
     clock_block, clock_lane = own.clock // own.lanes, own.clock % own.lanes
     for i in range(run.balls.number):
         j = run.balls.first_rate + i
         if i == slot or run.state[j] != 0.0 or (run.work.trial[j] == 0.0 and not met):
             continue
-        speed = abs(own.change[clock_block * size + j, clock_lane])
+        speed = abs(of_block(own, own.change, clock_block)[j, clock_lane])
         for block in range(own.blocks):
+            change = of_block(own, own.change, block)
             for lane in range(own.lanes):
                 if block == clock_block and lane == clock_lane:
                     continue
-                left = abs(own.change[block * size + j, lane])
+                left = abs(change[j, lane])
                 moved = 0.0 if met else abs(own.begin[block, lane]) * speed
                 if left > AT_ONCE * moved:
                     own.trouble[0], own.trouble[1] = TOGETHER, i
                     own.trouble[3] = block * own.lanes + lane
                     return False
-                own.change[block * size + j, lane] = 0.0
+                change[j, lane] = 0.0
     return True

@@ -7,24 +7,20 @@ products of what the equations' table holds, whose changes are emitted.
 import math
 
 from ab_sim.compiling.kinds import Floats, call
+from ab_sim.dynamics.system import DIRECTION, FIRST_TURNS, JOINED, LOADED, TURNS
 from ab_sim.events.balls import around, ball_at, moves_along, row_start
 from ab_sim.events.event_functions import LOAD, MOTOR, SLIDE, TOUCH, leans
 from ab_sim.events.run import (
     ALONG,
     COUPLING,
-    DIRECTION,
-    FIRST_TURNS,
     FRICTION,
     GRIP,
     INERTIA,
-    JOINED,
-    LOADED,
     PATH_ACCELERATION,
     PATH_FORCE,
-    TURNS,
 )
 from ab_sim.events.run import LOAD as LOAD_LINE
-from ab_sim.stepping.tangents import Tangents, put_yields
+from ab_sim.stepping.tangents import Tangents, copy, of_block, put_yields
 
 OVERLAP = 5
 """Kind of ``Tangents.trouble``: balls that touch at the start would not, or would overlap."""
@@ -34,16 +30,13 @@ TOUCHING = 1e-9
 
 def put_table_change(own: Tangents, state: Floats, time: float, block: int) -> None:
     """``at_event`` of a block at a state, where ``begin + length`` is how the time changes."""
-    run, size, n = own.run, own.run.state.size, own.run.balls.number
-    raw = own.constants.shape[0] // own.blocks
+    run, size = own.run, own.run.state.size
     own.time[0], own.time[1] = time, time
+    copy(of_block(own, own.change, block), own.along)
     for lane in range(own.lanes):
-        for j in range(size):
-            own.along[j, lane] = own.change[block * size + j, lane]
         own.along[size, lane] = own.begin[block, lane] + own.length[block, lane]
         own.along[size + 1, lane] = 0.0
-    constants = own.constants[block * raw : (block + 1) * raw]
-    yields = own.yields[block * n : (block + 1) * n]
+    yields, constants = of_block(own, own.yields, block), of_block(own, own.constants, block)
     c, b, along = run.scene.c, run.balls.branches, own.along
     call(own.change_table, c, b, own.time, state, along, constants, yields, own.at_event)
 
@@ -69,8 +62,7 @@ def function_change(own: Tangents, slot: int, block: int, lane: int) -> float:
         return force if balls.discrete[i, LOADED] == 1 else -force
     direction = balls.discrete[i, DIRECTION]
     if direction != 0:
-        rate = block * own.run.state.size + balls.first_rate + i
-        return direction * own.change[rate, lane]
+        return direction * of_block(own, own.change, block)[balls.first_rate + i, lane]
     return left_change(own, kind, i, lane)
 
 
@@ -147,16 +139,15 @@ def gap_change(own: Tangents, k: int, block: int, lane: int) -> float:
 
 def seam_change(own: Tangents, k: int, block: int, lane: int) -> float:
     """Of what turns and the balls' radii add to that [m]."""
-    balls, n = own.run.balls, own.run.balls.number
+    balls = own.run.balls
     i, j = ball_at(balls, k), ball_at(balls, k + 1)
     turns = (balls.discrete[j, TURNS] - balls.constants[j, FIRST_TURNS]) - (
         balls.discrete[i, TURNS] - balls.constants[i, FIRST_TURNS]
     )
-    if k == n - 1:
+    if k == balls.number - 1:
         turns += 1.0
-    radius = own.constants.shape[0] // own.blocks * block + own.race_radius + j
-    around_race = 2.0 * math.pi * turns * own.constants[radius, lane]
-    return around_race - own.spacing[block * n + k, lane]
+    radius = of_block(own, own.constants, block)[own.race_radius + j, lane]
+    return 2.0 * math.pi * turns * radius - of_block(own, own.spacing, block)[k, lane]
 
 
 def push_change(own: Tangents, k: int, lane: int) -> float:
@@ -188,7 +179,7 @@ def touch_anyhow(own: Tangents, time: float) -> bool:
                 i, j = ball_at(balls, k), ball_at(balls, k + 1)
                 parts = abs(table_change(own, ALONG, i, lane))
                 parts += abs(table_change(own, ALONG, j, lane))
-                parts += abs(own.spacing[block * n + k, lane])
+                parts += abs(of_block(own, own.spacing, block)[k, lane])
                 opens = abs(gap_change(own, k, block, lane)) > TOUCHING * parts
                 if balls.discrete[k, JOINED] == 1 and opens:
                     own.trouble[0], own.trouble[1] = OVERLAP, k

@@ -10,7 +10,7 @@ from ab_sim.events.impact import SLOW_IMPACT, collide
 from ab_sim.events.rows import CLOSED, SHIFT, first_open
 from ab_sim.events.run import PATH, evaluate
 from ab_sim.stepping.tangent_functions import put_table_change, table_change
-from ab_sim.stepping.tangents import Tangents, put_yields
+from ab_sim.stepping.tangents import Tangents, copy, of_block, put_yields
 
 
 def carry_over_impact(own: Tangents, now: float, struck: int) -> bool:
@@ -46,9 +46,8 @@ def carry_over_impact(own: Tangents, now: float, struck: int) -> bool:
 
 def put_changes(own: Tangents, now: float) -> None:
     """The changes after an impact, right after ``collide``, whose branches are in force."""
-    run, n, size = own.run, own.run.balls.number, own.run.state.size
-    raw = own.constants.shape[0] // own.blocks
-    for i in range(n):
+    run, size = own.run, own.run.state.size
+    for i in range(run.balls.number):
         own.shift[i] = run.work.rows[i, SHIFT]
     put_yields(own)
     for block in range(own.blocks):
@@ -56,26 +55,22 @@ def put_changes(own: Tangents, now: float) -> None:
             own.length[block, lane] = 0.0
         put_table_change(own, own.kept, now, block)
         put_shift_change(own, block)
-        constants = own.constants[block * raw : (block + 1) * raw]
-        yields = own.yields[block * n : (block + 1) * n]
-        shifts = own.shift_change[block * n : (block + 1) * n]
-        change = own.change[block * size : (block + 1) * size]
+        yields, constants = of_block(own, own.yields, block), of_block(own, own.constants, block)
+        shifts = of_block(own, own.shift_change, block)
         c, b, time, along = run.scene.c, run.balls.branches, own.time, own.along
         after, shift = own.rates[0:size], own.shift
         call(
             own.change_impact, c, b, time, own.kept, along, constants, yields, shift, shifts, after
         )
-        for j in range(size):
-            for lane in range(own.lanes):
-                change[j, lane] = after[j, lane]
+        copy(after, of_block(own, own.change, block))
 
 
 def put_shift_change(own: Tangents, block: int) -> None:
     """How what the balls bounce changes: see ``impact.shift_speeds``."""
     run, balls, rows = own.run, own.run.balls, own.run.work.rows
     n, lanes, c, b = balls.number, own.lanes, run.scene.c, balls.branches
-    raw, table = own.constants.shape[0] // own.blocks, balls.table
-    constants = own.constants[block * raw : (block + 1) * raw]
+    shifts, constants = of_block(own, own.shift_change, block), of_block(own, own.constants, block)
+    table = balls.table
     begin = first_open(balls, rows)
     parting, met = scratch(1), scratch(1)
     for place in range(n):
@@ -83,7 +78,7 @@ def put_shift_change(own: Tangents, block: int) -> None:
         i, j = ball_at(balls, k), ball_at(balls, k + 1)
         if place == 0:
             for lane in range(lanes):
-                own.shift_change[block * n + i, lane] = 0.0
+                shifts[i, lane] = 0.0
         if place == n - 1:
             break
         met[0] = table[PATH, i] - table[PATH, j]
@@ -96,7 +91,7 @@ def put_shift_change(own: Tangents, block: int) -> None:
             approach, time = own.approach, own.time
             call(own.change_restitution, c, b, time, constants, met, approach, own.parting)
         for lane in range(lanes):
-            shifted = own.shift_change[block * n + i, lane] if rows[k, CLOSED] != 0.0 else 0.0
+            shifted = shifts[i, lane] if rows[k, CLOSED] != 0.0 else 0.0
             if bounces:
                 shifted += parting[0] * own.approach[0, lane] + own.parting[0, lane] * met[0]
-            own.shift_change[block * n + j, lane] = shifted
+            shifts[j, lane] = shifted

@@ -27,7 +27,7 @@ from ab_sim.stepping.fixed_step import (
 )
 from ab_sim.stepping.tangent_events import step_over_events_with_tangents
 from ab_sim.stepping.tangent_functions import touch_anyhow
-from ab_sim.stepping.tangents import Tangents, carry, hold_stuck, put_yields
+from ab_sim.stepping.tangents import Tangents, carry, copy, hold_stuck, of_block, put_yields
 
 BEGIN, LENGTH, LATER, LEAVE, PLACE_CHANGE = range(5)
 """Lines of a step range's changes: of the local time at which its first step begins, and of that
@@ -86,30 +86,27 @@ def advance_with_tangents(
 
 def enter(own: Tangents, changes: Table) -> None:
     """Begin a step range: how its place on the profile changes."""
-    raw, fields = own.constants.shape[0] // own.blocks, changes.shape[0] // own.blocks
     for block in range(own.blocks):
-        for j in range(fields - PLACE_CHANGE):
-            for lane in range(own.lanes):
-                value = changes[block * fields + PLACE_CHANGE + j, lane]
-                own.constants[block * raw + own.run.place + j, lane] = value
+        place = of_block(own, own.constants, block)[own.run.place :]
+        copy(of_block(own, changes, block)[PLACE_CHANGE:], place)
 
 
 def leave(own: Tangents, changes: Table) -> None:
     """End a step range whose end moves, though steps end there whatever it does."""
-    size, fields, moves = own.run.state.size, changes.shape[0] // own.blocks, False
+    moves = False
     for block in range(own.blocks):
+        moved = of_block(own, changes, block)[LEAVE]
         for lane in range(own.lanes):
-            if changes[block * fields + LEAVE, lane] != 0.0:
-                moves = True
+            moves = moves or moved[lane] != 0.0
     if not moves:
         return
     c, b = own.run.scene.c, own.run.balls.branches
     call(own.slope, c, b, own.run.state, own.slopes[0], own.time[0])
     for block in range(own.blocks):
-        for j in range(size):
+        change, moved = of_block(own, own.change, block), of_block(own, changes, block)[LEAVE]
+        for j in range(change.shape[0]):
             for lane in range(own.lanes):
-                moved = changes[block * fields + LEAVE, lane]
-                own.change[block * size + j, lane] += moved * own.slopes[0, j]
+                change[j, lane] += moved[lane] * own.slopes[0, j]
 
 
 def steps_with_tangents(
@@ -182,11 +179,11 @@ def steps_with_tangents(
 
 def set_step(own: Tangents, changes: Table, first: bool) -> None:
     """How the next step's beginning and its length change."""
-    fields = changes.shape[0] // own.blocks
     for block in range(own.blocks):
+        lines = of_block(own, changes, block)
         for lane in range(own.lanes):
-            own.begin[block, lane] = changes[block * fields + (BEGIN if first else LATER), lane]
-            own.length[block, lane] = changes[block * fields + LENGTH, lane] if first else 0.0
+            own.begin[block, lane] = lines[BEGIN if first else LATER, lane]
+            own.length[block, lane] = lines[LENGTH, lane] if first else 0.0
 
 
 def put_row_change(
@@ -195,21 +192,16 @@ def put_row_change(
     """The changes of the sample at hand, if they are wanted."""
     if own.wanted[own.cursor[0]] != number:
         return
-    run, size, lanes = own.run, own.run.state.size, own.lanes
-    n, raw = run.balls.number, own.constants.shape[0] // own.blocks
-    fields = changes.shape[0] // own.blocks
+    run, size = own.run, own.run.state.size
     put_yields(own)
     own.time[0], own.time[1] = begin, on_profile
     for block in range(own.blocks):
-        for j in range(size):
-            for lane in range(lanes):
-                own.along[j, lane] = own.change[block * size + j, lane]
-        for lane in range(lanes):
-            moved = changes[block * fields + LATER, lane]
-            own.along[size, lane] = own.along[size + 1, lane] = moved
+        copy(of_block(own, own.change, block), own.along)
+        moved = of_block(own, changes, block)[LATER]
+        for lane in range(own.lanes):
+            own.along[size, lane] = own.along[size + 1, lane] = moved[lane]
         first = (own.cursor[0] * own.blocks + block) * own.channels
-        constants = own.constants[block * raw : (block + 1) * raw]
-        yields = own.yields[block * n : (block + 1) * n]
+        yields, constants = of_block(own, own.yields, block), of_block(own, own.constants, block)
         row = own.row_change[first : first + own.channels]
         c, b, time = run.scene.c, run.balls.branches, own.time
         call(own.change_row, c, b, time, run.state, own.along, constants, yields, row)
@@ -218,8 +210,7 @@ def put_row_change(
 
 def normalise_change(own: Tangents) -> None:
     """What making a quaternion a unit one, which ``unwind`` is about to do, makes of changes."""
-    run, state, size = own.run, own.run.state, own.run.state.size
-    first = run.quaternion
+    state, first = own.run.state, own.run.quaternion
     if first < 0:
         return
     square = square_of_quaternion(state, first)
@@ -227,10 +218,10 @@ def normalise_change(own: Tangents) -> None:
         return
     scale = 1.0 / math.sqrt(square)
     for block in range(own.blocks):
+        change = of_block(own, own.change, block)
         for lane in range(own.lanes):
             along = 0.0
             for j in range(first, first + 4):
-                along += state[j] * own.change[block * size + j, lane]
+                along += state[j] * change[j, lane]
             for j in range(first, first + 4):
-                was = own.change[block * size + j, lane]
-                own.change[block * size + j, lane] = scale * (was - state[j] * along / square)
+                change[j, lane] = scale * (change[j, lane] - state[j] * along / square)

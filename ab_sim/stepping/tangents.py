@@ -28,7 +28,7 @@ class Tangents(NamedTuple):
     change_table: int
     change_impact: int
     change_restitution: int
-    """Emitted: see ``kernels.parameter_tangent``."""
+    """Emitted: see ``kernels.tangent``."""
     rolling: int
     """Where in c the balls' rolling masses begin, and"""
     race_radius: int
@@ -96,22 +96,34 @@ class Tangents(NamedTuple):
     which column; shape (4,)."""
 
 
+def of_block(own: Tangents, table: Table, block: int) -> Table:
+    """A block's lines of a table of all."""
+    lines = table.shape[0] // own.blocks
+    return table[block * lines : (block + 1) * lines]
+
+
+def copy(of: Table, into: Table) -> None:
+    """Copy a table into one, or into its first lines."""
+    for i in range(of.shape[0]):
+        for j in range(of.shape[1]):
+            into[i, j] = of[i, j]
+
+
 def put_yields(own: Tangents) -> None:
     """How mobilities change, in the branches that are in force: 1 over the inertia of a row."""
     balls, n = own.run.balls, own.run.balls.number
-    raw = own.constants.shape[0] // own.blocks
     if not (balls.has_friction or balls.has_contact):
         return
     for block in range(own.blocks):
+        yields, constants = of_block(own, own.yields, block), of_block(own, own.constants, block)
         for i in range(n):
             for lane in range(own.lanes):
-                own.yields[block * n + i, lane] = 0.0
+                yields[i, lane] = 0.0
             for j in range(n):
                 share = row_share(own, i, j)
                 if share != 0.0:
                     for lane in range(own.lanes):
-                        mass = own.constants[block * raw + own.rolling + j, lane]
-                        own.yields[block * n + i, lane] -= share * mass
+                        yields[i, lane] -= share * constants[own.rolling + j, lane]
 
 
 def row_share(own: Tangents, i: int, j: int) -> float:
@@ -124,12 +136,13 @@ def row_share(own: Tangents, i: int, j: int) -> float:
 
 def hold_stuck(own: Tangents) -> None:
     """What friction holds has the speed 0, whatever changes."""
-    balls, size = own.run.balls, own.run.state.size
+    balls = own.run.balls
     for i in range(balls.number):
         if is_stuck(balls, i):
             for block in range(own.blocks):
+                change = of_block(own, own.change, block)
                 for lane in range(own.lanes):
-                    own.change[block * size + balls.first_rate + i, lane] = 0.0
+                    change[balls.first_rate + i, lane] = 0.0
 
 
 def carry(own: Tangents, begin: float, length: float) -> None:
@@ -137,7 +150,6 @@ def carry(own: Tangents, begin: float, length: float) -> None:
     run, size, lanes = own.run, own.run.state.size, own.lanes
     stages, state = own.weights.size, own.run.state
     c, b = run.scene.c, run.balls.branches
-    n, raw = run.balls.number, own.constants.shape[0] // own.blocks
     put_yields(own)
     for i in range(stages + 1):
         for j in range(size):
@@ -155,12 +167,12 @@ def carry(own: Tangents, begin: float, length: float) -> None:
     if own.clock >= 0:
         block, lane = own.clock // lanes, own.clock % lanes
         own.begin[block, lane], own.length[block, lane] = 0.0, 1.0
+        clock = of_block(own, own.change, block)
         for j in range(size):
-            own.change[block * size + j, lane] = 0.0
+            clock[j, lane] = 0.0
     for block in range(own.blocks):
-        change = own.change[block * size : (block + 1) * size]
-        constants = own.constants[block * raw : (block + 1) * raw]
-        yields = own.yields[block * n : (block + 1) * n]
+        change = of_block(own, own.change, block)
+        yields, constants = of_block(own, own.yields, block), of_block(own, own.constants, block)
         lasts, starts = own.length[block], own.begin[block]
         call(
             own.change_step, c, b, own.time, own.at, own.sums, change, lasts, starts, constants,

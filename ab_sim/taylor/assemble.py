@@ -2,11 +2,11 @@
 
 import math
 
+from ab_sim.compiling.kinds import aligned
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import System
 from ab_sim.errors import SceneError
 from ab_sim.events.run import Run
-from ab_sim.events.run_arrays import aligned
 from ab_sim.integrate.steppers.taylor import PARTS, TaylorParameters
 from ab_sim.kernels.code import Code
 from ab_sim.taylor.clock import (

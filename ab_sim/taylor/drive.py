@@ -7,7 +7,7 @@ next begins at the sample that was the present.
 """
 
 from ab_sim.compiling.kinds import Table
-from ab_sim.events.run import TURNS
+from ab_sim.dynamics.system import TURNS
 from ab_sim.stepping.fixed_step import (
     ANGLE,
     PLACE_UNTIL,

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import NamedTuple
 
-from ab_sim.tracing.expression import Expression
+from ab_sim.tracing.expression import Expression, reached
 from ab_sim.tracing.functions import GROUP
 
 BALLS = "BALLS"
@@ -129,7 +129,7 @@ class _Statements:
         self, stores: Sequence[Store], inputs: Mapping[str, str], known: Mapping[int, str]
     ) -> None:
         self._stores, self._inputs, self._known = stores, inputs, known
-        self._nodes = self._reached()
+        self._nodes = reached([store.root for store in stores], known)
         self._round: dict[int, int] = {}
         for x in self._nodes:
             behind = x.op == "total" and x.args[0].each
@@ -147,16 +147,6 @@ class _Statements:
 
     def _args(self, x: Expression) -> tuple[Expression, ...]:
         return () if x.number in self._known else x.args
-
-    def _reached(self) -> list[Expression]:
-        seen: dict[int, Expression] = {}
-        ahead = [store.root for store in self._stores]
-        while ahead:
-            x = ahead.pop()
-            if x.number not in seen:
-                seen[x.number] = x
-                ahead += self._args(x)
-        return [seen[number] for number in sorted(seen)]
 
     def _kept(self) -> set[int]:
         """What of each ball a later round needs, or a sum: it has an array."""

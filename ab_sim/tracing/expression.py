@@ -6,7 +6,7 @@ node up over the balls. Where numbers have lanes, ``lane`` takes one of them, fo
 ``across`` adds them up.
 """
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Container, Iterable
 from enum import IntEnum
 from typing import Any, NoReturn
 
@@ -318,15 +318,20 @@ def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
     return REBUILD[x.op](*own) if x.op in REBUILD else x.graph.node(x.op, *own)
 
 
-def reached(roots: Iterable[Expression]) -> list[Expression]:
-    """All nodes that some depend on, and these; arguments first."""
+def reached(roots: Iterable[Expression], known: Container[int] = ()) -> list[Expression]:
+    """All nodes that some depend on, and these; arguments first.
+
+    Args:
+        roots: of one graph.
+        known: numbers of nodes whose arguments do not count.
+    """
     seen: dict[int, Expression] = {}
     ahead = list(roots)
     while ahead:
         x = ahead.pop()
         if x.number not in seen:
             seen[x.number] = x
-            ahead += x.args
+            ahead += () if x.number in known else x.args
     return [seen[number] for number in sorted(seen)]
 
 

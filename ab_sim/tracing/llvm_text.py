@@ -128,6 +128,11 @@ class Function:
             )
         return self._wide[value, width]
 
+    def shuffled(self, value: str, width: int, which: Sequence[int], other: str = "poison") -> str:
+        """Elements of a vector, behind which those of another one are counted."""
+        of, order = kind(width), ", ".join(f"i32 {k}" for k in which)
+        return self.put(f"shufflevector {of} {value}, {of} {other}, <{len(which)} x i32> <{order}>")
+
     def text(self) -> str:
         """The function's definition."""
         arguments = [f"ptr noalias %{name}" for name in self.pointers]
@@ -247,18 +252,12 @@ class Body:
         if lanes == 1:
             return value
         if x.op == "lane":
-            return self._shuffled(value, [x.payload] * lanes)
+            return self._into.shuffled(value, lanes, [x.payload] * lanes)
         half = lanes // 2
         while half:
-            other = self._shuffled(value, [k ^ half for k in range(lanes)])
+            other = self._into.shuffled(value, lanes, [k ^ half for k in range(lanes)])
             value, half = self._operation("add", lanes, (value, other)), half // 2
         return value
-
-    def _shuffled(self, value: str, which: Sequence[int]) -> str:
-        of, order = kind(len(which)), ", ".join(f"i32 {k}" for k in which)
-        return self._into.put(
-            f"shufflevector {of} {value}, {of} poison, <{len(which)} x i32> <{order}>"
-        )
 
     def _total(self, x: Expression) -> str:
         """Balls added up in the order of ``added_up``."""
@@ -313,13 +312,10 @@ class Body:
 
     def _part(self, value: str, width: int, first: int, count: int) -> str:
         """Elements of a vector; what is missing at its end is -0.0, which adds nothing."""
-        of = kind(width)
         if count == 1:
-            return self._into.put(f"extractelement {of} {value}, i32 {first}")
-        which = ", ".join(f"i32 {min(first + k, width)}" for k in range(count))
-        return self._into.put(
-            f"shufflevector {of} {value}, {of} {literal(-0.0, width)}, <{count} x i32> <{which}>"
-        )
+            return self._into.put(f"extractelement {kind(width)} {value}, i32 {first}")
+        which = [min(first + k, width) for k in range(count)]
+        return self._into.shuffled(value, width, which, literal(-0.0, width))
 
 
 _TWO = {

@@ -25,7 +25,7 @@ def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str])
         group = list(columns[first : first + width])
         for lane in reversed(range(0, lanes, width)):
             part = range(lane, lane + width)
-            square = [value if lanes == width else _chosen(into, value, part) for value in group]
+            square = [x if lanes == width else into.shuffled(x, lanes, part) for x in group]
             square += ["poison"] * (width - len(group))
             turned = zip(part, _transposed(into, square), strict=True)
             for k, line in reversed([*turned]):
@@ -46,7 +46,7 @@ def _transposed(into: Function, square: Sequence[str]) -> list[str]:
                 a, b = lines[i], lines[i + d]
                 high = [p if not p & d else width + p - d for p in range(width)]
                 low = [p + d if not p & d else width + p for p in range(width)]
-                lines[i], lines[i + d] = (_shuffled(into, a, b, which) for which in (high, low))
+                lines[i], lines[i + d] = (into.shuffled(a, width, w, b) for w in (high, low))
         d //= 2
     return lines
 
@@ -62,18 +62,9 @@ def _cut(into: Function, value: str, width: int, count: int) -> list[tuple[int, 
             piece = (
                 into.put(f"extractelement {kind(width)} {value}, i32 {first}")
                 if size == 1
-                else _shuffled(into, value, "poison", which, width)
+                else into.shuffled(value, width, which)
             )
             found.append((size, piece))
             first += size
         size //= 2
     return found
-
-
-def _chosen(into: Function, value: str, which: Sequence[int]) -> str:
-    return _shuffled(into, value, "poison", which, into.shape.lanes)
-
-
-def _shuffled(into: Function, a: str, b: str, which: Sequence[int], width: int = 0) -> str:
-    of, order = kind(width or len(which)), ", ".join(f"i32 {k}" for k in which)
-    return into.put(f"shufflevector {of} {a}, {of} {b}, <{len(which)} x i32> <{order}>")

@@ -18,7 +18,7 @@ from ab_sim.scene import check_scene, load_scene  # noqa: E402
 from ab_sim.spindle.segments_course import PERIOD  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 
-pytestmark = [pytest.mark.ros, pytest.mark.alone]
+pytestmark = pytest.mark.ros
 
 
 HOLD = load_scene("balanced-start-up").profile.variable_speed_period

@@ -24,6 +24,7 @@ from ab_sim.dynamics.assemble import (
     state_bounds,
     system_of,
 )
+from ab_sim.events.run_arrays import balls_of, workspace
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.steppers.collocation import EIGHT, PARTS, Setting
@@ -31,7 +32,7 @@ from ab_sim.kernels.code import Code, called, code_of
 from ab_sim.scene import Scene
 from ab_sim.spindle.schedule import SpeedSchedule
 from ab_sim.spindle.step_ranges import StepGrid
-from ab_sim.stepping.assemble import run_of
+from ab_sim.stepping.assemble import run_with
 
 
 class Collocated:
@@ -77,17 +78,18 @@ class Collocated:
             code: Code = code_of(self.system, kind)
             own: CollocationCode = collocation_code(code, self._nodes, self._alike)
             address = code.step(*self._tableau)
-            given = self.system, code, address, self.step, self.state, self.discrete, self.bounds
-            run = run_of(*given, memory=own.memory)
+            balls = balls_of(self.system, self.discrete)
+            work = workspace(balls, self.bounds, own.memory)
+            run = run_with(balls, work, self.system, code, address, self.step, self.state)
             made = collocation_of(run, self.system, own, self.method)
             if self._runs:
                 first = next(iter(self._runs.values()))
-                work = run.work._replace(
+                shared = run.work._replace(
                     memory=first.run.work.memory,
                     smooth=first.run.work.smooth,
                     counts=first.run.work.counts,
                 )
-                made = made._replace(run=run._replace(work=work), tables=first.tables)
+                made = made._replace(run=run._replace(work=shared), tables=first.tables)
             self._runs[kind] = made
         return self._runs[kind]
 

@@ -10,9 +10,6 @@ from hypothesis import strategies as st
 from ab_sim.compiling import Floats, Integers, IntegerTable, Table, compiled
 from tests.compiling.ways import same
 
-COLUMNS = (2, 0, 1)
-PAIRS = ((0, 1.5), (2, -0.5))
-
 
 def ranges(a: int, b: int, out: Floats) -> int:
     k = -7
@@ -60,13 +57,13 @@ def around_and_around(limit: int) -> int:
 
 def unrolled(x: Table, stop: float) -> float:
     total, column = 0.0, -1
-    for column in COLUMNS:
+    for column in (2, 0, 1):
         if x[0, column] > stop:
             break
         if x[0, column] < -stop:
             continue
         total += x[0, column]
-    for i, weight in PAIRS:
+    for i, weight in ((0, 1.5), (2, -0.5)):
         total += x[1, i] * weight
     for i in (int(total) % 2, 1):
         total -= x[1, i]
@@ -104,7 +101,7 @@ def short_circuits(counts: Integers, a: int, b: int) -> tuple[bool, bool, bool]:
 
 
 def chosen(x: float, i: int) -> tuple[float, float, int, bool]:
-    a = 1 if x > 0.0 else x
+    a = x if x > 0.0 else 1.0
     b = x if i > 2 else i
     c = (1 if i > 3 else 2) if x < 1.0 else (3 if i > 5 else i // 2)
     return a, b, c, x > 0.0 if i > 0 else i < -2
@@ -114,7 +111,7 @@ def names(x: float) -> tuple[float, float, float, int]:
     a = b = x
     a, b = b + 1.0, a
     a, b = b, a
-    c: float = 0
+    c = 0.0
     d, e = (1, 2), 3
     c += d[0] + e
     (f, g), _ = (a, 2), x

@@ -8,25 +8,25 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.compiling import compiled, float_from_bits, fma
-from tests.compiling.ways import agree, same
+from tests.compiling.ways import same
 
 floats = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.5, 0.1, 5e-324, 1e308])
 ordinary = st.floats(-1e15, 1e15) | st.sampled_from([0.0, -0.0, 0.5, -3.0])
 ints = st.integers(-(2**31), 2**31) | st.integers(-4, 4)
-THREE, HALF, YES, NAMES = 3, 0.5, True, (2, 0.25)
+THREE, HALF, YES = 3, 0.5, True
 namespace = SimpleNamespace(inner=SimpleNamespace(seven=7))
 
 
-def of_floats(x: float, y: float) -> tuple[float, float, float, float, float, float]:
-    return x + y, x - y, x * y, -x, +x, abs(x)
+def of_floats(x: float, y: float) -> tuple[float, float, float, float, float]:
+    return x + y, x - y, x * y, -x, abs(x)
 
 
 def divided(x: float, y: float) -> float:
     return x / y
 
 
-def of_ints(i: int, j: int) -> tuple[int, int, int, int, int, int, int]:
-    return i + j, i - j, i * j, -i, +i, abs(i), i << 3 >> 1
+def of_ints(i: int, j: int) -> tuple[int, int, int, int, int, int]:
+    return i + j, i - j, i * j, -i, abs(i), i << 3 >> 1
 
 
 def bit_by_bit(i: int, j: int) -> tuple[int, int, int, int]:
@@ -35,10 +35,6 @@ def bit_by_bit(i: int, j: int) -> tuple[int, int, int, int]:
 
 def divided_ints(i: int, j: int) -> tuple[int, int, float]:
     return i // j, i % j, i / j
-
-
-def divided_down(x: float, y: float) -> tuple[float, float]:
-    return x // y, x % y
 
 
 def mixed(x: float, i: int, b: bool) -> tuple[float, float, float, int, int, float]:
@@ -56,17 +52,8 @@ def in_place(x: float, i: int) -> tuple[float, int]:
     return x, i
 
 
-def powers(i: int) -> tuple[int, int, int]:
-    return i**1, i**3, i**4
-
-
-def fourth_power(x: float) -> tuple[float, float]:
-    return x**4, x * x * (x * x)
-
-
-def constants(x: float) -> tuple[float, float, float, int, float]:
-    far = namespace.inner.seven
-    return x + THREE, x * HALF, (math.pi if YES else math.inf), far + NAMES[0] * 2, NAMES[1]
+def constants(x: float) -> tuple[float, float, float, int]:
+    return x + THREE, x * HALF, (math.pi if YES else math.inf), namespace.inner.seven + THREE * 2
 
 
 def compared(x: float, y: float) -> tuple[bool, bool, bool, bool, bool, bool]:
@@ -89,21 +76,16 @@ def smallest_ints(i: int, j: int, x: float) -> tuple[int, int, float]:
     return min(i, j), max(i, j, 3), max(0, x, i)
 
 
-def whole(x: float, i: int) -> tuple[int, int, int, int, int, float]:
-    return int(x), math.floor(x), math.ceil(x), math.trunc(x), int(i), float(i)
+def whole(x: float, i: int) -> tuple[int, int, float]:
+    return int(x), int(i), float(i)
 
 
-def asked(x: float, i: int) -> tuple[bool, bool, bool, bool, bool, bool, int]:
-    known = bool(x), bool(i)
-    return math.isnan(x), math.isinf(x), math.isfinite(x), known[0], known[1], not x, int(x > 0.0)
+def asked(x: float, i: int) -> tuple[bool, bool, bool, int]:
+    return math.isnan(x), not x, not i, int(x > 0.0)
 
 
-def of_math(x: float, y: float) -> tuple[float, float, float, float]:
-    return math.sqrt(abs(x)), math.copysign(x, y), math.fabs(x), math.copysign(1, -y)
-
-
-def remainder(x: float, y: float) -> float:
-    return math.fmod(x, y)
+def root(x: float) -> float:
+    return math.sqrt(abs(x))
 
 
 def multiplied_and_added(x: float, y: float, z: float) -> tuple[float, float]:
@@ -121,14 +103,11 @@ def test_floats(x: float, y: float, z: float) -> None:
     same(compared, x, y)
     same(in_a_row, x, y, z)
     same(smallest_and_largest, x, y, z)
-    same(of_math, x, y)
+    same(root, x)
     same(multiplied_and_added, x, y, z)
     same(asked, x, 0)
     if y != 0.0:
         same(divided, x, y)
-        if math.isfinite(x):
-            same(remainder, x, y)
-        same(divided_down, x, y)
 
 
 @given(ints, ints, ordinary)
@@ -140,7 +119,6 @@ def test_ints_and_both(i: int, j: int, x: float) -> None:
         same(divided_ints, i, j)
     same(mixed, x, i, i > 0)
     same(in_place, x, i)
-    same(powers, i % 1000 - 500)
     same(compared_ints, i, x)
     same(smallest_ints, i, j, x)
     same(whole, x, i)
@@ -153,7 +131,7 @@ def test_python_s_first_argument_wins_against_a_nan() -> None:
     assert math.isnan(same(smallest_and_largest, math.nan, 1.0, 2.0)[0])
     assert same(smallest_and_largest, 1.0, math.nan, 2.0) == (1.0, 1.0, 1.0, 2.0)
     assert same(compared, math.nan, math.nan) == (False,) * 5 + (True,)
-    assert same(asked, math.nan, 0)[3] is True
+    assert same(asked, math.nan, 0) == (True, False, True, 0)
 
 
 def test_where_python_raises_machine_code_goes_on() -> None:
@@ -163,13 +141,6 @@ def test_where_python_raises_machine_code_goes_on() -> None:
     assert compiled(whole)(-math.inf, 0)[0] == -(2**63)
     assert compiled(whole)(math.nan, 0)[0] == 0
     assert compiled(of_ints)(2**62, 2**62)[0] == -(2**63), "64 bits wrap"
-
-
-@given(floats)
-def test_powers_of_floats_are_products(x: float) -> None:
-    """Python asks the C library, whose last digit is its own."""
-    by_power, by_product = compiled(fourth_power)(x)
-    assert agree(by_power, by_product)
 
 
 @pytest.mark.parametrize("x", [1e300, -2.5e-310, 123456.789, 0.1])

@@ -57,7 +57,7 @@ def parts(own: Outer) -> float:
 
 
 def passed_on(own: Outer) -> float:
-    return of_inner(own.first, own.count) + of_inner(inner=own.second, k=1)
+    return of_inner(own.first, own.count) + of_inner(own.second, 1)
 
 
 def of_inner(inner: Inner, k: int) -> float:
@@ -65,7 +65,7 @@ def of_inner(inner: Inner, k: int) -> float:
 
 
 def made(own: Outer, x: float) -> tuple[Pair, Inner, float]:
-    pair = Pair(x, high=2, at=own.count)
+    pair = Pair(x, 2, own.count)
     for step in range(3):
         before = pair
         pair = Pair(pair.high, before.low + step, pair.at + 1)
@@ -104,8 +104,8 @@ def whole_and_views(cube: Cube, out: Floats, k: int) -> tuple[int, int, int, int
     row[:2][1] = -1.0
     cube[1:][0][0, 1] += 0.5
     n, m = table.shape
-    out[1] = n * 10 + m + len(cube) + part.size + rest.shape[0]
-    return cube.size, rows.size, len(rest), cube.shape[2]
+    out[1] = n * 10 + m + part.size + rest.shape[0]
+    return cube.size, rows.size, rest.shape[0], cube.shape[2]
 
 
 def swapped_elements(x: Floats, i: int, counts: Integers) -> None:

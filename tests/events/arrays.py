@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.events.run import COUPLING, MOBILITY, NORMAL, ORDER, ROLLING_MASS, BallEvents
+from ab_sim.dynamics.system import MOBILITY, ORDER, ROLLING_MASS
+from ab_sim.events.run import COUPLING, NORMAL, BallEvents
 
 
 def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:

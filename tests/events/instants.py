@@ -9,10 +9,10 @@ from scipy.optimize import brentq
 from ab_sim.compiling.kinds import call
 from ab_sim.dynamics.assemble import start_discrete_state, system_of
 from ab_sim.dynamics.layout import StateLayout, layout_of
-from ab_sim.dynamics.system import System
+from ab_sim.dynamics.system import DIRECTION, JOINED, ORDER, TURNS, System
 from ab_sim.equations.neighbours import reduced
 from ab_sim.events.balls import put_branches
-from ab_sim.events.run import DIRECTION, JOINED, ORDER, TURNS, Run, evaluate
+from ab_sim.events.run import Run, evaluate
 from ab_sim.kernels.code import code_of
 from ab_sim.scene import Scene, check_scene
 from ab_sim.spindle import Ramp

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, MOBILITY, ORDER, ROLLING_MASS
 from ab_sim.events.balls import put_branches
 from ab_sim.events.impact import solve_jumps
 from ab_sim.events.reactions import (
@@ -14,18 +15,12 @@ from ab_sim.events.reactions import (
 )
 from ab_sim.events.run import (
     COUPLING,
-    DIRECTION,
     FRICTION,
     INERTIA,
-    JOINED,
     LOAD,
-    LOADED,
-    MOBILITY,
-    ORDER,
     PATH_ACCELERATION,
     PATH_FORCE,
     PULL,
-    ROLLING_MASS,
     BallEvents,
 )
 from tests.events.arrays import loose_balls

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.energy import mechanical_energy
+from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED
 from ab_sim.events.complementarity import solve_complementarity
 from ab_sim.events.event_functions import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
-from ab_sim.events.run import DIRECTION, JOINED, LOADED
 from tests.events.instants import COMPANIES, PHASE, Instant, N, instant
 from tests.reference.contact import touching
 from tests.reference.dynamics import FREE, STUCK
@@ -48,7 +47,7 @@ def test_accelerations_are_the_references(name: str) -> None:
         assert slope[here.layout.energy_balance][1] == pytest.approx(want.losses.sum(), rel=1e-9)
         q, rates = here.coordinates()
         w = rates[2]
-        energy = mechanical_energy(here.system, here.state, PHASE, w)
+        energy = here.system.mechanical_energy(here.state, PHASE, w)
         beyond.append(energy - here.model.energy(q, rates))
         assert slope[here.layout.energy_balance][0] == pytest.approx(want.torque * w, rel=1e-8)
         if "motor" in name or name == "all":

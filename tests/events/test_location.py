@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED
 from ab_sim.events.balls import put_branches
 from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
 from ab_sim.events.event_functions import NEVER
@@ -14,7 +15,7 @@ from ab_sim.events.location import (
     check_branches,
     step_over_events,
 )
-from ab_sim.events.run import DIRECTION, JOINED, LOADED, Run, evaluate
+from ab_sim.events.run import Run, evaluate
 from tests.events.track import passing_points, run_on_track
 
 

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.dynamics.system import LOADED, MASS, MOBILITY, RACE_RADIUS, ROLLING_MASS, SPACING
 from ab_sim.events.run import (
     ALONG,
     CURVE,
@@ -13,18 +14,12 @@ from ab_sim.events.run import (
     GRIP,
     INERTIA,
     LOAD,
-    LOADED,
-    MASS,
-    MOBILITY,
     NORMAL,
     PATH,
     PATH_ACCELERATION,
     PATH_FORCE,
     PULL,
-    RACE_RADIUS,
-    ROLLING_MASS,
     SIZE,
-    SPACING,
     Run,
     SceneFunctions,
 )

@@ -117,7 +117,8 @@ def test_the_adaptive_start_up_in_c_finds_its_own_way(fleet: Fleet, binary: Path
     fleet.until(lambda: time.monotonic() > late, "a controller would give up by now")
     fleet.start("drive_sim", scene="balanced-start-up")
     fleet.until(lambda: "done: critical speed" in fleet.log("firmware"), "it is through")
-    assert re.search(r"dwell: critical speed (9[5-9]|10[0-4])\.", fleet.log("firmware"))
+    # When it begins to dwell it knows 100 rad/s to some 2 rad/s only.
+    assert re.search(r"done: critical speed (9[89]|10[01])\.", fleet.log("firmware"))
     heard = len(whirl)
     # The firmware knows the balls' share by now; a free whirl of several e dies away at 1/s.
     fleet.until(lambda: len(whirl) > heard + 1000, "four seconds of whirl")

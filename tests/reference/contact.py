@@ -58,9 +58,11 @@ class Chain(NamedTuple):
     def directions(self, q: Array) -> Array:
         """Rows c of gap' = c q': s_j' - s_i' with s' = g (psi_i' - psi')."""
         plant, psi = self.plant, self.plant.psi
+        found = np.zeros((self.size, plant.size))
+        if self.size == 0:
+            return found
         _, _, path, _ = plant.curve.at(plant.theta(q))
         each, scale = np.arange(self.size), path / plant.curve.radius
-        found = np.zeros((self.size, plant.size))
         found[each, psi + 1 + self.ahead] = scale[self.ahead]
         found[each, psi + 1 + self.behind] = -scale[self.behind]
         found[:, psi] = scale[self.behind] - scale[self.ahead]
@@ -69,6 +71,8 @@ class Chain(NamedTuple):
     def bias(self, q: Array, rates: Array) -> Array:
         """What gap'' has beside c q''."""
         plant = self.plant
+        if self.size == 0:
+            return np.zeros(0)
         _, _, _, dpath = plant.curve.at(plant.theta(q))
         bend = dpath * plant.theta(rates) ** 2 / plant.curve.radius
         return bend[self.ahead] - bend[self.behind]

@@ -69,7 +69,10 @@ class Model(Plant):
         for row, column in ((0, 0), (1, 1), (2, 0), (3, 1), (4, 2)):
             self._template[row, column] = 1.0
         self._template[5 : 5 + n, 0] = self._template[5 + n : 5 + 2 * n, 1] = 1.0
-        self._own = np.arange(n)
+        each = np.arange(n)
+        self._own, self._in_x, self._in_y, self._spins = (
+            at + each for at in (3, 5, 5 + n, 5 + 2 * n)
+        )
 
     def kinematics(self, q: Array, rates: Array) -> Kinematics:
         """V, b and so on at coordinates ``q`` and ``rates`` q'.
@@ -94,8 +97,7 @@ class Model(Plant):
         e = p.eccentricity
         rows[2, 2], rows[3, 2] = -e * ay, e * ax
         bias[2], bias[3] = -e * w * w * ax, -e * w * w * ay
-        in_x, in_y, spins = 5 + self._own, 5 + n + self._own, 5 + 2 * n + self._own
-        own = 3 + self._own
+        own, in_x, in_y, spins = self._own, self._in_x, self._in_y, self._spins
         rows[in_x, 2], rows[in_y, 2] = -arm_y - along_x, arm_x - along_y
         rows[in_x, own], rows[in_y, own] = along_x, along_y
         cross, square = 2.0 * w * slide, slide * slide

@@ -10,7 +10,8 @@ import pytest
 from ab_sim.compiling import compiled
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds, system_of
-from ab_sim.events.run import DIRECTION, LOADED, TURNS, Run
+from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS
+from ab_sim.events.run import Run
 from ab_sim.integrate.steppers.rk8 import RK8
 from ab_sim.kernels.code import code_of
 from ab_sim.scene import load_scene

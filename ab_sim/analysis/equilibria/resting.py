@@ -14,7 +14,6 @@ from ab_sim.dynamics.system import (
     RACE_RADIUS,
     ROLLING_MASS,
     System,
-    ball_count,
     has_spindle_angle,
 )
 from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
@@ -72,7 +71,7 @@ def field_at(system: System, speed: float) -> VectorField:
     """The equations of a ``resting_system`` at a speed [rad/s] that is held."""
     scheduled = SpeedSchedule.constant(speed, 0.0).segment_at(0.0)
     return VectorField(
-        system, scheduled, np.zeros((ball_count(system) + 1, DISCRETE_COLUMNS), np.int64)
+        system, scheduled, np.zeros((len(system.balls) + 1, DISCRETE_COLUMNS), np.int64)
     )
 
 

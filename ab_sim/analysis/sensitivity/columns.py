@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.events.run_arrays import aligned
+from ab_sim.compiling.kinds import aligned
 
 
 class Columns(NamedTuple):

@@ -9,15 +9,15 @@ from ab_sim.analysis.sensitivity.changes import SceneChange
 from ab_sim.analysis.sensitivity.columns import Columns
 from ab_sim.analysis.sensitivity.plan import PlanPart
 from ab_sim.compiling import compiled
+from ab_sim.compiling.kinds import aligned
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.run import BallEvents, Run, Workspace
-from ab_sim.events.run_arrays import aligned, balls_of, workspace
+from ab_sim.events.run_arrays import balls_of, workspace
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.kernels.code import Code, code_of
-from ab_sim.kernels.parameter_tangent import parameter_tangents, raw_constants
-from ab_sim.kernels.tangent import lanes_for
+from ab_sim.kernels.tangent import lanes_for, parameter_tangents, raw_constants
 from ab_sim.scene.model import Scene
 from ab_sim.stepping.assemble import NOWHERE, run_with
 from ab_sim.stepping.fixed_step import ANGLE
@@ -166,10 +166,10 @@ class RunWithTangents:
     def _along(self, own: Tangents, kind: type[Any]) -> Tangents:
         """The same, along segments of a kind."""
         code = code_of(self._system, kind)
-        layout, places = code.layout, dict(raw_constants(code, kind._fields))
+        layout, places = code.layout, raw_constants(code)
         by_key = np.zeros((layout.size, len(self._changes)))
         by_key[: layout.place] = np.array([change.constants for change in self._changes]).T
-        functions = parameter_tangents(code, kind, self._moving(code, kind, by_key), self._tableau)
+        functions = parameter_tangents(code, self._moving(code, kind, by_key), self._tableau)
         run = own.run
         return own._replace(
             run=self._run_along(kind, run.balls, run.work, run.state),
@@ -194,6 +194,6 @@ class RunWithTangents:
                 moving[layout.place :] = np.maximum(moving[layout.place :], places)
         return frozenset(
             name
-            for name, at in raw_constants(code, kind._fields)
+            for name, at in raw_constants(code).items()
             if moving[at : at + (n if layout.balls <= at < layout.place else 1)].any()
         )

@@ -14,7 +14,6 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
-from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import (
     DIRECTION,
@@ -25,7 +24,6 @@ from ab_sim.dynamics.system import (
     ROLLING_MASS,
     ROUND_LEVER,
     System,
-    ball_count,
     has_friction,
     has_motor,
 )
@@ -90,7 +88,7 @@ def jam(
         held: which balls.
         psi: the spindle's angle [rad].
     """
-    layout, n = layout_of(system), ball_count(system)
+    layout, n = layout_of(system), len(system.balls)
     stopped = layout.rates.start + np.array(list(held), int)
     if not state[stopped].any():
         return
@@ -173,7 +171,7 @@ def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, i
         for at in moving:
             there[at] += size(at)
         speed = float(there[layout.spindle][1]) if driven else 0.0
-        return mechanical_energy(system, there, psi, speed)
+        return system.mechanical_energy(there, psi, speed)
 
     def shared(one: int, other: int) -> float:
         found = energy(one, other) - energy(one) - energy(other) + energy()

@@ -23,7 +23,8 @@ from ab_sim.dynamics.system import (
 )
 from ab_sim.equations.in_space import InSpace, symmetric
 from ab_sim.equations.motion import Ball
-from ab_sim.equations.mounts import MOUNT_WIDTH
+from ab_sim.equations.mounts import MOUNT_WIDTH, mount_energy
+from ab_sim.equations.orientation import turn_of
 from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.scene.deck import inertia_matrix
@@ -282,12 +283,8 @@ def _at_rest(system: System) -> np.ndarray:
 
 def _stored(system: System, moved: np.ndarray) -> float:
     """In the mounts [J], where the deck is moved and not turned."""
-    energy = 0.0
-    for mount in system.deck_model.mounts:
-        own = mount[9:].reshape(3, 3) @ moved
-        energy += 0.5 * float(mount[3:6] @ own**2)
-        energy += over_effects(system.effects, "mount_energy", 0.0, float(own @ own))
-    return energy
+    state = [*moved.tolist(), 1.0, *[0.0] * 9]
+    return float(mount_energy(system.deck_model, system.effects, turn_of(state[3:7]), state))
 
 
 def _mounts(scene: Scene) -> np.ndarray:

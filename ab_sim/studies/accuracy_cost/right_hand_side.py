@@ -13,7 +13,6 @@ import numpy as np
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.drive.observation import EnergyBalance
 from ab_sim.dynamics.assemble import place_on, start_discrete_state, start_state, system_of
-from ab_sim.dynamics.energy import mechanical_energy
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS, ActiveSegment, has_events
 from ab_sim.integrate.vector_field import VectorField
@@ -108,7 +107,7 @@ class RightHandSide:
 
     def _stored(self, state: np.ndarray, time: float) -> float:
         psi, speed = self.profile.angle(time), self.profile.speed(time)
-        return mechanical_energy(self.system, state, psi, speed)
+        return self.system.mechanical_energy(state, psi, speed)
 
     def _legs(self) -> Any:
         times = self.sampling.times
