@@ -18,7 +18,7 @@ from ab_sim.errors import AbSimError
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.quoting import visible
 
-LINGER = 0.2
+LINGER = 0.5
 """s."""
 ENOUGH = 0.5
 """s for a callback to come to its end, when the node does."""
