@@ -31,7 +31,7 @@ class PackageKernel:
             raise SystemExit(f"{scene.name}: the steps run across a breakpoint of the profile")
         step_plan = StepPlan([StepRange(self.scheduled, first, steps, 0.0, drive.step)])
         self._leg, self._at = next(step_plan.after(first))
-        self._advance = drive._steps.along(self._leg.kind)
+        self._advance = drive._steps.along_segments(self._leg.kind)
         self.samples = np.zeros((steps, len(drive.channels)))
 
     @property

@@ -63,7 +63,7 @@ class SequentialRuns:
             step_plan = cached_step_plan(member.step_plan_key)
             self._to_start(member)
             for kind in step_plan.kinds:
-                self._steps.along(kind)
+                self._steps.along_segments(kind)
             begin = time.thread_time()
             sound = self._take(step_plan, member.steps, in_kernel, samples)
             spent = time.thread_time() - begin

@@ -11,6 +11,7 @@ collocation.
     impulse           what one left-hand side makes of an impulse
     responses         a table of responses of one left-hand side
     tables            which tables a step takes
+    table_lending     where a run has them from (Python)
     run               what collocation works with
     lengths           how long the next step is
     step              one step, solved
@@ -19,6 +20,7 @@ collocation.
     coordinates       of the two deck models: formulas
     formulas          one iteration: formulas
     step_formulas     a step's start, its error, states in it: formulas
+    ball_order        an order of many balls' formulas (Python)
     emission          the first two as machine code, a lane for each node
     sampling          states in a step, and what is made of them, likewise
     assemble          from a system and its code to a ``run.CollocationMethod``

@@ -8,7 +8,6 @@ from ab_sim.collocation.coordinates import Coordinates, CoordinatesInSpace, Plan
 from ab_sim.collocation.emission import CollocationEmission
 from ab_sim.collocation.event_fallback import reach_of
 from ab_sim.collocation.nodes import bounds_within_pieces, gauss, last_coefficients, nodes
-from ab_sim.collocation.responses import NUMBERS, lines_of_table
 from ab_sim.collocation.run import (
     COEFFICIENTS,
     NODE,
@@ -23,7 +22,8 @@ from ab_sim.collocation.run import (
     size_of_memory,
 )
 from ab_sim.collocation.sampling import LaneSampling
-from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
+from ab_sim.collocation.table_lending import borrowed_tables
+from ab_sim.collocation.tables import doubt_tables
 from ab_sim.compiling.kinds import aligned
 from ab_sim.dynamics.assemble import own_motion
 from ab_sim.dynamics.own_motion import DAMPINGS, FROM_MODES, STIFFNESSES, TO_MODES
@@ -125,7 +125,11 @@ def method_of(setting: Setting, tolerance: float, steps: float) -> CollocationMe
 
 
 def collocation_of(
-    run: Run, system: System, code: CollocationCode, method: CollocationMethod
+    run: Run,
+    system: System,
+    code: CollocationCode,
+    method: CollocationMethod,
+    tables: ResponseTables | None = None,
 ) -> CollocationRun:
     """A Collocation.
 
@@ -135,25 +139,15 @@ def collocation_of(
         system: what moves.
         code: of its kind.
         method: see ``method_of``.
+        tables: that it shares with others, of which no two take steps at once; None: its own.
     """
     emission = code.emission
-    count, most = emission.nodes, int(method.nodes.counts[-1])
-    groups = -(-most // count)
-    tables = KEPT * (1 + groups) * (emission.tables + 1)
-    states, balls = run.state.size, run.balls
+    count, states, balls = emission.nodes, run.state.size, run.balls
     return CollocationRun(
         run=run,
         functions=code.functions,
         method=method,
-        tables=ResponseTables(
-            aligned((tables * lines_of_table(count), count)),
-            aligned((tables, NUMBERS)),
-            aligned((4,)),
-            aligned((RATIOS * count, count)),
-            aligned((RATIOS,)),
-            groups,
-            KEPT,
-        ),
+        tables=tables or borrowed_tables(method.nodes, emission.tables),
         linear=linear_part(system, emission),
         buffers=Buffers(
             states=aligned(((states + 3) * STRIDE * count,)),
@@ -195,7 +189,8 @@ class ByCollocation:
     def along(self, run: Run, code: Code, system: System) -> CollocationRun:
         """What takes steps with a Run."""
         own = collocation_code(code, self.nodes, self._alike)
-        made = collocation_of(run, system, own, self._method)
+        tables = self._made[0][0].tables if self._made else None
+        made = collocation_of(run, system, own, self._method, tables)
         self._made.append((made, own))
         return made
 
@@ -208,7 +203,7 @@ class ByCollocation:
             return False
         for made, own in self._made:
             made.linear[:] = linear_part(system, own.emission)
-            doubt_tables(made)
+            doubt_tables(made.tables, made.sides)
         return True
 
 

@@ -8,6 +8,7 @@ first, then each ball, then a motor's spindle; R is E and the number of integral
 import re
 from collections.abc import Iterable, Mapping, Sequence
 
+from ab_sim.collocation.ball_order import ball_by_ball
 from ab_sim.collocation.coordinates import Coordinates
 from ab_sim.collocation.formulas import Formulas, Roots
 from ab_sim.collocation.responses import (
@@ -38,7 +39,8 @@ STATE, STATES, OLD, FORCES, BOUNDS = "y", "states", "old", "f", "bounds"
 
 
 AT_ONCE = 128
-"""Nodes times balls up to which all balls' numbers are held at the same time."""
+"""Nodes times balls up to which all balls' numbers are held at the same time: more do not fit into
+registers by far, and to write them elsewhere takes longer than to compute with them."""
 MANY_BALLS = 16
 """Balls beyond which there is one kind of iteration only."""
 OF_BALL = re.compile(r"(.+)\[(\d+)\]")
@@ -46,6 +48,12 @@ OF_BALL = re.compile(r"(.+)\[(\d+)\]")
 MATRICES = ("into_x", "into_v", "into_pull")
 AT_INSTANTS = ("response_to_one", "impulse", "impulse_rate")
 """Parts of a table, in the order of ``responses``: N lines each, and one line each."""
+
+
+def ball_of(name: str) -> int | None:
+    """Of which ball an input is."""
+    found = OF_BALL.fullmatch(name)
+    return int(found[2]) if found else None
 
 
 class MemorySlots(dict[str, MemorySlot]):
@@ -253,22 +261,44 @@ class CollocationEmission:
         self._store(body, self._iterate[near], self._hoisted)
         return into
 
-    def compute(
-        self, body: Body, roots: Iterable[Expression], known: Mapping[int, MemorySlot]
+    def store(
+        self,
+        body: Body,
+        roots: Roots,
+        places: Mapping[str, MemorySlot],
+        known: Mapping[int, MemorySlot],
     ) -> None:
-        """Emit expressions in the order in which they are written.
-
-        Matrices column by column, then: what is known of all balls is held at the same time, if
-        they are few.
-        """
-        if self.model.count * self.nodes <= AT_ONCE:
-            for x in self._in_order(roots, known):
+        """Emit expressions, and write each to its place: of many balls as soon as it is there."""
+        order, waiting = self.in_order(roots.values(), known), dict(roots)
+        if self.has_many_balls:
+            names: dict[int, list[str]] = {}
+            for name, x in roots.items():
+                names.setdefault(x.number, []).append(name)
+            given = {x.payload: x for x in reached(roots.values()) if x.op == "input"}
+            for x in order:
                 body.values(x)
+                for name in names.get(x.number, ()):
+                    if name in given:
+                        body.values(given[name])  # before it is something else
+                    body.store(waiting.pop(name), places[name])
+        for x in (*order, *roots.values()):
+            body.values(x)
+        for name, x in waiting.items():
+            body.store(x, places[name])
 
-    def _in_order(
+    @property
+    def has_many_balls(self) -> bool:
+        """Whether not all balls' numbers are held at the same time."""
+        return self.model.count * self.nodes > AT_ONCE
+
+    def in_order(
         self, roots: Iterable[Expression], known: Mapping[int, MemorySlot]
     ) -> list[Expression]:
-        """What has to be computed, without what is at hand."""
+        """What has to be computed, without what is at hand.
+
+        In the order in which it is written, matrices column by column, then: what is known of all
+        balls is held at the same time. Of many, one ball after the other.
+        """
         found: dict[int, Expression] = {}
         ahead = list(roots)
         while ahead:
@@ -278,19 +308,19 @@ class CollocationEmission:
                 continue
             found[x.number] = x
             ahead += x.args
-        return [found[number] for number in sorted(found) if found[number].op != "lane"]
+        order = [found[number] for number in sorted(found) if found[number].op != "lane"]
+        return ball_by_ball(order, self.model.count, ball_of) if self.has_many_balls else order
 
     def _store(
         self, body: Body, roots: Roots, known: Mapping[int, MemorySlot] | None = None
     ) -> None:
-        self.compute(body, roots.values(), known or {})
-        for x in roots.values():
-            body.values(x)
-        for name, x in roots.items():
-            if name.startswith("result."):
-                body.store(x, MemorySlot(RESULT, int(name[7:])))
-            else:
-                body.store(x, self._own[name])
+        own = {
+            name: MemorySlot(RESULT, int(name[7:]))
+            if name.startswith("result.")
+            else self._own[name]
+            for name in roots
+        }
+        self.store(body, roots, own, known or {})
 
     def start(self) -> Function:
         """``start(c, b, own, ..., begin, length, moved)``: see ``ab_sim.collocation``."""

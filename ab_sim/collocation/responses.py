@@ -68,14 +68,15 @@ def fill(
             put_column(now, impulse_now, table, column)
             most = max(most, abs(now[0, count]))
             unit = max(unit, abs(table[3 * count, column]))
-    for line in range(lines_of_table(count)):
+    for line in range(lines_of_table(count) if filled + 1 < count else 0):
         last = table[line, filled]
         for column in range(filled + 1, count):
             table[line, column] = last
+    c, k = of.c, of.k
     for line in range(count):
+        x, v, pull = table[line], table[count + line], table[2 * count + line]
         for column in range(count):
-            pull = of.c * table[count + line, column] + of.k * table[line, column]
-            table[2 * count + line, column] = pull
+            pull[column] = c * v[column] + k * x[column]
     numbers[LENGTH], numbers[DAMPING], numbers[STIFFNESS] = of.length, of.c, of.k
     numbers[MOST_UNIT] = max(unit, abs(of.to_one))
     numbers[BEYOND] = most
@@ -128,19 +129,24 @@ def go_on(
         integrate(nodes, end, length, c, k, now)
         impulse_now[0], impulse_now[1] = impulse(c, k, end * length)
         return
-    moments, used = nodes.moments[piece], of.terms
+    moments, used, into = nodes.moments[piece], of.terms, scratch(2, count + 1)
+    values, rates = of.values, of.rates
     u, g, r = 0.0, 0.0, 0.0
-    for m in range(of.terms):
+    beyond_x, beyond_v = 0.0, 0.0
+    for m in range(used):
+        # P_N for itself: products take eight columns at once.
+        beyond_x = fma(values[m], moments[m, count], beyond_x)
+        beyond_v = fma(rates[m], moments[m, count], beyond_v)
         power = moments[m, count + 1]
-        u += of.values[m] * power * d / (m + 1)
-        g += of.values[m] * power
-        r += of.rates[m] * power
-        if (abs(of.values[m + 1]) + abs(of.values[m + 2]) * d) * power < NOTHING:
+        u += values[m] * power * d / (m + 1)
+        g += values[m] * power
+        r += rates[m] * power
+        if (abs(values[m + 1]) + abs(values[m + 2]) * d) * power < NOTHING:
             used = m + 1
             break
-    into = scratch(2, count + 1)
-    put_product(into[0], of.values[0:used], moments)
-    put_product(into[1], of.rates[0:used], moments)
+    put_product(into[0, 0:count], values[0:used], moments)
+    put_product(into[1, 0:count], rates[0:used], moments)
+    into[0, count], into[1, count] = beyond_x, beyond_v
     u, g = length * length * u, length * g
     for i in range(count + 1):
         x, v = now[0, i], now[1, i]

@@ -1,6 +1,7 @@
 """States in a collocation step, and what is made of them, in LLVM's language: N at once."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
+from typing import TypeVar
 
 from ab_sim.collocation.emission import (
     BOUNDS,
@@ -17,8 +18,14 @@ from ab_sim.collocation.emission import (
 from ab_sim.collocation.run import INSIDE, PROFILE_TIME, STRIDE, TIME
 from ab_sim.kernels.emission import TIMES
 from ab_sim.kernels.model import OF_EACH_BALL
+from ab_sim.tracing import Expression
+from ab_sim.tracing.expression import rebuilt
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape
-from ab_sim.tracing.transposed import lines_of, store_line
+from ab_sim.tracing.lowering import mapped
+from ab_sim.tracing.transposed import store_lines
+from ab_sim.tracing.unrolled import unrolled
+
+Item = TypeVar("Item")
 
 TURNS, SAMPLES, NODES = "turns", "samples", "nodes"
 """Names of pointers."""
@@ -50,10 +57,7 @@ class LaneSampling:
         pointers = [OWN, TABLES, OPEN, WEIGHTS, BOUNDS, STATE, FORCES, STATES]
         into, body = of.function("sample", pointers, ["begin", "length"], places, [BOUNDS])
         targets = self._lines_of_states()
-        roots = of.lowered(of.steps.sample())
-        of.compute(body, roots.values(), {})
-        for name, x in roots.items():
-            body.store(x, targets[name])
+        of.store(body, of.lowered(of.steps.sample()), targets, {})
         return into
 
     def _lines_of_states(self) -> MemorySlots:
@@ -77,31 +81,57 @@ class LaneSampling:
     def rows(self) -> Function:
         """``rows(c, b, times, states, turns, samples, width, count)``.
 
-        Writes the first ``count`` of N samples, a row each, ``width`` numbers apart.
+        Writes the first ``count`` of N samples, one at least, a row each, ``width`` numbers apart.
         """
         times = ("time", "profile_time")
         into, body = self._of_states("rows", [TURNS, SAMPLES], ["width", "count"], times)
-        lines = lines_of(into, self._row(body))
+        columns = self._row(body)
         width, count = (into.put(f"fptosi double %{name} to i64") for name in ("width", "count"))
-        for lane, line in enumerate(lines):
-            here = into.put(f"icmp sgt i64 {count}, {lane}")
-            into.lines += [f"br i1 {here}, label %lane{lane}, label %done", f"lane{lane}:"]
-            offset = into.put(f"mul i64 {width}, {lane}")
-            pointer = into.put(f"getelementptr double, ptr %{SAMPLES}, i64 {offset}")
-            store_line(into, line, pointer)
-        into.lines += ["br label %done", "done:"]
+        into.declared.add("declare i64 @llvm.smin.i64(i64, i64)")
+        last, pointers = into.put(f"sub i64 {count}, 1"), []
+        for lane in range(self.of.nodes):
+            # Lanes behind the last one write where it does, and before it.
+            line = into.put(f"call i64 @llvm.smin.i64(i64 {lane}, i64 {last})")
+            offset = into.put(f"mul i64 {width}, {line}")
+            pointers.append(into.put(f"getelementptr double, ptr %{SAMPLES}, i64 {offset}"))
+        store_lines(into, columns, pointers)
         return into
 
     def _row(self, body: Body) -> list[str]:
         """A sample's row, as ``kernels.emission.Emission`` has it, with whole turns."""
         own, of_balls = self.of.emission.row(turned=True)
-        found = [body.values(x)[0] for x in own]
-        if self.model.count:
-            for pair in zip(*map(body.each, of_balls), strict=True):
-                found += pair
-        if self.model.has_motor:
-            found += body.values(self.of.emission.roots["torque"][0])
-        return found
+        own += self.of.emission.roots["torque"][: self.model.has_motor]
+        if self.of.has_many_balls:
+            return self._in_ball_order(body, own, of_balls)
+        return self._as_in_row(
+            [body.values(x)[0] for x in own],
+            [body.each(x) for x in of_balls] if self.model.count else [],
+        )
+
+    def _as_in_row(self, own: Sequence[Item], of_balls: Iterable[Sequence[Item]]) -> list[Item]:
+        """The spindle and the deck, each ball, and a motor's torque."""
+        first = len(own) - self.model.has_motor
+        each = [x for ball in zip(*of_balls, strict=True) for x in ball]
+        return [*own[:first], *each, *own[first:]]
+
+    def _in_ball_order(
+        self, body: Body, own: Sequence[Expression], of_balls: Sequence[Expression]
+    ) -> list[str]:
+        """A row where not all balls' numbers are held at the same time."""
+        known = self.of.emission.known
+
+        def anew(x: Expression, args: Sequence[Expression]) -> Expression:
+            if x.number not in known:
+                return rebuilt(x, args)
+            name = f"known.{x.number}"
+            body.places[name] = known[x.number]
+            return x.graph.input(name, x.level, x.each)
+
+        columns = unrolled(mapped([*own, *of_balls], anew), self.model.count)
+        alone, each = [x for (x,) in columns[: len(own)]], columns[len(own) :]
+        for x in self.of.in_order(alone, {}):
+            body.values(x)
+        return [body.values(x)[0] for x in self._as_in_row(alone, each)]
 
     @property
     def columns(self) -> dict[str, int]:
@@ -126,8 +156,11 @@ class LaneSampling:
         for x in roots["table"] if model.count else ():
             columns += body.each(x)
         width = sum(self.columns.values())
-        for lane, line in enumerate(lines_of(into, columns)):
-            store_line(into, line, f"%{NODES}", lane * width)
+        pointers = [
+            into.put(f"getelementptr double, ptr %{NODES}, i64 {lane * width}")
+            for lane in range(self.of.nodes)
+        ]
+        store_lines(into, columns, pointers)
         return into
 
     def take_node(self) -> Function:

@@ -16,6 +16,7 @@ from ab_sim.collocation.run import (
     NEXT,
     NEXT_RATIO,
     CollocationRun,
+    ResponseTables,
     is_limited,
 )
 from ab_sim.compiling.kinds import Floats, Table, put_product, scratch
@@ -58,12 +59,12 @@ def tables_in_set(own: CollocationRun) -> int:
     return (1 + own.tables.groups) * (own.sides + 1)
 
 
-def doubt_tables(own: CollocationRun) -> None:
+def doubt_tables(tables: ResponseTables, sides: int) -> None:
     """Have tables serve a scene with other numbers: each set is looked at when it is asked for."""
-    every = tables_in_set(own)
-    for kept in range(own.tables.kept):
-        count = own.tables.numbers[kept * every, COUNT]
-        own.tables.numbers[kept * every, COUNT] = -abs(count)
+    every = (1 + tables.groups) * (sides + 1)
+    for kept in range(tables.kept):
+        count = tables.numbers[kept * every, COUNT]
+        tables.numbers[kept * every, COUNT] = -abs(count)
 
 
 def fill_set(own: CollocationRun, first: int, length: float, samples: int) -> None:

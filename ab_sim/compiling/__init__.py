@@ -17,7 +17,7 @@ translated from its source and annotations to LLVM's language:
     above(row, 0.5)                     # ordinary Python
     compiled(above)(row, 0.5)           # machine code, made at the first call
     again = compiled(above).bind(row)   # looks at the first argument once
-    again(0.5)                          # 1 to 2 us, without holding up Python's other threads
+    again(0.5)                          # 0.5 us, without holding up Python's other threads
 
 Modules, in the order in which they build on each other: ``kinds``, ``source``, ``blocks``,
 ``operations``, ``expressions``, ``conditions``, ``products``, ``intrinsics``, ``translate``,
@@ -59,7 +59,7 @@ products are fused only where ``fma`` says so, and no sum is taken in another or
 the same bits on every processor.
 """
 
-from ab_sim.compiling.calling import BoundFunction, Compiled, compiled
+from ab_sim.compiling.calling import BoundFunction, Compiled, KeptArray, compiled
 from ab_sim.compiling.kinds import (
     Cube,
     Floats,
@@ -82,6 +82,7 @@ __all__ = [
     "Floats",
     "IntegerTable",
     "Integers",
+    "KeptArray",
     "Library",
     "Table",
     "Untranslatable",

@@ -1,9 +1,10 @@
 """Functions of the subset as machine code, called from Python.
 
 Arguments are packed into blocks of eight bytes for each number, pointer and length; there is one
-for the first argument, which can be kept, and one for the others and the result.
+for the first argument, which can be kept, and one for the others.
 """
 
+import copy
 import ctypes
 import functools
 import struct
@@ -28,8 +29,8 @@ from ab_sim.compiling.source import (
     text_of,
 )
 
-_ENTRY = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_void_p)
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
+_RETURNED: dict[Scalar, Any] = {FLOAT: ctypes.c_double, INT: ctypes.c_int64, BOOL: ctypes.c_bool}
 NOTHING_KNOWN: Mapping[str, bool] = {}
 _Put = Callable[[Any], tuple[Any, ...]]
 
@@ -91,17 +92,44 @@ def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_K
     return _compiled[which]
 
 
+class KeptArray:
+    """An array that many calls get: where it is, and its shape, are looked at once.
+
+    What is in it may change, and is read at each call; its shape may not.
+
+    Parameters
+    ----------
+    array : array
+        Floats or ints of 64 bits, C-contiguous and writeable.
+    """
+
+    __slots__ = ("array", "dtype", "leaves", "ndim")
+
+    def __init__(self, array: np.ndarray) -> None:
+        kind = Array(array.ndim, int if array.dtype == np.int64 else float)
+        self.array, self.dtype, self.ndim = array, array.dtype, array.ndim
+        self.leaves = _array_packer(kind, "KeptArray")(array)
+
+
 class BoundFunction:
-    """A compiled function with its first argument given; of the others.
+    """A compiled function with its first arguments given; of the others.
 
     It may be called by several threads at once if the function itself allows for it; meanwhile
     Python goes on in others.
     """
 
     def __init__(self, entry: "_Entry", first: Any) -> None:
-        self._entry, self._run = entry, entry.run
-        self._row, self._pack, self._block = entry.row, entry.others.pack_into, entry.block
+        self._entry, self._pack, self._run = entry, entry.others.pack, entry.run
+        self._given, self._leaves, self._row = (), (), entry.row(0)
         self.rebind(first)
+
+    def bind(self, *given: Any) -> "BoundFunction":
+        """A function of what is left, as it is now: the next arguments are looked at once, too."""
+        found = copy.copy(self)
+        found._given = (*self._given, *given)
+        found._leaves = self._entry.leaves(found._given)
+        found._row = self._entry.row(len(found._given))
+        return found
 
     def rebind(self, first: Any) -> None:
         """Take another first argument from the next call on."""
@@ -111,14 +139,12 @@ class BoundFunction:
 
     def __call__(self, *others: Any) -> Any:
         """The function's result."""
-        first, block = self._first, self._block()
-        row = self._row(*others)
+        first, row = self._first, self._row(*others)
         try:
-            self._pack(block, 0, *row)
+            packed = self._pack(*self._leaves, *row)
         except struct.error:
-            raise self._entry.wrong(others) from None
-        self._run(first[0], block)
-        return self._entry.result(block)
+            raise self._entry.wrong((*self._given, *others)) from None
+        return self._run(first[0], packed)
 
 
 class _Entry:
@@ -130,29 +156,41 @@ class _Entry:
             source = FunctionSource(function)
             what, instead = "an array as a result", "write into one that is an argument"
             raise source.error(source.tree, what, instead)
-        self._library, self.run = library, _ENTRY(address)
+        self._library = library
         named = list(zip(arguments, kinds, strict=True))
-        self._paths = [(kind, f"{function.__qualname__}: {name}") for name, kind in named]
-        self._first = _packer(*self._paths[0])
-        puts = {f"_put{k}": _packer(*path) for k, path in enumerate(self._paths)}
-        row = [
-            name if isinstance(kind, Scalar) else f"*_put{k}({name})"
-            for k, (name, kind) in enumerate(named)
-        ]
-        names = ", ".join(arguments[1:])
-        # A function with the arguments' names, which also says how many there must be.
-        self.row = eval(f"lambda {names}: ({''.join(part + ', ' for part in row[1:])})", puts)
+        self._name, (name, kind) = function.__qualname__, named[0]
+        self._first = _packer(kind, self._path(name))
+        self._others, self._rows = named[1:], dict[int, Any]()
         first, *others = map(leaves, kinds)
-        rest, result = sum(others, ()), leaves(of_result) if of_result else ()
-        self._of_first, self.others, results = map(_struct, (first, rest, result))
-        self.block = ctypes.c_int64 * max(len(rest) + len(result), 1)
-        kind, unpack, at = of_result, results.unpack_from, self.others.size
-        if kind is None:
-            self.result: Callable[[Any], Any] = lambda block: None
-        elif isinstance(kind, Scalar):
-            self.result = lambda block: unpack(block, at)[0]
-        else:
-            self.result = lambda block: _made(kind, iter(unpack(block, at)))
+        self._of_first, self.others = _struct(first), _struct(sum(others, ()))
+        returned = _RETURNED[of_result] if isinstance(of_result, Scalar) else None
+        call = ctypes.CFUNCTYPE(returned, ctypes.c_void_p, ctypes.c_char_p)(address)
+        self.run: Callable[[int, bytes], Any] = call
+        """Of the first argument's block, by its address, and that of the others."""
+        if isinstance(of_result, Record):
+            self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
+
+    def row(self, given: int) -> Callable[..., tuple[Any, ...]]:
+        """What makes leaves of the others of its arguments, behind so many that are given."""
+        if given not in self._rows:
+            own = self._others[given:]
+            puts = {f"_{name}": _packer(kind, self._path(name)) for name, kind in own}
+            parts = [
+                name if isinstance(kind, Scalar) else f"*_{name}({name})" for name, kind in own
+            ]
+            names = ", ".join(name for name, _ in own)
+            # A function with the arguments' names, which also says how many there must be.
+            text = f"lambda {names}: ({''.join(part + ', ' for part in parts)})"
+            self._rows[given] = eval(text, puts)
+        made: Callable[..., tuple[Any, ...]] = self._rows[given]
+        return made
+
+    def leaves(self, given: Sequence[Any]) -> tuple[Any, ...]:
+        """Those of the first of the other arguments."""
+        pairs = zip(given, self._others, strict=False)
+        return tuple(
+            x for each, (name, kind) in pairs for x in _packer(kind, self._path(name))(each)
+        )
 
     def packed(self, value: Any) -> ctypes.Array[Any]:
         """The block of a first argument."""
@@ -163,16 +201,28 @@ class _Entry:
 
     def wrong(self, others: tuple[Any, ...]) -> TypeError:
         """Which of the numbers among the other arguments is none."""
-        for path, value in zip(self._paths[1:], others, strict=True):
+        for (name, kind), value in zip(self._others, others, strict=True):
             try:
-                _packer(*path)(value)
+                _packer(kind, self._path(name))(value)
             except TypeError as error:
                 return error
         raise AssertionError
 
+    def _path(self, name: str) -> str:
+        return f"{self._name}: {name}"
+
 
 def _struct(kinds: Sequence[str]) -> struct.Struct:
     return struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
+
+
+def _record_from(
+    call: Callable[..., None], kind: Record, of_leaves: struct.Struct, first: int, others: bytes
+) -> Any:
+    """A result that is put behind the arguments."""
+    block = ctypes.create_string_buffer(others + bytes(of_leaves.size))
+    call(first, block)
+    return _made(kind, iter(of_leaves.unpack_from(block, len(others))))
 
 
 def _made(kind: Kind, flat: Iterator[Any]) -> Any:
@@ -224,6 +274,8 @@ def _array_packer(kind: Array, path: str) -> _Put:
     def put_array(value: Any) -> tuple[Any, ...]:
         try:
             if value.dtype == dtype and value.ndim == rank:
+                if type(value) is KeptArray:
+                    return value.leaves
                 # Fails unless it is contiguous and writeable; numpy's own way takes 0.8 us.
                 return address(nothing(value)), *value.shape
         except (AttributeError, TypeError):

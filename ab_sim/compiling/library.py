@@ -74,8 +74,8 @@ class Module:
 
     Args:
         function: what is called from outside, as ``entry(first, others)``: pointers to its first
-            argument's leaves and to those of the others, behind which it puts the result's, eight
-            bytes for each.
+            argument's leaves and to those of the others, eight bytes for each. It returns the
+            result if that is a number; a record's leaves it puts behind the others.
         known: fields of records that have one value, by name: what is then not reached is not
             there, nor what only that calls.
         library: where functions are that have been made.
@@ -147,12 +147,17 @@ class Module:
         given = ", ".join(" ".join(argument) for argument in arguments)
         to = "" if result is None else "%result = "
         body.lines.append(f'{to}call {result_type(result)} @"{symbol}"({given})')
-        if result is not None:
-            parts = ["%result"]
-            if not isinstance(result, Scalar):
-                of = result_type(result)
-                count = len(leaves(result))
+        returned = "void"
+        if isinstance(result, Scalar):
+            returned = result.llvm
+            body.lines.append(f"ret {returned} %result")
+        else:
+            if result is not None:
+                of, count = result_type(result), len(leaves(result))
                 parts = [body.put(f"extractvalue {of} %result, {k}") for k in range(count)]
-            body.store(body.made(result, iter(parts)), body.step("%others", at))
-        lines = "\n".join([*body.entry, *body.lines, "ret void"])
-        return f"define void @entry(ptr %first, ptr %others) nounwind {{\n{lines}\n}}\n"
+                body.store(body.made(result, iter(parts)), body.step("%others", at))
+            body.lines.append("ret void")
+        # A bool is the lowest bit of a byte; C takes the others to be 0.
+        head = f"define {'zeroext ' * (returned == 'i1')}{returned} @entry(ptr %first, ptr %others)"
+        lines = "\n".join([*body.entry, *body.lines])
+        return f"{head} nounwind {{\n{lines}\n}}\n"

@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 
+from ab_sim.compiling import KeptArray
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
@@ -92,6 +93,7 @@ class Drive:
         self.choice = choose_stepper(scene, sound, self._stable_to)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
+        self._grid = StepGrid(self.step, self.choice.cycle)
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self.layout = layout_of(self.system)
@@ -103,11 +105,12 @@ class Drive:
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
-        self._first_step_plan = StepPlan.along(self._first_profile, self._grid(), 0)
+        self._row = KeptArray(self._room_for(1))
+        self._first_step_plan = StepPlan.along(self._first_profile, self._grid, 0)
         self.reset()
 
     def __repr__(self) -> str:
-        speed = self._spindle(self._state, self.time)[1]
+        speed = self._spindle()[1]
         return (
             f"<Drive {self.scene.name}: at {self.time:.6g} s, {speed:.4g} rad/s, "
             f"stepper {self.stepper.name}, step {self.step:g} s>"
@@ -136,13 +139,13 @@ class Drive:
     @profile.setter
     def profile(self, profile: SpeedSchedule) -> None:
         self._profile = profile
-        self._step_plan = StepPlan.along(profile, self._grid(), self.steps)
+        self._step_plan = StepPlan.along(profile, self._grid, self.steps)
 
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
         self._to_start()
         self._take(self._step_plan, 0, self._room_for(0))
-        self._start_energy = self._stored_energy(self._state, 0.0)
+        self._start_energy = self.system.mechanical_energy(self._state, *self._spindle())
         self._reader.reset()
         self._obey(self._advance(0))
 
@@ -226,6 +229,10 @@ class Drive:
         DivergedError
             The state went beyond all bounds; the drive keeps its last good one.
         """
+        if steps == every == 1 and self.leader is None:  # live, a thousand times a second
+            self._take(self._step_plan, 1, self._row)
+            self.steps += 1
+            return self._reader.trajectory(self._row.array.copy())
         if steps < 0 or every < 1:
             raise ValueError(f"steps = {steps}, every = {every}: must be at least 0 and at least 1")
         check_room(steps, every, self.channels)
@@ -290,7 +297,7 @@ class Drive:
             )
         with self._steps.left_unchanged():
             if time - self.time > same_instant(time, self.step):
-                part = StepPlan(parts(self.profile, self._grid(), self.steps, time))
+                part = StepPlan(parts(self.profile, self._grid, self.steps, time))
                 self._take(part, 1, self._room_for(1))
             there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
@@ -308,7 +315,7 @@ class Drive:
         """
         if not self.system.energy_balance:
             raise ValueError("this drive keeps no energy balance: make it with energy_balance=True")
-        stored = self._stored_energy(self._state, self.time)
+        stored = self.system.mechanical_energy(self._state, *self._spindle())
         work, dissipated = self._state[self.layout.energy_balance]
         return EnergyBalance(stored, self._start_energy, float(work), float(dissipated))
 
@@ -365,9 +372,6 @@ class Drive:
         """
         snapshot.check_like(self.snapshot())
 
-    def _grid(self) -> StepGrid:
-        return StepGrid(self.step, self.choice.cycle)
-
     def _segment_at(self, time: float) -> ScheduledSegment:
         return segment_after(self.profile, time, self.step)
 
@@ -375,7 +379,7 @@ class Drive:
         """Samples that are still to be written."""
         return np.empty((steps, len(self.channels)))
 
-    def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray) -> None:
+    def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray | KeptArray) -> None:
         """Take steps along a plan, from the present on; they do not count yet."""
         command = math.nan if self._command is None else self._command
         taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)
@@ -386,14 +390,11 @@ class Drive:
             beyond = [name for name, x, most in state if not abs(x) < most]
             raise diverged(beyond, self.stepper, self.step, self.time + self.step)
 
-    def _stored_energy(self, state: np.ndarray, time: float) -> float:
-        return self.system.mechanical_energy(state, *self._spindle(state, time))
-
-    def _spindle(self, state: np.ndarray, time: float) -> tuple[float, float]:
+    def _spindle(self) -> tuple[float, float]:
         """psi [rad], unwrapped, and w [rad/s]."""
         if self._has_motor:
-            psi, omega, _ = state[self.layout.spindle].tolist()
+            psi, omega, _ = self._state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega
-        start, _, start_angle, segment = self._segment_at(time)
-        local = time - start
+        start, _, start_angle, segment = self._segment_at(self.time)
+        local = self.time - start
         return float(start_angle + segment.angle(local)), float(segment.speed(local))

@@ -7,12 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.compiling import KeptArray
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.spindle import Ramp, ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.schedule import Segment
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
-DriverOf = Callable[[type[Segment]], Callable[..., int]]
 FOREVER = 2**52
 """Steps after which nobody asks any more; their numbers are exact as floats."""
 
@@ -28,6 +28,9 @@ class StepPlanPart(NamedTuple):
     """Step ranges of the plan before it."""
 
 
+DriverOf = Callable[[StepPlanPart], Callable[..., int]]
+
+
 class StepPlan:
     """Made once for all steps ahead, so that a call has nothing to find out but where it begins.
 
@@ -41,15 +44,17 @@ class StepPlan:
         """Steps taken before it."""
         self._firsts = [step_range.first for step_range in taken]
         self._parts: list[StepPlanPart] = []
+        self._places: list[tuple[StepPlanPart, int]] = []
+        """Of each step range its part, and which of the part's it is."""
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
         alike = groupby(
             zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment)
         )
         for kind, pairs in alike:
             table = np.array([line for _, line in pairs], float)
-            self._parts.append(
-                StepPlanPart(kind, table, sum(len(part.table) for part in self._parts))
-            )
+            part = StepPlanPart(kind, table, len(self._places))
+            self._parts.append(part)
+            self._places += [(part, at) for at in range(len(table))]
 
     @classmethod
     def along(cls, profile: SpeedSchedule, grid: StepGrid, first: int) -> "StepPlan":
@@ -63,31 +68,41 @@ class StepPlan:
 
     def after(self, steps: int) -> Iterator[tuple[StepPlanPart, int]]:
         """The parts after so many steps, and at which of its step ranges each is begun."""
-        at = bisect_left(self._firsts, steps)
-        if at == len(self._firsts) or self._firsts[at] != steps:
-            at -= 1
+        at = self._at(steps)
         for part in self._parts:
             if at < part.first + len(part.table):
                 yield part, max(at - part.first, 0)
 
+    def _at(self, steps: int) -> int:
+        """Which step range comes first after so many steps."""
+        at = bisect_left(self._firsts, steps)
+        return at if at < len(self._firsts) and self._firsts[at] == steps else at - 1
+
     def walk(
-        self, driver: DriverOf, first: int, steps: int, command: float, samples: np.ndarray
+        self,
+        driver: DriverOf,
+        first: int,
+        steps: int,
+        command: float,
+        samples: np.ndarray | KeptArray,
     ) -> int:
         """Take steps after so many; arguments and what is returned as of ``fixed_step.advance``.
 
         Args:
-            driver: the ``drive.steps.Steps.along`` for segments of a kind.
+            driver: as ``drive.steps.Steps.along``: of a part, what takes steps along it.
+            samples: a KeptArray has room for one step at most.
         """
-        done = 0
-        for part, at in self.after(first):
-            left = steps - done
-            taken = driver(part.kind)(part.table, at, first + done, left, command, samples[done:])
+        at, done = self._at(first), 0
+        while True:
+            part, begun = self._places[at]
+            left = samples[done:] if done and isinstance(samples, np.ndarray) else samples
+            taken = driver(part)(begun, first + done, steps - done, command, left)
             if taken < 0:
                 return taken - done
             done += taken
-            if done == steps:
-                break
-        return done
+            at = part.first + len(part.table)
+            if done == steps or at == len(self._places):
+                return done
 
 
 _END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)

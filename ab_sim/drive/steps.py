@@ -1,15 +1,16 @@
 """Steps of a system: its machine code and arrays, made for a stepper."""
 
 import contextlib
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from ab_sim.collocation.assemble import ByCollocation
 from ab_sim.collocation.drive import advance_by_collocation
-from ab_sim.compiling import compiled
+from ab_sim.compiling import BoundFunction, compiled
 from ab_sim.compiling.kinds import aligned
+from ab_sim.drive.step_plan import StepPlanPart
 from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.run import ImplicitWork, Run
@@ -26,9 +27,6 @@ from ab_sim.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.stepping.fixed_step import advance
 from ab_sim.taylor.assemble import memory_size, run_by_taylor
 from ab_sim.taylor.drive import advance_by_taylor
-
-Advance = Callable[..., int]
-"""``fixed_step.advance`` of its arguments behind the first."""
 
 
 class Steps:
@@ -57,17 +55,25 @@ class Steps:
         self.discrete_state, self.state = discrete_state, aligned(bounds.shape)
         self._balls = balls_of(system, discrete_state)
         self.work = workspace(self._balls, bounds, self._memory(len(bounds)))
-        self._made: dict[type[Any], tuple[Run, Advance, Code]] = {}
+        self._made: dict[type[Any], tuple[Run, BoundFunction, Code]] = {}
+        self._part: StepPlanPart | None = None
+        """What steps were taken along last, by ``_taken``."""
 
-    def along(self, kind: type[Any]) -> Advance:
-        """What takes steps along segments of a kind."""
+    def along(self, part: StepPlanPart) -> BoundFunction:
+        """What takes steps along a part of a plan: ``fixed_step.advance`` of what is behind it."""
+        if part is not self._part:
+            self._part, self._taken = part, self.along_segments(part.kind).bind(part.table)
+        return self._taken
+
+    def along_segments(self, kind: type[Any]) -> BoundFunction:
+        """What takes steps along segments of a kind: ``fixed_step.advance`` of the rest."""
         if kind not in self._made:
             code = code_of(self._system, kind)
             run = self._run(code)
             known, told = known_of(run), self._stepper.weights
             if self._by_collocation is not None:
                 own = self._by_collocation.along(run, code, self._system)
-                taken: Advance = compiled(advance_by_collocation, known).bind(own)
+                taken = compiled(advance_by_collocation, known).bind(own)
             elif isinstance(told, TaylorParameters):
                 one = run_by_taylor(run, self._system, code, told)
                 taken = compiled(advance_by_taylor, known).bind(one)
@@ -88,6 +94,7 @@ class Steps:
         if own is not None and not own.take(system):
             self._by_collocation = ByCollocation(system, weights)
             self._made.clear()
+            self._part = None
 
     @contextlib.contextmanager
     def left_unchanged(self) -> Iterator[None]:

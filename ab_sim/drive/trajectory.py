@@ -81,7 +81,7 @@ def balls_in(channels: tuple[str, ...]) -> int:
     return sum(name.startswith("ball_") and name.endswith("_angle") for name in channels)
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, init=False)
 class Trajectory(Presented):
     """Consecutive samples of a run, one row per integration step, in SI units.
 
@@ -114,6 +114,10 @@ class Trajectory(Presented):
     channels: tuple[str, ...]
     samples: np.ndarray
     """Shape (samples, channels)."""
+
+    def __init__(self, channels: tuple[str, ...], samples: np.ndarray) -> None:
+        # As dataclass writes it for what is frozen, this takes twice as long.
+        self.__dict__.update(channels=channels, samples=samples)
 
     @classmethod
     def join(cls, parts: Sequence["Trajectory"]) -> "Trajectory":

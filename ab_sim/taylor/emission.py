@@ -29,7 +29,7 @@ from ab_sim.taylor.series import squared_size, state_coefficients
 from ab_sim.taylor.step_length import step_length
 from ab_sim.tracing import Expression, Level, lowered, where
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind
-from ab_sim.tracing.transposed import lines_of, store_line
+from ab_sim.tracing.transposed import store_lines
 
 
 class TaylorEmission:
@@ -146,16 +146,18 @@ class TaylorEmission:
         of_ints = kind(lanes, "i64")
         at = into.put(f"fptosi {kind(lanes)} {body.values(place)[0]} to {of_ints}")
         chosen = into.put(f"fcmp ogt {kind(lanes)} {body.values(is_one)[0]}, zeroinitializer")
-        lines = lines_of(into, columns) if dense else []
+        pointers, apart_each = [], []
         for lane in range(lanes):
             one = into.put(f"extractelement {of_ints} {at}, i32 {lane}")
             here = into.put(f"getelementptr double, ptr %samples, i64 {one}")
             if_one = into.put(f"extractelement {kind(lanes, 'i1')} {chosen}, i32 {lane}")
-            pointer = into.put(f"select i1 {if_one}, ptr {here}, ptr %nowhere")
-            if dense:
-                store_line(into, lines[lane], pointer)
-                continue
-            between = into.put(f"select i1 {if_one}, i64 {apart}, i64 0")
+            pointers.append(into.put(f"select i1 {if_one}, ptr {here}, ptr %nowhere"))
+            if not dense:
+                apart_each.append(into.put(f"select i1 {if_one}, i64 {apart}, i64 0"))
+        if dense:
+            store_lines(into, columns, pointers)
+            return into
+        for lane, (pointer, between) in enumerate(zip(pointers, apart_each, strict=True)):
             for column in columns:
                 number = into.put(f"extractelement {kind(lanes)} {column}, i32 {lane}")
                 into.lines.append(f"store double {number}, ptr {pointer}, align 8")

@@ -8,38 +8,32 @@ WIDTH = 8
 """Lanes that are turned at once."""
 
 
-def lines_of(into: Function, columns: Sequence[str]) -> list[list[tuple[int, str]]]:
-    """Numbers that are in lanes, lane by lane.
+def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str]) -> None:
+    """Write numbers that are in lanes, each lane's in a line of its own.
+
+    Groups of columns are written one after the other, as all lines at once would not fit into
+    registers. Where several lanes have one pointer, the first of them stays.
 
     Args:
         into: the function.
         columns: names of values in lanes.
-
-    Returns:
-        For each lane the values that make up its line: how many numbers, and the value.
+        pointers: LLVM's names of where the lines are, one for each lane.
     """
-    lanes = into.shape.lanes
+    lanes = len(pointers)
     width = min(WIDTH, lanes)
-    found: list[list[tuple[int, str]]] = [[] for _ in range(lanes)]
     for first in range(0, len(columns), width):
         group = list(columns[first : first + width])
-        for lane in range(0, lanes, width):
+        for lane in reversed(range(0, lanes, width)):
             part = range(lane, lane + width)
             square = [x if lanes == width else into.shuffled(x, lanes, part) for x in group]
             square += ["poison"] * (width - len(group))
-            for k, line in enumerate(_transposed(into, square)):
-                found[lane + k] += _cut(into, line, width, len(group))
-    return found
-
-
-def store_line(
-    into: Function, line: Sequence[tuple[int, str]], pointer: str, first: int = 0
-) -> None:
-    """Write one of these lines from so many numbers behind a pointer on, an LLVM name of one."""
-    for count, value in line:
-        place = into.put(f"getelementptr double, ptr {pointer}, i64 {first}")
-        into.lines.append(f"store {kind(count)} {value}, ptr {place}, align 8")
-        first += count
+            turned = zip(part, _transposed(into, square), strict=True)
+            for k, line in reversed([*turned]):
+                at = first
+                for count, value in _cut(into, line, width, len(group)):
+                    place = into.put(f"getelementptr double, ptr {pointers[k]}, i64 {at}")
+                    into.lines.append(f"store {kind(count)} {value}, ptr {place}, align 8")
+                    at += count
 
 
 def _transposed(into: Function, square: Sequence[str]) -> list[str]:

@@ -16,7 +16,7 @@ from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.collocation.run import CollocationRun
 from ab_sim.compiling import compiled
 from ab_sim.drive import Drive
-from ab_sim.drive.step_plan import StepPlan
+from ab_sim.drive.step_plan import StepPlan, StepPlanPart
 from ab_sim.dynamics.assemble import (
     place_on,
     start_discrete_state,
@@ -119,13 +119,13 @@ class Collocated:
         run = self.of(next(iter(self.step_plan.kinds))).run
         return 2 + run.ball_column + 2 * run.balls.number + run.balls.has_motor
 
-    def _kernel(self, kind: type[Any]) -> Any:
-        own = self.of(kind)
+    def _kernel(self, part: StepPlanPart) -> Any:
+        kind, own = part.kind, self.of(part.kind)
         if self._plain:
-            return lambda *given: advance_by_collocation(own, *given)
+            return lambda *given: advance_by_collocation(own, part.table, *given)
         if kind not in self._kernels:
             self._kernels[kind] = compiled(advance_by_collocation).bind(own)
-        return self._kernels[kind]
+        return self._kernels[kind].bind(part.table)
 
 
 def cycle_of(scene: Scene) -> float:

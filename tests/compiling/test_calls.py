@@ -14,6 +14,7 @@ from ab_sim.compiling import (
     Compiled,
     Floats,
     Integers,
+    KeptArray,
     Table,
     Untranslatable,
     call,
@@ -39,6 +40,14 @@ class Whole(NamedTuple):
 def scaled(whole: Whole, k: int, by: float, out: Table) -> float:
     out[k, 0] = whole.own.x[k] * by
     return out[k, 0] + whole.own.scale if whole.own.on else float(whole.count)
+
+
+def is_more(x: float, y: float) -> bool:
+    return x > y
+
+
+def halves(x: float, count: int) -> int:
+    return int(2.0 * x) + count
 
 
 def of_all_kinds(x: float, i: int, b: bool, own: Own) -> tuple[bool, int, float, Own]:
@@ -91,6 +100,31 @@ def test_a_bound_argument_is_looked_at_once() -> None:
     assert compiled(scaled)(first, np.int64(3), np.float64(2.0), out) == -1.5
 
 
+def test_more_arguments_can_be_bound() -> None:
+    out = np.zeros((5, 2))
+    bound = compiled(scaled).bind(whole())
+    third = bound.bind(3)
+    assert third(2.0, out) == 6.5 and out[3, 0] == 6.0
+    assert third.bind(4.0)(out) == 12.5
+    assert bound(2, 2.0, out) == 4.5, "what it was made of is as it was"
+    with pytest.raises(TypeError, match="scaled: by must be float, not 'a'"):
+        third("a", out)
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 'out'"):
+        third(2.0)
+    with pytest.raises(TypeError, match="scaled: k must be int, not 1.5"):
+        bound.bind(1.5)
+
+
+def test_a_kept_array_is_an_array() -> None:
+    bound, kept = compiled(scaled).bind(whole()), KeptArray(np.zeros((5, 2)))
+    assert bound(3, 2.0, kept) == 6.5 and kept.array[3, 0] == 6.0
+    for other in (np.zeros(5), np.zeros((5, 2), int)):
+        with pytest.raises(TypeError, match="scaled: out must be a 2-D array of floats"):
+            bound(3, 2.0, KeptArray(other))
+    with pytest.raises(TypeError, match="C-contiguous"):
+        KeptArray(np.zeros((2, 5)).T)
+
+
 def test_a_bound_argument_s_arrays_stay() -> None:
     bound = compiled(scaled).bind(Whole(Own(np.full(1000, 3.0), 0.0, True), 0))
     for _ in range(100):
@@ -103,6 +137,8 @@ def test_all_kinds_of_arguments_and_results() -> None:
     counts = np.array([10])
     assert compiled(sums)(1, 2, False, own, counts) == (True, 12, 5.25)
     assert type(compiled(sums)(1, 2, False, own, counts)[0]) is bool
+    assert compiled(is_more)(2.0, 1.0) is True and compiled(is_more)(1.0, 1.0) is False
+    assert compiled(halves)(-2.0, 2**40) == 2**40 - 4
     with pytest.raises(Untranslatable, match="an array as a result"):
         compiled(of_all_kinds)(1.0, 2, True, own)
 
