@@ -93,7 +93,6 @@ class Drive:
         self.choice = choose_stepper(scene, sound, self._stable_to)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
-        self._grid = StepGrid(self.step, self.choice.cycle)
         self.servo = SpeedServo(scene.spindle.max_speed, scene.spindle.max_acceleration)
         self._has_motor = bool(has_motor(self.system.effects))
         self.layout = layout_of(self.system)
@@ -106,7 +105,7 @@ class Drive:
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
         self._work, self._state = self._steps.work, self._steps.state
         self._row = KeptArray(self._room_for(1))
-        self._first_step_plan = StepPlan.along(self._first_profile, self._grid, 0)
+        self._first_step_plan = StepPlan.along(self._first_profile, self._grid(), 0)
         self.reset()
 
     def __repr__(self) -> str:
@@ -139,7 +138,7 @@ class Drive:
     @profile.setter
     def profile(self, profile: SpeedSchedule) -> None:
         self._profile = profile
-        self._step_plan = StepPlan.along(profile, self._grid, self.steps)
+        self._step_plan = StepPlan.along(profile, self._grid(), self.steps)
 
     def reset(self) -> None:
         """Back to t = 0 and the scene's start state; commands are forgotten."""
@@ -240,9 +239,7 @@ class Drive:
             return self._advance(steps)
         kept = [self._advance(0)]
         for done in range(0, steps, AT_ONCE):
-            taken = self._advance(min(AT_ONCE, steps - done)).thinned(every, after=done)
-            if len(taken):
-                kept.append(taken)
+            kept.append(self._advance(min(AT_ONCE, steps - done)).thinned(every, after=done))
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
@@ -297,7 +294,7 @@ class Drive:
             )
         with self._steps.left_unchanged():
             if time - self.time > same_instant(time, self.step):
-                part = StepPlan(parts(self.profile, self._grid, self.steps, time))
+                part = StepPlan(parts(self.profile, self._grid(), self.steps, time))
                 self._take(part, 1, self._room_for(1))
             there = StepRange(self._segment_at(time), self.steps, 0, time - self.time, self.step)
             sample = self._room_for(1)
@@ -371,6 +368,9 @@ class Drive:
             Says what does not fit.
         """
         snapshot.check_like(self.snapshot())
+
+    def _grid(self) -> StepGrid:
+        return StepGrid(self.step, self.choice.cycle)
 
     def _segment_at(self, time: float) -> ScheduledSegment:
         return segment_after(self.profile, time, self.step)
