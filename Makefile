@@ -62,7 +62,7 @@ nodes: real-time
 		ended=$$?; cat out/nodes.txt; exit $$ended
 
 computing: $(FOR_TESTS)
-	nice env $(PYTEST) $(SHARED) -n 3 -m 'not ros'
+	nice env $(PYTEST) $(SHARED) -n 4 -m 'not ros'
 
 lint: style types
 
