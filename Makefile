@@ -62,7 +62,7 @@ nodes: real-time
 		ended=$$?; cat out/nodes.txt; exit $$ended
 
 computing: $(FOR_TESTS)
-	nice env $(PYTEST) $(SHARED) -n 4 -m 'not ros'
+	nice env $(PYTEST) $(SHARED) -n 2 -m 'not ros'
 
 lint: style types
 
@@ -86,7 +86,7 @@ test-fast: $(VENV)/dev.stamp
 
 # Nodes run in processes that are killed, which leave no figures.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) $(SHARED) -n 4 -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) $(SHARED) -n 2 -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes.
 $(VENV)/run.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
