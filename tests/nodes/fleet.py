@@ -85,6 +85,10 @@ class Fleet:
         """What a node has printed so far."""
         return self._log_file(node).read_text()
 
+    def reads(self, node: str, words: str) -> None:
+        """Wait for what a node prints, which may be a moment after it has published the same."""
+        self.until(lambda: words in self.log(node), f"{node} prints {words!r}")
+
     def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
         """Listen until a condition is true; its value."""
         end = time.monotonic() + deadline

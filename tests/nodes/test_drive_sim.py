@@ -244,7 +244,7 @@ def test_motor_and_sensors_are_published(fleet: Fleet) -> None:
     assert health.values["sensors"] == "front, side"
     assert health.values["stepper chosen"] == "auto: stable at this step"
     assert health.values["steps with unresolved events"] == "0" and "events" in health.values
-    assert "rk8 at 0.001 s (auto: stable at this step)" in fleet.log("drive_sim")
+    fleet.reads("drive_sim", "rk8 at 0.001 s (auto: stable at this step)")
 
 
 @pytest.mark.parametrize(

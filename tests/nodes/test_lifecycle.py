@@ -99,8 +99,8 @@ def test_a_life(fleet: Fleet, tmp_path: Path) -> None:
     assert not fleet.change(DRIVE, "configure")
     assert fleet.state(DRIVE) == "unconfigured"
     told(fleet, Level.ERROR, "unconfigured", "mine.yaml")
+    fleet.reads(DRIVE, "mine.yaml: duration: is missing")
     assert fleet.log(DRIVE).count("[ERROR] ") == 1
-    assert "mine.yaml: duration: is missing" in fleet.log(DRIVE)
 
     # Inactive, with the parameters as they are by then.
     scene.write_text(find_scene("thesis-hold").read_text())

@@ -53,7 +53,7 @@ def test_viewer_stopped_killed_and_shown_again(fleet: "Fleet", tmp_path: Path) -
 
     start(fleet, path=file, view="web")
     fleet.until(lambda: viewer() == "showing", "a viewer")
-    assert fleet.value("recorder", "viewer") in fleet.log("recorder")
+    fleet.reads("recorder", fleet.value("recorder", "viewer"))
     first = number(fleet, "viewer process")
     os.kill(first, signal.SIGSTOP)
     fleet.until(lambda: viewer().startswith("does not answer"), "that is noticed")
@@ -132,7 +132,7 @@ def test_file_deleted_with_its_folder(fleet: "Fleet", tmp_path: Path) -> None:
     file.parent.rmdir()
     fleet.until(lambda: number(fleet, "samples lost") >= 100, "that is noticed")
     fleet.until(lambda: fleet.value("recorder", "file"), "another file")
-    assert "deleted or renamed" in fleet.log("recorder")
+    fleet.reads("recorder", "deleted or renamed")
     wait_for_samples(fleet)
     assert fleet.stop("drive_sim") == 0
     assert fleet.stop("recorder") == RecordingError.exit_code
@@ -234,7 +234,7 @@ def test_of_two_drives_in_one_place_one_is_recorded(fleet: "Fleet", tmp_path: Pa
         wait_for_samples(fleet, 500)
     fleet.until(lambda: number(fleet, "messages malformed") > 50, "they take turns")
     assert fleet.health("recorder").level.name == "WARN"
-    assert "vibration/block: 2 drives publish it" in fleet.log("recorder")
+    fleet.reads("recorder", "vibration/block: 2 drives publish it")
     wait_for_samples(fleet, 500)
     fleet.stop("other")
     fleet.stop("drive_sim")
