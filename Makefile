@@ -55,10 +55,12 @@ REAL_TIME = tests/cli/test_demo.py
 real-time: $(FOR_TESTS)
 	$(PYTEST) $(REAL_TIME)
 
-# What they say comes when they have ended: of two that report at once nobody could read either.
+# What they say comes when they have ended, by Ctrl-C too: of two that report at once nobody could
+# read either.
 nodes: real-time
 	@mkdir -p out
-	$(PYTEST) $(SHARED) -n 2 -m ros --ignore=$(REAL_TIME) >out/nodes.txt 2>&1; \
+	@echo 'Tests that start nodes write into out/nodes.txt, which is shown when they have ended.'
+	@trap : INT; $(PYTEST) $(SHARED) -n 2 -m ros --ignore=$(REAL_TIME) >out/nodes.txt 2>&1; \
 		ended=$$?; cat out/nodes.txt; exit $$ended
 
 computing: $(FOR_TESTS)

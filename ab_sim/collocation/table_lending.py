@@ -1,8 +1,9 @@
 """Tables of responses, lent to one run at a time: a run goes on with those of the one that went.
 
 A table depends on a left-hand side, on how long a step is, and on its samples. So what one drive
-has made serves the next one as far as their left-hand sides are the same: of a sweep that changes
-none of them, each drive but the first finds its tables made.
+has made serves one that is made when it has gone, as far as their left-hand sides are the same. In
+a loop that binds each drive to the name of the one before, two sets take turns: all but the first
+two drives find their tables made, if nothing changes a left-hand side.
 """
 
 import weakref

@@ -110,6 +110,10 @@ class KeptArray:
         self.array, self.dtype, self.ndim = array, array.dtype, array.ndim
         self.leaves = _array_packer(kind, "KeptArray")(array)
 
+    def __reduce__(self) -> tuple[Any, ...]:
+        """A copy's array is elsewhere."""
+        return KeptArray, (self.array,)
+
 
 class BoundFunction:
     """A compiled function with its first arguments given; of the others.
@@ -124,7 +128,11 @@ class BoundFunction:
         self.rebind(first)
 
     def bind(self, *given: Any) -> "BoundFunction":
-        """A function of what is left, as it is now: the next arguments are looked at once, too."""
+        """A function of what is left, as it is now: the next arguments are looked at once, too.
+
+        Raises:
+            TypeError: an argument is of another kind, or there are too many.
+        """
         found = copy.copy(self)
         found._given = (*self._given, *given)
         found._leaves = self._entry.leaves(found._given)
@@ -187,6 +195,9 @@ class _Entry:
 
     def leaves(self, given: Sequence[Any]) -> tuple[Any, ...]:
         """Those of the first of the other arguments."""
+        if len(given) > len(self._others):
+            most = 1 + len(self._others)
+            raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(given)} are given")
         pairs = zip(given, self._others, strict=False)
         return tuple(
             x for each, (name, kind) in pairs for x in _packer(kind, self._path(name))(each)

@@ -74,9 +74,9 @@ class StepPlan:
                 yield part, max(at - part.first, 0)
 
     def _at(self, steps: int) -> int:
-        """Which step range comes first after so many steps."""
+        """Which step range comes first after so many steps; the first one before it begins."""
         at = bisect_left(self._firsts, steps)
-        return at if at < len(self._firsts) and self._firsts[at] == steps else at - 1
+        return at if at < len(self._firsts) and self._firsts[at] == steps else max(at - 1, 0)
 
     def walk(
         self,

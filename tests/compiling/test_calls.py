@@ -1,5 +1,6 @@
 """Machine code called from Python, and emitted code called from the subset."""
 
+import copy
 import ctypes
 import math
 import threading
@@ -113,6 +114,8 @@ def test_more_arguments_can_be_bound() -> None:
         third(2.0)
     with pytest.raises(TypeError, match="scaled: k must be int, not 1.5"):
         bound.bind(1.5)
+    with pytest.raises(TypeError, match="scaled: takes 4 arguments, 5 are given"):
+        third.bind(2.0, out, 1)
 
 
 def test_a_kept_array_is_an_array() -> None:
@@ -123,6 +126,9 @@ def test_a_kept_array_is_an_array() -> None:
             bound(3, 2.0, KeptArray(other))
     with pytest.raises(TypeError, match="C-contiguous"):
         KeptArray(np.zeros((2, 5)).T)
+    other = copy.deepcopy(kept)
+    kept.array[:] = 0.0
+    assert bound(3, 2.0, other) == 6.5 and other.array[3, 0] == 6.0 and not kept.array.any()
 
 
 def test_a_bound_argument_s_arrays_stay() -> None:
