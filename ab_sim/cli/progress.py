@@ -12,6 +12,8 @@ from ab_sim.interruption import in_order
 
 EVERY = 10.0
 """s between two lines."""
+A_MOMENT = 0.3
+"""s that a signal may take to be heeded."""
 Tell = Callable[[str, int, int], None]
 """What is done now, done, of all."""
 
@@ -78,6 +80,8 @@ def interruptible(name: str, left: str) -> Iterator[Tell]:
         try:
             yield tell
         except AbSimError as error:
-            if stopping.is_set():  # who ends all processes of a command means the command
+            # Who ends all processes of a command means the command. That another one is gone may be
+            # seen before the signal, which a thread of its own heeds.
+            if stopping.wait(A_MOMENT):
                 raise Interrupted(f"interrupted; {left}") from error
             raise

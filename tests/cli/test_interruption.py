@@ -221,3 +221,25 @@ def test_the_demo_ends_its_nodes(start: Start, tmp_path: Path) -> None:
     assert not [node for node in nodes if Path(f"/proc/{node}").exists()]
     for log in (tmp_path / "out" / "log").iterdir():
         assert "Traceback" not in log.read_text()
+
+
+HASTY = """
+import os, signal, sys
+from ab_sim import interruption
+interruption.watch()
+from ab_sim.cli.progress import interruptible
+from ab_sim.errors import AbSimError, Interrupted
+sys.setswitchinterval(10.0)  # the thread that heeds signals waits for this one
+try:
+    with interruptible("work", "all is kept"):
+        os.kill(os.getpid(), signal.SIGTERM)
+        raise AbSimError("a worker is gone")
+except Interrupted as interrupted:
+    print(interrupted)
+"""
+
+
+def test_what_a_signal_makes_fail_is_no_failure() -> None:
+    """It reaches other processes too, whose end may be seen before the signal is."""
+    done = subprocess.run([sys.executable, "-c", HASTY], capture_output=True, text=True, cwd=ROOT)
+    assert (done.returncode, done.stdout) == (0, "interrupted; all is kept\n"), done.stderr
