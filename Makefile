@@ -41,7 +41,7 @@ action: $(VENV)/action.stamp
 PYTEST = OPENBLAS_NUM_THREADS=1 PYTHONPATH=$(LAUNCH) $(BIN)/python -m pytest --durations=15
 # Files go out as tests/conftest.py orders them; by default those of few tests, long ones too, came
 # last.
-SHARED = --dist loadfile --no-loadscope-reorder
+SHARED = -n 2 --dist loadfile --no-loadscope-reorder
 
 # Tests that start ROS 2 nodes wait most of their time, and must not be kept waiting: those that
 # compute, and mypy, get what they leave of the processor.
@@ -60,11 +60,11 @@ real-time: $(FOR_TESTS)
 nodes: real-time
 	@mkdir -p out
 	@echo 'Tests that start nodes write into out/nodes.txt, which is shown when they have ended.'
-	@trap : INT; $(PYTEST) $(SHARED) -n 2 -m ros --ignore=$(REAL_TIME) >out/nodes.txt 2>&1; \
+	@trap : INT; $(PYTEST) $(SHARED) -m ros --ignore=$(REAL_TIME) >out/nodes.txt 2>&1; \
 		ended=$$?; cat out/nodes.txt; exit $$ended
 
 computing: $(FOR_TESTS)
-	nice env $(PYTEST) $(SHARED) -n 2 -m 'not ros'
+	nice env $(PYTEST) $(SHARED) -m 'not ros'
 
 lint: style types
 
@@ -88,7 +88,7 @@ test-fast: $(VENV)/dev.stamp
 
 # Nodes run in processes that are killed, which leave no figures.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) $(SHARED) -n 2 -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) $(SHARED) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes.
 $(VENV)/run.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp

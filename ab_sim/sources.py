@@ -50,11 +50,15 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
 
 
 def versions(modules: Iterable[str]) -> dict[str, str]:
-    """The versions of Python and of others' packages that the sources of modules import."""
+    """The versions of Python and of others' packages that modules import.
+
+    Args:
+        modules: all that ``sources`` has found.
+    """
     own = frozenset(module.partition(".")[0] for module in modules)
     found = {
         name.partition(".")[0]: version
-        for module in sources(modules)
+        for module in modules
         for name, version in _imported(module, own)
         if version
     }

@@ -140,7 +140,8 @@ def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[
     beside = [found.name for found in pkgutil.iter_modules(steppers_folder.__path__)]
     kinds = {type(stepper.weights).__module__ for stepper in steppers().values()}
     homes = {*modules, *kinds, *(f"{steppers_folder.__name__}.{name}" for name in beside)}
-    return {name: source.digest for name, source in sources(homes).items()}, versions(homes)
+    found = sources(homes)
+    return {name: source.digest for name, source in found.items()}, versions(found)
 
 
 def _seal(key: str, result: Result) -> str:

@@ -56,6 +56,11 @@ def ball_of(name: str) -> int | None:
     return int(found[2]) if found else None
 
 
+def inputs_of(roots: Iterable[Expression]) -> dict[str, Expression]:
+    """What some depend on of what is given, by its name."""
+    return {x.payload: x for x in reached(roots) if x.op == "input"}
+
+
 class MemorySlots(dict[str, MemorySlot]):
     """Where inputs are, by their names; those of balls one by one, too."""
 
@@ -205,8 +210,7 @@ class CollocationEmission:
         elsewhere |= {**self._modes(), **self._scale()}
         self._before: list[tuple[Expression, MemorySlot]] = []
         for roots in self._iterate.values():
-            inputs = [x.payload for x in reached(roots.values()) if x.op == "input"]
-            for name in [*roots, *inputs]:
+            for name in [*roots, *inputs_of(roots.values())]:
                 of_ball = OF_BALL.fullmatch(name)
                 base = of_ball[1] if of_ball else name
                 # Whatever is nowhere else.
@@ -274,7 +278,7 @@ class CollocationEmission:
             names: dict[int, list[str]] = {}
             for name, x in roots.items():
                 names.setdefault(x.number, []).append(name)
-            given = {x.payload: x for x in reached(roots.values()) if x.op == "input"}
+            given = inputs_of(roots.values())
             for x in order:
                 body.values(x)
                 for name in names.get(x.number, ()):
@@ -299,16 +303,12 @@ class CollocationEmission:
         In the order in which it is written, matrices column by column, then: what is known of all
         balls is held at the same time. Of many, one ball after the other.
         """
-        found: dict[int, Expression] = {}
-        ahead = list(roots)
-        while ahead:
-            x = ahead.pop()
-            at_hand = x.number in known or x.number in self.emission.known
-            if x.number in found or at_hand or x.op in ("input", "const"):
-                continue
-            found[x.number] = x
-            ahead += x.args
-        order = [found[number] for number in sorted(found) if found[number].op != "lane"]
+        at_hand = {*known, *self.emission.known}
+        order = [
+            x
+            for x in reached(roots, at_hand)
+            if x.number not in at_hand and x.op not in ("input", "const", "lane")
+        ]
         return ball_by_ball(order, self.model.count, ball_of) if self.has_many_balls else order
 
     def _store(
@@ -325,7 +325,7 @@ class CollocationEmission:
     def start(self) -> Function:
         """``start(c, b, own, ..., begin, length, moved)``: see ``ab_sim.collocation``."""
         roots = self.ball_by_ball(self.steps.start())
-        inputs = {x.payload: x for x in reached(x for x, _ in self._before) if x.op == "input"}
+        inputs = inputs_of(x for x, _ in self._before)
         by = {inputs[name]: root for name, root in roots.items() if name in inputs}
         own = lowered([*roots.values(), *mapped([x for x, _ in self._before], rebuilt, by)])
         count = len(roots)

@@ -12,7 +12,7 @@ from collections import deque
 from ab_sim.collocation.nodes import CollocationNodes
 from ab_sim.collocation.responses import NUMBERS, lines_of_table
 from ab_sim.collocation.run import ResponseTables
-from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables
+from ab_sim.collocation.tables import KEPT, RATIOS, doubt_tables, tables_in_set
 from ab_sim.compiling.kinds import aligned
 
 LARGEST = 4_000_000
@@ -55,7 +55,7 @@ def _returned_by(nodes: CollocationNodes, sides: int) -> ResponseTables | None:
 def _made(nodes: CollocationNodes, sides: int) -> ResponseTables:
     count = nodes.at.size
     groups = -(-int(nodes.counts[-1]) // count)
-    tables = KEPT * (1 + groups) * (sides + 1)
+    tables = KEPT * tables_in_set(groups, sides)
     return ResponseTables(
         aligned((tables * lines_of_table(count), count)),
         aligned((tables, NUMBERS)),

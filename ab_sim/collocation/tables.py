@@ -36,7 +36,8 @@ def tables_for(own: CollocationRun, length: float, samples: int) -> int:
 
 def found(own: CollocationRun, length: float, samples: int) -> int:
     """The same, where it is not the one asked for last."""
-    head, numbers, every = own.tables.head, own.tables.numbers, tables_in_set(own)
+    head, numbers = own.tables.head, own.tables.numbers
+    every = tables_in_set(own.tables.groups, own.sides)
     first = -1
     for kept in range(own.tables.kept):
         has = numbers[kept * every, COUNT]
@@ -54,14 +55,14 @@ def found(own: CollocationRun, length: float, samples: int) -> int:
     return first
 
 
-def tables_in_set(own: CollocationRun) -> int:
+def tables_in_set(groups: int, sides: int) -> int:
     """How many tables a set has room for."""
-    return (1 + own.tables.groups) * (own.sides + 1)
+    return (1 + groups) * (sides + 1)
 
 
 def doubt_tables(tables: ResponseTables, sides: int) -> None:
     """Have tables serve a scene with other numbers: each set is looked at when it is asked for."""
-    every = (1 + tables.groups) * (sides + 1)
+    every = tables_in_set(tables.groups, sides)
     for kept in range(tables.kept):
         count = tables.numbers[kept * every, COUNT]
         tables.numbers[kept * every, COUNT] = -abs(count)

@@ -165,10 +165,10 @@ class _Entry:
             what, instead = "an array as a result", "write into one that is an argument"
             raise source.error(source.tree, what, instead)
         self._library = library
-        named = list(zip(arguments, kinds, strict=True))
-        self._name, (name, kind) = function.__qualname__, named[0]
-        self._first = _packer(kind, self._path(name))
-        self._others, self._rows = named[1:], dict[int, Any]()
+        self._name, self._rows = function.__qualname__, dict[int, Any]()
+        named = zip(arguments, kinds, strict=True)
+        puts = [(name, kind, _packer(kind, f"{self._name}: {name}")) for name, kind in named]
+        (_, _, self._first), *self._others = puts
         first, *others = map(leaves, kinds)
         self._of_first, self.others = _struct(first), _struct(sum(others, ()))
         returned = _RETURNED[of_result] if isinstance(of_result, Scalar) else None
@@ -182,14 +182,13 @@ class _Entry:
         """What makes leaves of the others of its arguments, behind so many that are given."""
         if given not in self._rows:
             own = self._others[given:]
-            puts = {f"_{name}": _packer(kind, self._path(name)) for name, kind in own}
             parts = [
-                name if isinstance(kind, Scalar) else f"*_{name}({name})" for name, kind in own
+                name if isinstance(kind, Scalar) else f"*_{name}({name})" for name, kind, _ in own
             ]
-            names = ", ".join(name for name, _ in own)
+            names = ", ".join(name for name, *_ in own)
             # A function with the arguments' names, which also says how many there must be.
             text = f"lambda {names}: ({''.join(part + ', ' for part in parts)})"
-            self._rows[given] = eval(text, puts)
+            self._rows[given] = eval(text, {f"_{name}": put for name, _, put in own})
         made: Callable[..., tuple[Any, ...]] = self._rows[given]
         return made
 
@@ -199,9 +198,7 @@ class _Entry:
             most = 1 + len(self._others)
             raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(given)} are given")
         pairs = zip(given, self._others, strict=False)
-        return tuple(
-            x for each, (name, kind) in pairs for x in _packer(kind, self._path(name))(each)
-        )
+        return tuple(x for each, (*_, put) in pairs for x in put(each))
 
     def packed(self, value: Any) -> ctypes.Array[Any]:
         """The block of a first argument."""
@@ -212,15 +209,12 @@ class _Entry:
 
     def wrong(self, others: tuple[Any, ...]) -> TypeError:
         """Which of the numbers among the other arguments is none."""
-        for (name, kind), value in zip(self._others, others, strict=True):
+        for (*_, put), value in zip(self._others, others, strict=True):
             try:
-                _packer(kind, self._path(name))(value)
+                put(value)
             except TypeError as error:
                 return error
         raise AssertionError
-
-    def _path(self, name: str) -> str:
-        return f"{self._name}: {name}"
 
 
 def _struct(kinds: Sequence[str]) -> struct.Struct:
