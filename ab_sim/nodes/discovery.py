@@ -6,7 +6,7 @@ from pathlib import Path
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
 """ROS's variable, and what it is for us unless the user has set it."""
 PROFILES = Path(__file__).with_suffix(".xml")
-"""How Fast DDS announces us to this machine."""
+"""How Fast DDS announces us to this machine, and how soon it repeats what got lost."""
 PROFILES_NAMED_BY = "FASTDDS_DEFAULT_PROFILES_FILE"
 EARLIER_NAME = "FASTRTPS_DEFAULT_PROFILES_FILE"
 """Fast DDS's variable, and its name before Fast DDS 3, which rmw_fastrtps still reads."""

@@ -57,9 +57,11 @@ def run_node(
         with interruption.in_order() as stopping:
             node = make()
             try:
-                with _answering(node, stopping):
-                    loop(node, stopping)
-                _let_last_words_out(node)
+                try:
+                    with _answering(node, stopping):
+                        loop(node, stopping)
+                finally:  # an error's last words count most
+                    _let_last_words_out(node)
             finally:
                 node.destroy_node()
     except AbSimError as error:
@@ -117,8 +119,8 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
 def _let_last_words_out(node: Node) -> None:
     """Wait until listeners have what was published, but no longer than ``LINGER`` in all.
 
-    Acknowledgements may take a heartbeat's period of some seconds; the samples themselves are
-    there long before.
+    Acknowledgements may take a heartbeat's period, which is 3 s where ``discovery`` could not make
+    it shorter; the samples themselves are mostly there long before.
     """
     end = time.monotonic() + LINGER
     for publisher in node.publishers:

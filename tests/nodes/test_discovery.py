@@ -46,6 +46,32 @@ while True:
     node.destroy_node()
     rclpy.shutdown()
 """
+# Says something five times as a node does; prints of each whether it was soon acknowledged.
+SPEAK = """
+import rclpy, time
+from rclpy.duration import Duration
+from ab_msgs_py import topics
+from ab_sim.nodes.arguments import init_ros
+init_ros()
+node = rclpy.create_node("speaking")
+publisher = topics.COMMAND.publisher(node)
+while not publisher.get_subscription_count():
+    time.sleep(0.01)
+soon = []
+for speed in range(5):
+    publisher.publish(topics.COMMAND.message(speed))
+    soon.append(publisher.wait_for_all_acked(Duration(seconds=2.0)))
+print("acknowledged", *soon, flush=True)
+time.sleep(60.0)
+"""
+LISTEN = """
+import rclpy
+from ab_msgs_py import topics
+rclpy.init()
+node = rclpy.create_node("listening")
+topics.COMMAND.subscription(node, print)
+rclpy.spin(node)
+"""
 RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 PEERS = "ROS_STATIC_PEERS"
 
@@ -92,7 +118,8 @@ def until(process: subprocess.Popen[str], name: str) -> list[str]:
             more = os.read(process.stdout.fileno(), 4096)
             assert more, f"it ended without {name!r}: {said.decode()}"
             said += more
-        for line in said.decode().splitlines():
+        whole, _, _ = said.decode().rpartition("\n")
+        for line in whole.splitlines():
             if name in line.split():
                 return line.split()
     return []
@@ -147,6 +174,13 @@ def test_the_ros2_command_line_finds_a_drive_at_once(started: Started) -> None:
     started([], *drive)
     lists = started([], "-c", LIST)
     assert in_a_row(lists, {"drive_sim", "/drive_sim/transition_event"}, 4)
+
+
+def test_what_is_said_is_acknowledged_soon(started: Started) -> None:
+    """A node that ends waits for that; with Fast DDS's own period it would take up to 3 s."""
+    started([], "-c", LISTEN)
+    speaker = started([], "-c", SPEAK)
+    assert until(speaker, "acknowledged") == ["acknowledged", *["True"] * 5]
 
 
 @pytest.mark.parametrize(
