@@ -14,6 +14,7 @@ from ab_sim.batch.run_columns import split_of
 from ab_sim.batch.run_prepared import run_prepared
 from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied_scene
 from ab_sim.errors import InputError, SceneError
+from ab_sim.quoting import short
 from ab_sim.scene import Scene
 from ab_sim.stepping.side_by_side import LANES
 
@@ -130,11 +131,11 @@ def _fill_in(
 
 def _check_every(every: int, keep: bool) -> None:
     if not isinstance(every, int) or every < 1:
-        raise InputError(f"every = {every!r}: must be a whole number, at least 1")
+        raise InputError(f"every = {short(every)}: must be a whole number, at least 1")
     if every > 1 and not keep:
         raise InputError(
-            f"every = {every!r}: says which samples are kept, and none are; leave it out, or ask "
-            "for samples=True"
+            f"every = {short(every)}: says which samples are kept, and none are; leave it out, or "
+            "ask for samples=True"
         )
 
 
@@ -149,7 +150,7 @@ def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
     fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:
         raise InputError(
-            f"every = {every!r}: must be at most {fewest}, the steps of the shortest run"
+            f"every = {short(every)}: must be at most {fewest}, the steps of the shortest run"
         )
     kept = at_work = 0
     for scene in scenes:

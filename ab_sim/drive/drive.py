@@ -289,7 +289,7 @@ class Drive:
         """
         if not self.time <= time <= self.time + self.step * (1 + 1e-9):
             raise ValueError(
-                f"time = {time} s: must lie within the next step, "
+                f"time = {exact(time)} s: must lie within the next step, "
                 f"{self.time} to {self.time + self.step} s"
             )
         with self._steps.left_unchanged():

@@ -51,8 +51,9 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, in
     if steps // every > fit:
         enough = steps // (fit + 1) + 1
         raise ValueError(
-            f"steps = {steps}: with every = {every} there would be {steps // every} samples, and "
-            f"at most {fit} fit; keep fewer with every = {enough} or more, or advance in parts"
+            f"steps = {short(steps)}: with every = {short(every)} there would be "
+            f"{short(steps // every)} samples, and at most {fit} fit; keep fewer with every = "
+            f"{short(enough)} or more, or advance in parts"
         )
     return steps, every
 

@@ -332,6 +332,7 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
     [
         ([], 1, InputError, "one mapping per run"),
         ([{}], 0, InputError, "every = 0: must be a whole number, at least 1"),
+        pytest.param([{}], 10**5000, InputError, "every = <int .*at most 600", id="large"),
         ([{}], 601, InputError, "every = 601: must be at most 600, the steps of the shortest run"),
         ([{}], 2.5, InputError, "every = 2.5: must be a whole number"),
         ({"balls.mass": 1.0}, 1, InputError, "must be a list with one mapping per run"),
