@@ -163,7 +163,7 @@ def simulate_batch(
     >>> [len(run.trajectory) for run in batch.runs]
     [20, 20, 20]
     >>> batch
-    <Batch: scene ..., runs 3, side by side 3, ...>
+    <Batch: scene ..., runs 3, in lanes 3, ...>
     >>> judged = ab_sim.simulate_batch(
     ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, merits=["final_whirl_over_e"]
     ... )

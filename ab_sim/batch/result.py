@@ -18,8 +18,9 @@ class Batch(Presented):
 
     runs: tuple[BatchRun, ...]
     """With their samples; none where only merits were asked for."""
-    side_by_side: int
-    """Number of runs that ran in lanes; the others ran one by one."""
+    in_lanes: int
+    """Number of runs that ran in lanes, up to eight at once; what is left over of runs that are
+    alike may be alone there. The others ran one by one."""
     integration_seconds: float
     """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
     one, a kernel for a further kind of the profile's segments is made in it, too."""
@@ -42,7 +43,7 @@ class Batch(Presented):
         facts = {
             "scene": self.scene_name,
             "runs": str(len(self)),
-            "side by side": str(self.side_by_side),
+            "in lanes": str(self.in_lanes),
         }
         kept = [run.trajectory for run in self.runs if len(run.trajectory)]
         if kept:

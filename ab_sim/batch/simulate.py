@@ -95,16 +95,16 @@ def _merits_only(
     }
     _check_room([scene, *(one.scene for one in prepared.values())], 1, keep=False)
     failures, columns = [""] * count, _empty_columns(keys, count)
-    seconds, done, lanes_used = 0.0, 0, 0
+    seconds, done, in_lanes = 0.0, 0, 0
     for part in judged_parts(split, prepared, keys):
         _fill_in(columns, part.runs, part.merits)
         for run, failure in zip(part.runs.tolist(), part.failures, strict=True):
             failures[run] = failure
         seconds, done = seconds + part.seconds, done + len(part.runs)
-        lanes_used += len(part.runs) if part.in_lanes else 0
+        in_lanes += len(part.runs) if part.in_lanes else 0
         if progress is not None:
             progress(done, count)
-    return Batch((), lanes_used, seconds, variations, columns, tuple(failures), scene.name)
+    return Batch((), in_lanes, seconds, variations, columns, tuple(failures), scene.name)
 
 
 def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:

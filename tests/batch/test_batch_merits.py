@@ -85,7 +85,7 @@ def test_runs_in_columns_are_their_drives_to_the_bit(scene: Any, given: str) -> 
     split = columns_of(PreparedRun(base), columns)
     assert split is not None and split.rows.tolist() == list(range(19))
     batch = assert_judged_like_drives(base, rows(columns))
-    assert batch.side_by_side == 19 and batch.runs == ()
+    assert batch.in_lanes == 19 and batch.runs == ()
     same = simulate_batch(base, columns, merits=KEYS)
     for key in KEYS:
         np.testing.assert_array_equal(same.merits[key], batch.merits[key])
