@@ -140,7 +140,8 @@ def simulate_batch(
     -------
     Batch
         ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
-        ended early, the reason; ``merits``, by key an array over the runs; ``failures``.
+        ended early, the reason; ``merits``, by key an array over the runs; ``failures``, and why
+        runs were ``aborted``, of which the final merits say nothing.
 
     Raises
     ------

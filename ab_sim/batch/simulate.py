@@ -75,7 +75,8 @@ def simulate_batch(
     else:
         done = run_prepared(prepared, every, progress)
     failures = tuple(run.failure for run in done.runs)
-    return Batch(*done, each, columns, failures, done.runs[0].scene.name)
+    aborted = tuple(run.aborted for run in done.runs)
+    return Batch(*done, each, columns, failures, aborted, done.runs[0].scene.name)
 
 
 def _merits_only(
@@ -94,17 +95,18 @@ def _merits_only(
         for number in np.setdiff1d(np.arange(count), alike).tolist()
     }
     _check_room([scene, *(one.scene for one in prepared.values())], 1, keep=False)
-    failures, columns = [""] * count, _empty_columns(keys, count)
+    failures, aborted, columns = [""] * count, [""] * count, _empty_columns(keys, count)
     seconds, done, in_lanes = 0.0, 0, 0
     for part in judged_parts(split, prepared, keys):
         _fill_in(columns, part.runs, part.merits)
-        for run, failure in zip(part.runs.tolist(), part.failures, strict=True):
-            failures[run] = failure
+        for run, *whys in zip(part.runs.tolist(), part.failures, part.aborts, strict=True):
+            failures[run], aborted[run] = whys
         seconds, done = seconds + part.seconds, done + len(part.runs)
         in_lanes += len(part.runs) if part.in_lanes else 0
         if progress is not None:
             progress(done, count)
-    return Batch((), in_lanes, seconds, variations, columns, tuple(failures), scene.name)
+    why = tuple(failures), tuple(aborted)
+    return Batch((), in_lanes, seconds, variations, columns, *why, scene.name)
 
 
 def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
