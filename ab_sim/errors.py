@@ -2,6 +2,7 @@
 
 import difflib
 from collections.abc import Iterable
+from decimal import Decimal
 
 NOT_AS_WRITTEN = (
     ArithmeticError,
@@ -47,7 +48,7 @@ class InputError(AbSimError):
     >>> import ab_sim
     >>> ab_sim.simulate("thesis-hold", times=[-1.0])
     Traceback (most recent call last):
-    ab_sim.errors.InputError: times: -1.0 s: must be a finite number, at least 0
+    ab_sim.errors.InputError: times: -1 s: must be a finite number, at least 0
     """
 
 
@@ -103,9 +104,13 @@ class DivergedError(AbSimError):
 def exact(value: float) -> str:
     """A number in the fewest digits that say which it is; for the text of an error.
 
-    A value just beyond a limit must not read like the limit.
+    A value just beyond a limit must not read like the limit. Of an int beyond all floats six digits
+    say enough.
     """
-    short = f"{value:g}"
+    try:
+        short = f"{value:g}"
+    except OverflowError:
+        return f"{Decimal(value):.6g}"
     return short if float(short) == value else repr(float(value))
 
 

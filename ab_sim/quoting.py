@@ -22,7 +22,10 @@ def visible(text: str) -> str:
 
 def short(value: object) -> str:
     """A value as Python writes it, shortened."""
-    return shortened(repr(value))
+    try:
+        return shortened(repr(value))
+    except ValueError:  # Python writes no int of more than 4300 digits
+        return f"<{type(value).__name__} of too many digits to write>"
 
 
 def shortened(text: str) -> str:

@@ -101,7 +101,7 @@ def one_by_one(scene: Scene, columns: Columns) -> int:
 def batch(scene: Scene, columns: Columns) -> Batch:
     """Run and judge side by side."""
     done = simulate_batch(scene, columns, merits=DEFAULT_MERITS)
-    assert not any(done.failures) and done.side_by_side == len(done)
+    assert not any(done.failures) and done.in_lanes == len(done)
     return done
 
 

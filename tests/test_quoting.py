@@ -32,6 +32,8 @@ def test_what_a_terminal_would_obey_is_written_out() -> None:
 def test_long_values_are_cut() -> None:
     assert short(["a", 1]) == "['a', 1]"
     assert len(short("x" * 10**6)) < MOST + 10
+    assert short(10**5000) == "<int of too many digits to write>"
+    assert short([1, -(10**5000)]) == "<list of too many digits to write>"
 
 
 def test_what_is_printed_for_people(capsys: pytest.CaptureFixture[str]) -> None:

@@ -1,6 +1,7 @@
 """Run a scene without ROS, as fast as it goes, with samples at the times asked for."""
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -138,8 +139,8 @@ def run_scene(
         SceneError, DivergedError: see ``Drive`` and ``resolve_accuracy``.
     """
     for time in times:
-        if not (math.isfinite(time) and time >= 0):
-            raise InputError(f"times: {time} s: must be a finite number, at least 0")
+        if not 0 <= time <= sys.float_info.max:
+            raise InputError(f"times: {exact(time)} s: must be a finite number, at least 0")
     end = max([scene.duration, *times])
     scene, work_precision = resolve_accuracy(scene, tell=tell)
     drive = Drive(scene)

@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ab_sim.analysis.held_speed import FASTEST, last_speed
-from ab_sim.errors import InputError
+from ab_sim.errors import InputError, exact
 from ab_sim.scene import Scene, load_scene
 
 SceneLike = Scene | str | Path
@@ -31,5 +31,5 @@ def as_speed(speed: float | None, scene: Scene) -> float:
     if speed is None:
         return last_speed(scene)
     if not abs(speed) <= FASTEST:
-        raise InputError(f"speed = {speed}: must be a number within +-{FASTEST:g} rad/s")
+        raise InputError(f"speed = {exact(speed)}: must be a number within +-{FASTEST:g} rad/s")
     return float(speed)

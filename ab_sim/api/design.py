@@ -342,7 +342,7 @@ def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Varia
         return values(key, [each.item() if hasattr(each, "item") else each for each in listed])
     if len(listed) != 2 or not all(isinstance(each, int | float) for each in listed):
         raise InputError(f"{key}: {short(given)}: must be two numbers, from where to where")
-    low, high = (float(each) for each in listed if isinstance(each, int | float))
+    low, high = (each for each in listed if isinstance(each, int | float))
     return range_(key, low, high)
 
 

@@ -140,7 +140,8 @@ def simulate_batch(
     -------
     Batch
         ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
-        ended early, the reason; ``merits``, by key an array over the runs; ``failures``.
+        ended early, the reason; ``merits``, by key an array over the runs; ``failures``, and why
+        runs were ``aborted``, of which the final merits say nothing.
 
     Raises
     ------
@@ -163,7 +164,7 @@ def simulate_batch(
     >>> [len(run.trajectory) for run in batch.runs]
     [20, 20, 20]
     >>> batch
-    <Batch: scene ..., runs 3, side by side 3, ...>
+    <Batch: scene ..., runs 3, in lanes 3, ...>
     >>> judged = ab_sim.simulate_batch(
     ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, merits=["final_whirl_over_e"]
     ... )

@@ -35,7 +35,7 @@ class JudgedPart(NamedTuple):
     aborts: list[str]
     """Why each run's profile ran down to standstill; empty if it did not."""
     in_lanes: bool
-    """Whether they ran side by side."""
+    """Whether they ran in lanes."""
     seconds: float
     """CPU time for taking the steps [s]."""
 
@@ -170,7 +170,7 @@ def _one_by_one(
     for begin in range(0, len(group), most):
         done = run_prepared(group[begin : begin + most], every=1)
         merits = _of_runs(done.runs, keys)
-        failures, lanes = [run.failure for run in done.runs], done.side_by_side > 0
+        failures, lanes = [run.failure for run in done.runs], done.in_lanes > 0
         aborts = [run.aborted for run in done.runs]
         part = numbers[begin : begin + most]
         yield JudgedPart(part, merits, failures, aborts, lanes, done.integration_seconds)
@@ -194,7 +194,7 @@ def run_and_judge(
     """
     runs: list[Any] = [None] * len(prepared)
     merits: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
-    seconds, done, lanes_used = 0.0, 0, 0
+    seconds, done, in_lanes = 0.0, 0, 0
     for members in grouped(prepared).values():
         most = _at_once(prepared[members[0]])
         for begin in range(0, len(members), most):
@@ -207,10 +207,10 @@ def run_and_judge(
                 for key in keys:
                     merits[key][i] = found[key][at]
             seconds, done = seconds + part.integration_seconds, done + len(chosen)
-            lanes_used += part.side_by_side
+            in_lanes += part.in_lanes
             if progress is not None:
                 progress(done, len(prepared))
-    return DoneRuns(tuple(runs), lanes_used, seconds), merits
+    return DoneRuns(tuple(runs), in_lanes, seconds), merits
 
 
 def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:

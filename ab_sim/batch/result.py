@@ -18,8 +18,9 @@ class Batch(Presented):
 
     runs: tuple[BatchRun, ...]
     """With their samples; none where only merits were asked for."""
-    side_by_side: int
-    """Number of runs that ran in lanes; the others ran one by one."""
+    in_lanes: int
+    """Number of runs that ran in lanes, up to eight at once; what is left over of runs that are
+    alike may be alone there. The others ran one by one."""
     integration_seconds: float
     """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
     one, a kernel for a further kind of the profile's segments is made in it, too."""
@@ -28,9 +29,12 @@ class Batch(Presented):
     merits: Mapping[str, np.ndarray] = field(default_factory=dict)
     """By key those that were asked for, as reports give them, shape (runs,). Numbers are floats,
     NaN where a report has null and of runs that failed; of what else there is, None stands there.
-    """
+    Those of an aborted run are of its way to standstill: final ones say nothing."""
     failures: tuple[str, ...] = ()
     """Why each run ended early; empty if it did not."""
+    aborted: tuple[str, ...] = ()
+    """Why each run's profile, which decides while it runs, ran down to standstill; empty if it did
+    not."""
     scene_name: str = ""
     """Of what the runs have in common."""
 
@@ -38,13 +42,14 @@ class Batch(Presented):
         return len(self.failures)
 
     def _facts(self) -> dict[str, str]:
-        failed = sum(map(bool, self.failures))
+        failed, aborted = (sum(map(bool, why)) for why in (self.failures, self.aborted))
         facts = {
             "scene": self.scene_name,
             "runs": str(len(self)),
-            "side by side": str(self.side_by_side),
+            "in lanes": str(self.in_lanes),
         }
-        kept = [run.trajectory for run in self.runs if len(run.trajectory)]
+        # At standstill nothing whirls.
+        kept = [run.trajectory for run in self.runs if len(run.trajectory) and not run.aborted]
         if kept:
             last = [float(path.whirl[-1]) for path in kept]
             facts["until"] = number(max(path["time"][-1] for path in kept), "s")
@@ -53,6 +58,7 @@ class Batch(Presented):
             known = values[np.isfinite(values)] if values.dtype == float else values[:0]
             if len(known):
                 facts[key] = ends(known.min(), known.max(), "")
+        facts |= {"aborted": str(aborted)} if aborted else {}
         return facts | ({"diverged": str(failed)} if failed else {})
 
     def _columns(self) -> Columns:
@@ -71,6 +77,7 @@ class Batch(Presented):
                 "whirl": Column("m", [_last(whirl) for whirl in whirls]),
             }
         columns |= {key: Column(None, values) for key, values in self.merits.items()}
+        columns |= {"aborted": Column(None, self.aborted)} if any(self.aborted) else {}
         return columns | {"failure": Column(None, self.failures)}
 
 

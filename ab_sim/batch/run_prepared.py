@@ -20,7 +20,7 @@ class DoneRuns(NamedTuple):
     """What became of many runs; see ``Batch``."""
 
     runs: tuple[BatchRun, ...]
-    side_by_side: int
+    in_lanes: int
     integration_seconds: float
 
 
@@ -36,30 +36,31 @@ def run_prepared(
         every, progress: see ``simulate_batch``.
     """
     runs: list[BatchRun | None] = [None] * len(prepared)
-    seconds, done, lanes_used = 0.0, 0, 0
+    seconds, done, in_lanes = 0.0, 0, 0
     for members in grouped(prepared).values():
         first = prepared[members[0]]
-        in_lanes = first.fits_lane
         sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
         run_sequentially = (
             SequentialRuns(first, sample_buffer).run
             if first.takes_collocation_steps
             else run_one_by_one
         )
-        lane_group = LaneGroup(first, kernel_stride(first.scene, every)) if in_lanes else None
-        width = LANES if in_lanes else 1
+        lane_group = (
+            LaneGroup(first, kernel_stride(first.scene, every)) if first.fits_lane else None
+        )
+        width = LANES if lane_group else 1
         for begin in range(0, len(members), width):
             chosen = members[begin : begin + width]
             these = [prepared[i] for i in chosen]
             taken = _side_by_side(lane_group, these, every, sample_buffer) if lane_group else None
-            lanes_used += len(chosen) if taken else 0
+            in_lanes += len(chosen) if taken else 0
             results, spent = taken or run_sequentially(these, every)
             for i, result in zip(chosen, results, strict=True):
                 runs[i] = result
             seconds, done = seconds + spent, done + len(chosen)
             if progress is not None:
                 progress(done, len(prepared))
-    return DoneRuns(tuple(run for run in runs if run is not None), lanes_used, seconds)
+    return DoneRuns(tuple(run for run in runs if run is not None), in_lanes, seconds)
 
 
 def _side_by_side(

@@ -14,6 +14,7 @@ from ab_sim.batch.run_columns import split_of
 from ab_sim.batch.run_prepared import run_prepared
 from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied_scene
 from ab_sim.errors import InputError, SceneError
+from ab_sim.quoting import short
 from ab_sim.scene import Scene
 from ab_sim.stepping.side_by_side import LANES
 
@@ -74,7 +75,8 @@ def simulate_batch(
     else:
         done = run_prepared(prepared, every, progress)
     failures = tuple(run.failure for run in done.runs)
-    return Batch(*done, each, columns, failures, done.runs[0].scene.name)
+    aborted = tuple(run.aborted for run in done.runs)
+    return Batch(*done, each, columns, failures, aborted, done.runs[0].scene.name)
 
 
 def _merits_only(
@@ -93,17 +95,18 @@ def _merits_only(
         for number in np.setdiff1d(np.arange(count), alike).tolist()
     }
     _check_room([scene, *(one.scene for one in prepared.values())], 1, keep=False)
-    failures, columns = [""] * count, _empty_columns(keys, count)
-    seconds, done, lanes_used = 0.0, 0, 0
+    failures, aborted, columns = [""] * count, [""] * count, _empty_columns(keys, count)
+    seconds, done, in_lanes = 0.0, 0, 0
     for part in judged_parts(split, prepared, keys):
         _fill_in(columns, part.runs, part.merits)
-        for run, failure in zip(part.runs.tolist(), part.failures, strict=True):
-            failures[run] = failure
+        for run, *whys in zip(part.runs.tolist(), part.failures, part.aborts, strict=True):
+            failures[run], aborted[run] = whys
         seconds, done = seconds + part.seconds, done + len(part.runs)
-        lanes_used += len(part.runs) if part.in_lanes else 0
+        in_lanes += len(part.runs) if part.in_lanes else 0
         if progress is not None:
             progress(done, count)
-    return Batch((), lanes_used, seconds, variations, columns, tuple(failures), scene.name)
+    why = tuple(failures), tuple(aborted)
+    return Batch((), in_lanes, seconds, variations, columns, *why, scene.name)
 
 
 def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
@@ -130,11 +133,11 @@ def _fill_in(
 
 def _check_every(every: int, keep: bool) -> None:
     if not isinstance(every, int) or every < 1:
-        raise InputError(f"every = {every!r}: must be a whole number, at least 1")
+        raise InputError(f"every = {short(every)}: must be a whole number, at least 1")
     if every > 1 and not keep:
         raise InputError(
-            f"every = {every!r}: says which samples are kept, and none are; leave it out, or ask "
-            "for samples=True"
+            f"every = {short(every)}: says which samples are kept, and none are; leave it out, or "
+            "ask for samples=True"
         )
 
 
@@ -149,7 +152,7 @@ def _check_room(scenes: Sequence[Scene], every: int, keep: bool = True) -> None:
     fewest = min(map(steps_of, scenes), default=every)
     if every > fewest:
         raise InputError(
-            f"every = {every!r}: must be at most {fewest}, the steps of the shortest run"
+            f"every = {short(every)}: must be at most {fewest}, the steps of the shortest run"
         )
     kept = at_work = 0
     for scene in scenes:

@@ -169,12 +169,7 @@ def _end(value: float | None, factor: float) -> str:
 def _sobol(found: Spread) -> Iterator[Table | str]:
     sobol = found.sobol
     if not sobol.pairs:
-        factors = len({each.group or place for place, each in enumerate(found.tolerances)})
-        yield (
-            "no Sobol indices: there is one factor only, none were asked for, or runs are too few: "
-            f"{FEW_PAIRS} pairs, from which they can be relied on, take --runs "
-            f"{2 * FEW_PAIRS * factors}; fewer may be asked for (--sobol)"
-        )
+        yield f"no Sobol indices: {sobol.none}"
         return
     table = Table(title="Sobol indices, and their intervals of 95 %")
     for name in ("of", "spread", "alone", "with others"):

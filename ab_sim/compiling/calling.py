@@ -8,6 +8,7 @@ import copy
 import ctypes
 import functools
 import struct
+import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from types import FunctionType
@@ -28,6 +29,7 @@ from ab_sim.compiling.source import (
     leaves,
     text_of,
 )
+from ab_sim.quoting import short
 
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
 _RETURNED: dict[Scalar, Any] = {FLOAT: ctypes.c_double, INT: ctypes.c_int64, BOOL: ctypes.c_bool}
@@ -251,9 +253,14 @@ def _packer(kind: Kind, path: str) -> _Put:
         BOOL: (bool, np.bool_),
     }
 
+    most = sys.float_info.max
+    low, high = (-most, most) if kind == FLOAT else (-(2**63), 2**63 - 1)
+
     def put_number(value: Any) -> tuple[Any, ...]:
-        if not isinstance(value, types[kind]) or kind == INT and not -(2**63) <= value < 2**63:
-            raise TypeError(f"{path} must be {kind}, not {value!r}")
+        if not isinstance(value, types[kind]):
+            raise TypeError(f"{path} must be {kind}, not {short(value)}")
+        if isinstance(value, int | np.integer) and not low <= value <= high:
+            raise TypeError(f"{path} must be {kind}, {low:g} to {high:g}, not {short(value)}")
         return (value,)
 
     return put_number

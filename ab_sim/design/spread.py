@@ -31,14 +31,15 @@ class SobolIndices(NamedTuple):
     """Which factor has which share in the variance of what."""
 
     pairs: int
-    """Of drives that differ in all factors; 0: none was asked for, there is one factor only, or
-    runs are too few."""
+    """Of drives that differ in all factors; 0: there are no indices."""
     runs: int
     """What they cost beside the runs that are there anyhow."""
     indices: Mapping[str, tuple[SobolIndex, ...]]
     """By merit, and of whether a run is balanced."""
     missing: Mapping[str, str]
     """Why others have none, by merit."""
+    none: str = ""
+    """Why there are no pairs."""
 
 
 class WorstRun(NamedTuple):

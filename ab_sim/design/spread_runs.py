@@ -83,7 +83,7 @@ def run_spread(
         WorkerLost: a process that shared the work is gone.
     """
     drawn, ranked_by = _checked(scene, tolerances, question)
-    pairs = _pairs(drawn, question)
+    pairs, none = _pairs(drawn, question)
     job = _job(scene, drawn, question, ranked_by)
     check_first(job, drawn)
     if question.against is not None:
@@ -104,7 +104,9 @@ def run_spread(
         balanced,
         share_of(balanced),
         {name: _quantiles(runs[name]) for name in _numbers(job.merits)},
-        study.indices(job, drawn, pairs, runs, balanced),
+        study.indices(job, drawn, pairs, runs, balanced)
+        if pairs
+        else SobolIndices(0, 0, {}, {}, none),
         ranked_by,
         _worst(runs, balanced, drawn, (ranked_by, _wants_small(ranked_by, question))),
         difference,
@@ -128,13 +130,19 @@ def _checked(
     return drawn, bounded[0] if bounded else RANKED_BY
 
 
-def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> int:
+def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
+    """Of drives for Sobol indices; why there are none."""
     factors, pairs = len(drawn.factors), question.pairs
     if factors < 2:
-        return 0
+        return 0, "there is one factor only"
     if pairs is None:
         most = question.runs // (2 * factors)
-        return 1 << (most.bit_length() - 1) if most >= FEW_PAIRS else 0
+        if most >= FEW_PAIRS:
+            return 1 << (most.bit_length() - 1), ""
+        return 0, (
+            f"runs = {question.runs} are too few: {FEW_PAIRS} pairs, from which they can be relied "
+            f"on, take {2 * FEW_PAIRS * factors}; fewer pairs may be asked for (sobol)"
+        )
     if pairs and (pairs < 2 or pairs.bit_count() != 1):
         raise InputError(f"sobol {pairs}: must be 0, for none, or a power of 2, e.g. 1024")
     if 2 * pairs > question.runs:
@@ -142,7 +150,7 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> int:
             f"sobol {pairs}: takes pairs from the {question.runs} runs; must be at most "
             f"{question.runs // 2}, or ask for more runs"
         )
-    return pairs
+    return pairs, "" if pairs else "none were asked for"
 
 
 def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:
@@ -178,8 +186,6 @@ class _Study:
         self, job: Job, drawn: DrawnPoints, pairs: int, runs: Sweep, balanced: np.ndarray
     ) -> SobolIndices:
         """Sobol indices, from pairs of the runs and some more beside."""
-        if not pairs:
-            return SobolIndices(0, 0, {}, {})
         points = ExchangedPoints(drawn, pairs)
         with StudyRuns(job, points.report(), self._executor()) as study:
             rows = study.rows(points, range(len(points)), self._tell)

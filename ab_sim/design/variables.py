@@ -1,6 +1,7 @@
 """Keys of a scene that vary, and over what: as texts and as calls give them."""
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
@@ -102,13 +103,14 @@ def range_(key: str, low: float, high: float, log: bool = False) -> Range:
     """
     whole = _takes_whole_numbers(key)
     said = f"{key}: from {exact(low)} to {exact(high)}"
-    if not (math.isfinite(low) and math.isfinite(high)) or low >= high:
+    largest = sys.float_info.max  # an int may be larger
+    if not -largest <= low < high <= largest:
         raise InputError(f"{said}: must be two finite numbers, the lower one first")
     if log and low <= 0:
         raise InputError(f"{said}: must be above 0 for logarithmic steps")
     if whole and not (float(low).is_integer() and float(high).is_integer()):
         raise InputError(f"{said}: must be whole numbers")
-    return Range(key, low, high, log, whole)
+    return Range(key, float(low), float(high), log, whole)
 
 
 def spaced(between: Range, count: int) -> ListedValues:
@@ -142,19 +144,22 @@ def values(key: str, given: Sequence[Any]) -> ListedValues:
     found = tuple(_plain(key, unit, value) for value in given)
     seen: set[str] = set()
     for value in found:
-        if not _is_finite(value):
-            raise InputError(f"{key}: {short(value)}: must be finite")
+        if not _fits(value):
+            raise InputError(f"{key}: {short(value)}: must be finite, and whole numbers of 64 bits")
         if (said := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")
         seen.add(said)
     return ListedValues(key, found)
 
 
-def _is_finite(value: Any) -> bool:
+def _fits(value: Any) -> bool:
+    """Whether a table has a column for it."""
     if isinstance(value, Mapping):
-        return all(map(_is_finite, value.values()))
+        return all(map(_fits, value.values()))
     if isinstance(value, list | tuple):
-        return all(map(_is_finite, value))
+        return all(map(_fits, value))
+    if isinstance(value, int):
+        return -(2**63) <= value < 2**63
     return not isinstance(value, float) or math.isfinite(value)
 
 

@@ -26,6 +26,7 @@ from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, same_instant,
 
 AT_ONCE = 10_000
 """Steps between two thinnings of what need not all be kept."""
+ONE = 1  # what is this object is no float, no bool, and need not be looked at
 
 
 class Drive:
@@ -222,19 +223,18 @@ class Drive:
 
         Raises
         ------
+        TypeError
+            One of the two is no whole number.
         ValueError
-            ``steps`` is negative, ``every`` is less than 1, or there is no room for so many
-            samples.
+            ``steps`` is negative, ``every`` is less than 1, or samples would be too many to keep.
         DivergedError
             The state went beyond all bounds; the drive keeps its last good one.
         """
-        if steps == every == 1 and self.leader is None:  # live, a thousand times a second
+        if steps is every is ONE and self.leader is None:  # live, a thousand times a second
             self._take(self._step_plan, 1, self._row)
             self.steps += 1
             return self._reader.trajectory(self._row.array.copy())
-        if steps < 0 or every < 1:
-            raise ValueError(f"steps = {steps}, every = {every}: must be at least 0 and at least 1")
-        check_room(steps, every, self.channels)
+        steps, every = check_room(steps, every, self.channels)
         if every == 1:
             return self._advance(steps)
         kept = [self._advance(0)]
@@ -289,7 +289,7 @@ class Drive:
         """
         if not self.time <= time <= self.time + self.step * (1 + 1e-9):
             raise ValueError(
-                f"time = {time} s: must lie within the next step, "
+                f"time = {exact(time)} s: must lie within the next step, "
                 f"{self.time} to {self.time + self.step} s"
             )
         with self._steps.left_unchanged():

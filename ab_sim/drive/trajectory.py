@@ -1,5 +1,6 @@
 """Samples of a run: one row per integration step, one named channel per column."""
 
+import operator
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -10,6 +11,7 @@ from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import nearest
 from ab_sim.presentation import Column, Columns, Presented, ends, number
+from ab_sim.quoting import short
 
 MAX_VALUES = 250_000_000
 """2 GB of samples; who asks for more in one piece is refused before anything runs."""
@@ -31,8 +33,8 @@ def taken(run: "Trajectory", every: int) -> np.ndarray:
     return run.samples[-int(run.samples[0, 0]) % every :: every]
 
 
-def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
-    """Refuse a run whose samples would not fit.
+def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, int]:
+    """Both numbers of a run whose samples fit.
 
     Args:
         steps: how many are taken.
@@ -40,15 +42,33 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> None:
         channels: of a sample.
 
     Raises:
-        ValueError: names how many samples fit, and an ``every`` with which they do.
+        TypeError: one of the two is no whole number.
+        ValueError: there are none such; or names how many samples fit, and an ``every`` with which
+            they do.
     """
+    steps, every = _counted("steps", steps, least=0), _counted("every", every, least=1)
     fit = MAX_VALUES // len(channels)
     if steps // every > fit:
         enough = steps // (fit + 1) + 1
         raise ValueError(
-            f"steps = {steps}: with every = {every} there would be {steps // every} samples, and "
-            f"at most {fit} fit; keep fewer with every = {enough} or more, or advance in parts"
+            f"steps = {short(steps)}: with every = {short(every)} there would be "
+            f"{short(steps // every)} samples, and at most {fit} fit; keep fewer with every = "
+            f"{short(enough)} or more, or advance in parts"
         )
+    return steps, every
+
+
+def _counted(name: str, value: int, least: int) -> int:
+    try:
+        # Python would take a bool for 0 or 1.
+        found = None if isinstance(value, bool) else operator.index(value)
+    except TypeError:
+        found = None
+    if found is None:
+        raise TypeError(f"{name} = {short(value)}: must be a whole number, at least {least}")
+    if found < least:
+        raise ValueError(f"{name} = {short(found)}: must be at least {least}")
+    return found
 
 
 def column_of(channel: str, channels: Sequence[str]) -> int:

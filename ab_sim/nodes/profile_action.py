@@ -29,8 +29,8 @@ class ProfileAction:
     text, a result does. A goal whose client has vanished is run to its end.
 
     rclpy would have a goal executed by a coroutine, which waits by running again and again: its
-    ``EventsExecutor`` then takes a whole core. So a goal counts as accepted while its profile runs,
-    and is executed when that is over, which takes no time.
+    ``EventsExecutor`` then takes a whole core. So nothing of rclpy's runs while a goal counts as
+    executing; its result is given when its profile is over.
 
     Args:
         node: offers it.
@@ -48,11 +48,11 @@ class ProfileAction:
         if (kind := actions.run_profile()) is None:
             node.get_logger().info(actions.NOT_BUILT)
             return
-        self._server: ActionServer[Any, Any, Any] = ActionServer(
+        self._server = _Server(
             node,
             kind,
             actions.RUN,
-            lambda goal: None,  # each goal is executed by a callback of its own
+            lambda goal: None,  # each goal has a callback of its own
             handle_accepted_callback=self._accepted,
             cancel_callback=self._asked_to_cancel,
         )
@@ -69,7 +69,7 @@ class ProfileAction:
         """The profile is over; nothing to do unless it was run for a goal."""
         goal, self._goal = self._goal, None
         if goal is not None:
-            _end(goal, well, outcome())
+            self._end(goal, well, outcome())
             if (executor := self._node.executor) is not None:
                 executor.create_task(self._left.set)  # after the result has been sent
 
@@ -83,27 +83,38 @@ class ProfileAction:
             time.sleep(LINGER)
 
     def _accepted(self, goal: Goal) -> None:
+        goal.execute()
         refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
         if not refusal:
             self._goal, self._told = goal, -math.inf  # before it is started: it may be over at once
             if refusal := self._start(actions.asked_of(goal.request)):
                 self._goal = None
         if refusal:
-            _end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))
+            self._end(goal, False, Outcome(f"refused: {refusal}", 0.0, 0.0))
 
     def _asked_to_cancel(self, goal: Goal) -> CancelResponse:
         asked = self._goal is not None and goal.goal_id == self._goal.goal_id
         return CancelResponse.ACCEPT if asked and self._cancel() else CancelResponse.REJECT
 
+    def _end(self, goal: Goal, well: bool, outcome: Outcome) -> None:
+        def result(goal: Goal) -> Any:
+            if goal.is_cancel_requested:
+                goal.canceled()
+            elif well:
+                goal.succeed()
+            else:
+                goal.abort()
+            return actions.result_of(outcome)
 
-def _end(goal: Goal, well: bool, outcome: Outcome) -> None:
-    def result(goal: Goal) -> Any:
-        if goal.is_cancel_requested:
-            goal.canceled()
-        elif well:
-            goal.succeed()
-        else:
-            goal.abort()
-        return actions.result_of(outcome)
+        self._server.notify_execute(goal, result)
 
-    goal.execute(result)
+
+class _Server(ActionServer[Any, Any, Any]):
+    """rclpy's, for goals that are executing before there is a callback for their result."""
+
+    def notify_execute(
+        self, goal_handle: Goal, execute_callback: Callable[[Goal], Any] | None
+    ) -> None:
+        """As rclpy's, which ``Goal.execute`` calls; with no callback nothing is scheduled."""
+        if execute_callback is not None:
+            super().notify_execute(goal_handle, execute_callback)

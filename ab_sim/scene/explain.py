@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import sys
 from collections.abc import Iterable
 from typing import Any, get_args
 
@@ -82,6 +83,9 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
         return f"{key} = {short(value)}: must be {words} {exact(context[bound])}{_meaning(loc)}"
     if kind == "float_parsing" and isinstance(value, str):
         return f"{key} = {short(value)}: {_no_number(value, loc)}{_meaning(loc)}"
+    if kind == "float_type" and isinstance(value, int):  # one that no float stands for
+        most = sys.float_info.max
+        return f"{key} = {short(value)}: must be within +-{most:.2g}{_meaning(loc)}"
     if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
         what = "a whole number" if kind.startswith("int") else "a number"
         return f"{key} = {short(value)}: must be {what}{_meaning(loc)}"

@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 from ab_sim.errors import CommandError, exact
+from ab_sim.quoting import short
 from ab_sim.spindle.schedule import SpeedSchedule
 from ab_sim.spindle.speed_laws import Ramp
 
@@ -26,11 +27,8 @@ class SpeedServo(NamedTuple):
         Raises:
             CommandError: it is not a finite number or beyond ``max_speed``.
         """
-        try:
-            command = float(command)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise CommandError(f"command = {command!r}: must be a number [rad/s]") from error
-        if not math.isfinite(command):
+        command = _as_float("command", command, "rad/s")
+        if not abs(command) < math.inf:
             raise CommandError(
                 f"command = {command} rad/s: must be a finite number; the speed stays as it was"
             )
@@ -46,14 +44,15 @@ class SpeedServo(NamedTuple):
         """The acceleration itself [rad/s^2], if the spindle can do it.
 
         Raises:
-            CommandError: it is not above 0, or beyond ``max_acceleration``.
+            CommandError: it is no number, not above 0, or beyond ``max_acceleration``.
         """
+        acceleration = _as_float("acceleration", acceleration, "rad/s^2")
         if not 0.0 < acceleration <= self.max_acceleration:
             raise CommandError(
                 f"acceleration = {exact(acceleration)} rad/s^2: must be above 0 and at most "
                 f"{exact(self.max_acceleration)} rad/s^2 (spindle.max_acceleration of the scene)"
             )
-        return float(acceleration)
+        return acceleration
 
     def approach(
         self, time: float, angle: float, speed: float, command: float, acceleration: float
@@ -64,3 +63,13 @@ class SpeedServo(NamedTuple):
         duration = (target - speed) / slope
         ramp = [(duration, Ramp(speed, slope))] if duration > 0 else []
         return SpeedSchedule(ramp, target, start=time, start_angle=angle)
+
+
+def _as_float(name: str, value: float, unit: str) -> float:
+    """A number; an int beyond all floats as it is, to be told as beyond what is allowed."""
+    try:
+        return float(value)
+    except OverflowError:
+        return value
+    except (TypeError, ValueError) as error:
+        raise CommandError(f"{name} = {short(value)}: must be a number [{unit}]") from error

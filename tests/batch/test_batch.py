@@ -46,12 +46,12 @@ def quick(scene: Any, **changes: Any) -> Scene:
 
 
 def assert_equal_to_drives(
-    base: Scene, variations: list[dict[str, Any]], every: int = 1, side_by_side: int | None = None
+    base: Scene, variations: list[dict[str, Any]], every: int = 1, in_lanes: int | None = None
 ) -> None:
-    """Each run is its Drive's to the bit; all go side by side unless said otherwise."""
+    """Each run is its Drive's to the bit; all run in lanes unless said otherwise."""
     batch = simulate_batch(base, variations, every)
     assert len(batch.runs) == len(variations)
-    assert batch.side_by_side == (len(variations) if side_by_side is None else side_by_side)
+    assert batch.in_lanes == (len(variations) if in_lanes is None else in_lanes)
     for run, scene in zip(batch.runs, varied(base, variations), strict=True):
         assert run.failure == ""
         assert run.scene == scene
@@ -183,11 +183,18 @@ def test_an_effect_that_branches_on_its_numbers_goes_side_by_side(
     assert np.abs(met["x"] - alone["x"]).max() > 1e-6, "it was met"
 
 
+def test_what_runs_alone_in_its_lanes_is_no_run_side_by_side(scene: Any) -> None:
+    """A lone run, and one of each of two groups."""
+    for variations in ([{}], [{}, {"effects.viscous_drag": None}]):
+        batch = simulate_batch(quick(scene), variations)
+        assert f"in lanes {len(variations)}, " in repr(batch) and "side by side" not in repr(batch)
+
+
 def test_steppers_without_lanes_run_one_by_one_and_exactly(scene: Any) -> None:
     solver = {"stepper": "collocation"}
     base = quick(scene, effects={"rolling_friction": {"arm": 1e-6}}, solver=solver)
     batch = simulate_batch(base, [{}, {"balls.mass": 0.002}])
-    assert batch.side_by_side == 0
+    assert batch.in_lanes == 0
     for run in batch.runs:
         alone = Drive(run.scene).advance(600)
         np.testing.assert_array_equal(run.trajectory.samples, alone.samples)
@@ -204,7 +211,7 @@ def assert_drives_to_the_bit(
 ) -> list[BatchRun]:
     """Each run is its Drive's."""
     batch = simulate_batch(base, variations, every)
-    assert batch.side_by_side == 0
+    assert batch.in_lanes == 0
     for run in batch.runs:
         alone = Drive(run.scene).advance(math.ceil(run.scene.duration / 0.005 - 1e-9), every)
         assert run.trajectory.channels == alone.channels
@@ -303,7 +310,7 @@ def test_one_run_that_diverges_leaves_the_others_alone(scene: Any) -> None:
     base = quick(scene, start={"ball_angles": [0.3, -0.5]})
     wild = {"rotor.eccentricity": 0.9, "effects.viscous_drag.coefficient": 0.0, "start.speed": 99.0}
     batch = simulate_batch(base, [{}, wild, {"balls.mass": 0.002}])
-    assert batch.side_by_side == 3
+    assert batch.in_lanes == 3
     assert [bool(run.failure) for run in batch.runs] == [False, True, False]
     bad = batch.runs[1]
     assert "beyond all bounds at t = " in bad.failure
@@ -320,7 +327,7 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
     variations = [{"balls.mass": 1e-3 + 1e-5 * i} for i in range(19)]
     batch = simulate_batch(quick(scene), variations, 100, lambda *what: seen.append(what))
     assert [run.scene.balls.mass for run in batch.runs] == [v["balls.mass"] for v in variations]
-    assert batch.side_by_side == 19
+    assert batch.in_lanes == 19
     assert seen == [(8, 19), (16, 19), (19, 19)]
     assert all(len(run.trajectory) == 6 for run in batch.runs)
     assert batch.runs[0].trajectory["step"].tolist() == [100, 200, 300, 400, 500, 600]
@@ -332,6 +339,7 @@ def test_order_of_results_counts_and_progress(scene: Any) -> None:
     [
         ([], 1, InputError, "one mapping per run"),
         ([{}], 0, InputError, "every = 0: must be a whole number, at least 1"),
+        pytest.param([{}], 10**5000, InputError, "every = <int .*at most 600", id="large"),
         ([{}], 601, InputError, "every = 601: must be at most 600, the steps of the shortest run"),
         ([{}], 2.5, InputError, "every = 2.5: must be a whole number"),
         ({"balls.mass": 1.0}, 1, InputError, "must be a list with one mapping per run"),

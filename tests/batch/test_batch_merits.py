@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.analysis import run_scene
 from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.judging import RunNumbers
 from ab_sim.analysis.merits.merit import MeritKind, merits_named, reported_merits
@@ -16,7 +17,7 @@ from ab_sim.batch.run_columns import columns_of
 from ab_sim.batch.variations import varied, varied_scene
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
-from ab_sim.scene import Scene
+from ab_sim.scene import Scene, load_scene
 
 KEYS = [merit.key for merit in reported_merits()]
 ASK_SCENES = {
@@ -85,7 +86,7 @@ def test_runs_in_columns_are_their_drives_to_the_bit(scene: Any, given: str) -> 
     split = columns_of(PreparedRun(base), columns)
     assert split is not None and split.rows.tolist() == list(range(19))
     batch = assert_judged_like_drives(base, rows(columns))
-    assert batch.side_by_side == 19 and batch.runs == ()
+    assert batch.in_lanes == 19 and batch.runs == ()
     same = simulate_batch(base, columns, merits=KEYS)
     for key in KEYS:
         np.testing.assert_array_equal(same.merits[key], batch.merits[key])
@@ -241,3 +242,23 @@ def test_what_is_asked_of_a_batch_is_checked(scene: Any) -> None:
     with pytest.raises(InputError, match="has no samples to be drawn"):
         batch.plot()
     assert list(batch.to_dataframe()) == ["final_whirl_over_e", "failure"]
+
+
+@pytest.mark.parametrize("samples", [False, True])
+def test_an_aborted_run_has_the_merits_of_a_single_one_and_is_told(samples: bool) -> None:
+    """Its reading is beyond what the sensor can."""
+    base = load_scene("adaptive-start-up", ["duration=2"])
+    variations: list[dict[str, Any]] = [{"sensors.pick_up.range": end} for end in (1000.0, 0.5)]
+    alone = run_scene(list(varied(base, variations))[1])
+    batch = assert_judged_like_drives(base, variations, samples=samples)
+    assert alone.aborted is not None and batch.aborted == ("", alone.aborted.text)
+    assert "aborted 1" in repr(batch) and "diverged" not in repr(batch)
+    assert batch.to_dataframe()["aborted"].tolist() == list(batch.aborted)
+    if samples:
+        last = batch.runs[0].trajectory.whirl[-1]
+        assert f"W at the end {last:.4g} to {last:.4g} m" in repr(batch), "of the other one only"
+
+
+def test_where_none_was_aborted_nothing_is_said_of_it(scene: Any) -> None:
+    batch = simulate_batch(short(scene), [{}, {}], merits=KEYS[:1])
+    assert batch.aborted == ("", "") and "aborted" not in repr(batch)

@@ -103,7 +103,7 @@ def test_scenes_without_balls(name: str) -> None:
     base = load_scene(name, ["duration=0.2", "balls.count=0", *angles])
     variations: Variations = [{"rotor.eccentricity": 1e-4 * (1 + k)} for k in range(3)]
     batch = simulate_batch(base, variations)
-    assert batch.side_by_side == 3
+    assert batch.in_lanes == 3
     for run in batch.runs:
         alone = Drive(run.scene).advance(steps_of(run.scene))
         assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
@@ -118,7 +118,7 @@ def test_samples_and_merits_are_those_of_drives(name: str) -> None:
     base, variations = CASES[name]()
     batch = simulate_batch(base, variations, merits=KEYS, samples=True)
     judged = simulate_batch(base, variations, merits=KEYS)
-    assert batch.side_by_side == judged.side_by_side == len(variations)
+    assert batch.in_lanes == judged.in_lanes == len(variations)
     events = set()
     for number, (run, scene) in enumerate(zip(batch.runs, varied(base, variations), strict=True)):
         drive = Drive(scene)
@@ -185,7 +185,7 @@ def test_a_run_that_diverges_leaves_the_others_alone() -> None:
     wild = {"rotor.eccentricity": 0.9, "start.speed": 99.0, "race.radius": 0.003, "profile": None}
     wild |= {"effects.viscous_drag.coefficient": 0.0, "effects.rolling_friction.arm": 1e-6}
     batch = simulate_batch(base, [variations[0], wild, variations[1]])
-    assert batch.side_by_side == 3
+    assert batch.in_lanes == 3
     assert [bool(run.failure) for run in batch.runs] == [False, True, False]
     for run in batch.runs:
         drive = Drive(run.scene)

@@ -60,7 +60,8 @@ def test_until_goes_on_and_more_runs_find_those_that_are_done(tmp_path: Path) ->
     assert done.returncode == 0, done.stderr
     report = json.loads((tmp_path / "s.json").read_text())
     share = report["share"]
-    assert (share["high"] - share["low"]) / 2 <= 0.09 and "no Sobol indices" in done.stdout
+    assert (share["high"] - share["low"]) / 2 <= 0.09
+    assert "no Sobol indices: none were asked for\n" in done.stdout
     more = ab_sim(*words, "--runs", "300", "--json", "m.json", cwd=tmp_path)
     assert more.returncode == 0, more.stderr
     other = json.loads((tmp_path / "m.json").read_text())["runs"]
@@ -158,7 +159,7 @@ def test_two_scenes_of_one_name_are_told_apart_by_their_files(tmp_path: Path) ->
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     said = " ".join(done.stdout.split())
-    assert "no Sobol indices: " in said
+    assert "no Sobol indices: there is one factor only " in said and "asked for" not in said
     assert "thesis-hold (my.yaml --set duration=0.4 " in said
     assert "against thesis-hold (thesis-hold) in the same draws" in said
 
@@ -168,5 +169,6 @@ def test_few_runs_have_no_sobol_indices_unless_asked_for(tmp_path: Path) -> None
     done = ab_sim("robust", "thesis-hold", *SHORT, *words, *SMALL, cwd=tmp_path)
     assert done.returncode == 0, done.stderr
     said = " ".join(done.stdout.split())
-    assert "128 pairs, from which they can be relied on, take --runs 512;" in said
+    few = "runs = 40 are too few: 128 pairs, from which they can be relied on, take 512; fewer"
+    assert f"no Sobol indices: {few} pairs may be asked for (sobol)" in said
     assert "with others" not in said

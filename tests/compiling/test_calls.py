@@ -114,6 +114,8 @@ def test_more_arguments_can_be_bound() -> None:
         third(2.0)
     with pytest.raises(TypeError, match="scaled: k must be int, not 1.5"):
         bound.bind(1.5)
+    with pytest.raises(TypeError, match="scaled: by must be float, -1.79.* to 1.79.*, not 1000"):
+        third.bind(10**400)
     with pytest.raises(TypeError, match="scaled: takes 4 arguments, 5 are given"):
         third.bind(2.0, out, 1)
 
@@ -152,7 +154,14 @@ def test_all_kinds_of_arguments_and_results() -> None:
 WRONG: list[tuple[Any, tuple[Any, ...], str]] = [
     (whole(), ("a", 1.0, np.zeros((5, 2))), "scaled: k must be int, not 'a'"),
     (whole(), (1.0, 1.0, np.zeros((5, 2))), "scaled: k must be int, not 1.0"),
-    (whole(), (2**63, 1.0, np.zeros((5, 2))), "scaled: k must be int, not 9223372036854775808"),
+    (
+        whole(),
+        (2**63, 1.0, np.zeros((5, 2))),
+        "k must be int, .*to 9.22.*, not 9223372036854775",
+    ),
+    (whole(), (1, 10**400, np.zeros((5, 2))), r"scaled: by must be float, .*to 1.79.*, not 1000.*"),
+    (whole(), (1, -(10**5000), np.zeros((5, 2))), "not <int of too many digits to write>"),
+    (Whole(whole().own._replace(scale=10**400), 1), (), "whole.own.scale must be float, .*1.79"),
     (whole(), (1, None, np.zeros((5, 2))), "scaled: by must be float, not None"),
     (whole(), (1, 1.0, np.zeros(5)), r"scaled: out must be a 2-D array of floats.*shape \(5,\)"),
     (whole(), (1, 1.0, np.zeros((5, 2), int)), "not int64"),

@@ -137,6 +137,7 @@ def test_where_a_run_has_no_value_there_is_no_index(monkeypatch: pytest.MonkeyPa
     assert set(found.indices) == {"balanced"}
     one = spread("thesis-hold", KNOWN, over=UNIFORM).sobol
     assert (one.pairs, one.runs, one.indices) == (0, 0, {})
+    assert (one.none, found.none) == ("there is one factor only", "")
 
 
 def test_quantiles_are_of_the_runs_that_have_a_value(monkeypatch: pytest.MonkeyPatch) -> None:

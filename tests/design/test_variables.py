@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ab_sim.design.points import DesignPoints, GridPoints, points_of
-from ab_sim.design.variables import ListedValues, Range, spaced, variable_of
+from ab_sim.design.variables import ListedValues, Range, range_, spaced, values, variable_of
 from ab_sim.errors import InputError
 
 MASS, DRAG = "balls.mass", "effects.viscous_drag.coefficient"
@@ -61,6 +61,8 @@ def test_values_as_they_are_written(text: str, values: tuple[object, ...]) -> No
         ("balls.count=1..2:3", "3 values: must be from 2 to 2"),
         ("balls.mass=nan,1", "balls.mass: nan: must be finite"),
         ("start.ball_angles=[[0, .nan]]", "must be finite"),
+        (f"balls.mass=1,1{'0' * 50}", "0: must be finite, and whole numbers of 64 bits"),
+        (f"start.ball_angles=[[0, -1{'0' * 50}]]", "must be finite, and whole numbers of 64 bits"),
         ("balls.mass=1,1", "is given twice"),
         ("balls.mass=[1", "its values"),
     ],
@@ -69,6 +71,13 @@ def test_what_cannot_be_meant_is_said(text: str, words: str) -> None:
     with pytest.raises(InputError) as raised:
         variable_of(text)
     assert words in str(raised.value), raised.value
+
+
+def test_an_int_beyond_all_floats_is_refused() -> None:
+    with pytest.raises(InputError, match="from 1 to 1.00000e\\+400: must be two finite numbers"):
+        range_(MASS, 1, 10**400)
+    with pytest.raises(InputError, match="balls.mass: 1000.*000: .* whole numbers of 64 bits"):
+        values(MASS, [10**400, 1])
 
 
 def test_a_grid_has_all_combinations_the_last_key_fastest() -> None:

@@ -89,6 +89,21 @@ def test_samples_that_do_not_fit_are_refused_before_any_is_taken(scene: Any) -> 
         check_room(10**12, int(named[1]) - 1, drive.channels)
 
 
+@pytest.mark.parametrize("digits", [400, 5000])
+def test_an_int_beyond_all_floats_is_refused_shortly(scene: Any, digits: int) -> None:
+    drive, large = Drive(scene()), 10**digits
+    for call, allowed in (
+        (lambda: drive.advance(large), "at most 16666666 fit"),
+        (lambda: drive.advance(-large), "must be at least 0"),
+        (lambda: drive.advance(1, -large), "must be at least 1"),
+        (lambda: drive.observe_at(large), "within the next step"),
+    ):
+        with pytest.raises(ValueError, match=allowed) as caught:
+            call()
+        assert len(str(caught.value)) < 1000
+    assert len(drive.advance(1, large)) == 0
+
+
 def test_an_unknown_channel_is_named_with_the_nearest(scene: Any) -> None:
     with pytest.raises(KeyError, match=r"no channel 'sped'; did you mean 'speed'\?; there are: st"):
         Drive(scene()).present()["sped"]
@@ -196,7 +211,7 @@ def test_divergence_names_variable_time_and_cause(scene: Any) -> None:
     assert drive.steps == 0
 
 
-@pytest.mark.parametrize("command", ["fast", None, [1.0], 10**400])
+@pytest.mark.parametrize("command", ["fast", None, [1.0]])
 def test_commands_that_are_no_numbers(scene: Any, command: Any) -> None:
     with pytest.raises(CommandError, match="must be a number"):
         Drive(scene()).command(command)
@@ -287,11 +302,28 @@ def test_observing_across_a_breakpoint(scene: Any, with_hold: Any) -> None:
 
 
 def test_advance_refuses_to_go_back(scene: Any) -> None:
-    with pytest.raises(ValueError, match="every = 0: must be at least 0 and at least 1"):
+    with pytest.raises(ValueError, match="every = 0: must be at least 1"):
         Drive(scene()).advance(1, every=0)
-    with pytest.raises(ValueError, match="at least 0"):
+    with pytest.raises(ValueError, match="steps = -1: must be at least 0"):
         Drive(scene()).advance(-1)
     assert len(Drive(scene()).advance(0)) == 0
+
+
+@pytest.mark.parametrize("number", [1.0, 2.0, True, np.float64(1.0), np.True_, "1", None])
+def test_advance_takes_whole_numbers_only(scene: Any, number: Any) -> None:
+    """One of them is not taken for the 1 that live drives ask for, which goes a short way."""
+    drive = Drive(scene())
+    with pytest.raises(TypeError, match="steps = .*: must be a whole number, at least 0"):
+        drive.advance(number)
+    with pytest.raises(TypeError, match="every = .*: must be a whole number, at least 1"):
+        drive.advance(1, number)
+    assert drive.steps == 0
+
+
+@pytest.mark.parametrize("one", [1, np.int64(1), np.uint8(1)])
+def test_advance_takes_whole_numbers_of_any_kind(scene: Any, one: Any) -> None:
+    taken = [Drive(scene()).advance(*given) for given in ((1,), (one,), (one, one), (1, one))]
+    assert len({run.samples.tobytes() for run in taken}) == 1
 
 
 def test_no_ledger_no_energy(scene: Any) -> None:

@@ -97,7 +97,7 @@ def test_whatever_the_processor_can_do(processor: str, here: dict[str, str]) -> 
 @pytest.mark.parametrize("stepper", IN_LANES)
 def test_side_by_side_or_alone(stepper: str) -> None:
     batch = simulate_batch(*varied(stepper))
-    assert batch.side_by_side == 9
+    assert batch.in_lanes == 9
     for run in batch.runs:
         alone = Drive(run.scene).advance(len(run.trajectory))
         assert run.trajectory.samples.tobytes() == alone.samples.tobytes()

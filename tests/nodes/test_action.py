@@ -15,7 +15,7 @@ from tests.nodes.fleet import Fleet
 pytestmark = pytest.mark.ros
 pytest.importorskip("ab_interfaces", reason="the action is not built: make action")
 
-SUCCEEDED, CANCELED, ABORTED = 4, 5, 6
+ACCEPTED, EXECUTING, CANCELING, SUCCEEDED, CANCELED, ABORTED = range(1, 7)
 """Of action_msgs/msg/GoalStatus."""
 SLOW = "{kind: segments, segments: [{to: 400, acceleration: 4}]}"
 """25 s of this drive: more than a few requests take, however busy the machine."""
@@ -54,12 +54,25 @@ class Session:
     """Who asks."""
 
     def __init__(self, fleet: Fleet) -> None:
+        from action_msgs.msg import GoalStatusArray
         from rclpy.action import ActionClient
+        from rclpy.qos import DurabilityPolicy, QoSProfile
 
         self.fleet = fleet
         self.status = fleet.listen(topics.PROFILE_STATUS)
         self.joints = fleet.listen(topics.JOINT_STATES)
         self.feedback: list[Any] = []
+        self.goals: list[dict[bytes, int]] = []
+        """What ROS's tools show: states of all goals, told anew at each change."""
+        fleet.node.create_subscription(
+            GoalStatusArray,
+            "profile_controller/run/_action/status",
+            lambda message: self.goals.append(
+                {bytes(each.goal_info.goal_id.uuid): each.status for each in message.status_list}
+            ),
+            # ROS's own depth of 1 would pass over one of two that come before this looks.
+            QoSProfile(depth=100, durability=DurabilityPolicy.TRANSIENT_LOCAL),
+        )
         self.client: Any = ActionClient(fleet.node, run_profile(), "profile_controller/run")
         fleet.until(self.client.server_is_ready, "there is the action")
         fleet.acquainted()
@@ -81,6 +94,11 @@ class Session:
         ended = goal.get_result_async()
         self.fleet.until(ended.done, "the result")
         return ended.result().status, ended.result().result
+
+    def states_of(self, goal: Any) -> list[int]:
+        """What is told of a goal so far, each state once."""
+        which = bytes(goal.goal_id.uuid)
+        return list(dict.fromkeys(each[which] for each in self.goals if which in each))
 
     def until(self, condition: Callable[[], Any], what: str) -> None:
         self.fleet.until(condition, what)
@@ -104,6 +122,20 @@ def test_a_goal_is_run_to_its_end(session: Session) -> None:
     assert session.fleet.set("drive_sim", speed_factor=4.0)[0]
     status, result = session.result(session.ask())
     assert status == SUCCEEDED, "and once more"
+
+
+def test_ros_tools_see_how_far_a_goal_is(session: Session) -> None:
+    """While its profile runs it is being executed, and not only accepted."""
+    goal = session.ask(SLOW)
+    session.until(lambda: EXECUTING in session.states_of(goal), "it is executed")
+    session.until(lambda: goal.status == EXECUTING, "and its client knows")
+    session.until(lambda: session.speed > 10.0, "there is something to ramp down")
+    canceled = goal.cancel_goal_async()
+    session.until(canceled.done, "the request is answered")
+    assert session.result(goal)[0] == CANCELED
+    session.until(lambda: CANCELED in session.states_of(goal), "its last state")
+    told = [state for state in session.states_of(goal) if state != ACCEPTED]
+    assert told == [EXECUTING, CANCELING, CANCELED]
 
 
 def test_what_is_refused_says_why(session: Session) -> None:

@@ -91,6 +91,8 @@ def test_case_2_is_exactly_degenerate() -> None:
         ("rotor.eccentricity=.inf", ["rotor.eccentricity = inf"]),
         ("rotor.eccentricity=yes", ["rotor.eccentricity", "a number is needed"]),
         ("rotor.eccentricity=wide", ["rotor.eccentricity = 'wide'", "must be a number"]),
+        (f"rotor.eccentricity=1{'0' * 400}", ["a number of more than 100 digits", "shorter"]),
+        (f"rotor.eccentricity=1{'0' * 50}", ["at most 1", "[m]"]),
         ("race.radius=1e9", ["race.radius", "at most 10"]),
         ("race.radius=", ["race.radius: is missing", "[m]"]),
         ("balls.count=65", ["balls.count = 65", "at most 64"]),
@@ -153,6 +155,21 @@ def test_bad_input_is_named(change: str, words: list[str]) -> None:
         load_scene("thesis-hold", [change])
     for word in words:
         assert word in str(caught.value)
+
+
+@pytest.mark.parametrize("digits", [400, 5000])
+@pytest.mark.parametrize(
+    ("key", "allowed"),
+    [
+        ("rotor.eccentricity", "must be within +-1.8e+308; e, distance"),
+        ("effects.suspension.damping", "must be within +-1.8e+308; c, "),
+        ("balls.count", "must be at most 64"),
+    ],
+)
+def test_an_int_beyond_all_floats_is_refused_shortly(key: str, allowed: str, digits: int) -> None:
+    with pytest.raises(SceneError, match=re.escape(allowed)) as caught:
+        changed_scene(load_scene("thesis-hold"), {key: 10**digits}, "these")
+    assert f"these: {key} = " in str(caught.value) and len(str(caught.value)) < 400
 
 
 def test_a_variation_cannot_remove_what_is_not_there() -> None:

@@ -102,7 +102,7 @@ def test_runs_side_by_side_do_not_wait_for_each_others_steps() -> None:
     base = load_scene("thesis-hold", [*SMOOTH, *HOLD, "duration=1.0"])
     variations = [{"effects.viscous_drag.coefficient": 3.0**k} for k in range(-3, 7)]
     batch = simulate_batch(base, variations)
-    assert batch.side_by_side == 10
+    assert batch.in_lanes == 10
     for run in batch.runs:
         alone = Drive(run.scene).advance(200)
         assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
@@ -118,7 +118,7 @@ def test_merits_are_those_of_runs_by_a_runge_kutta_method() -> None:
     for stepper in ("taylor", "rk8"):
         changes = [*SMOOTH, "duration=1.0", f"solver.stepper={stepper}", "solver.step=0.002"]
         batch = simulate_batch(load_scene("thesis-hold", changes), variations, merits=[merit])
-        assert batch.side_by_side == 9
+        assert batch.in_lanes == 9
         found.append(batch.merits[merit])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
 

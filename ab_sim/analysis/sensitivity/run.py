@@ -1,6 +1,7 @@
 """A run with its derivatives by numbers of the scene."""
 
 import math
+import sys
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
@@ -250,7 +251,7 @@ def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[S
         return range(steps + 1), steps
     found = []
     for time in times:
-        number = round(time / drive.step) if math.isfinite(time) else -1
+        number = round(time / drive.step) if abs(time) <= sys.float_info.max else -1
         if number < 0 or abs(number * drive.step - time) > 1e-6 * drive.step:
             raise InputError(
                 f"times: {exact(time)} s: must be a whole number of steps of {drive.step:g} s, "

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -258,10 +257,12 @@ def sizing_failure(found: Sizing) -> str:
         said = "; ".join(f"{count} balls: {why}" for count, why in reasons.items())
         return f"nothing can be sized: {said}"
     wanted = 100.0 * found.specification.share
-    runs: Any = "; ".join(
+    runs = "; ".join(
         f"{count} balls: {100 * each.share.value:.1f} % balanced" for count, each in found.tried
     )
+    holds = len(list(_holds(found.specification)))  # all are tried before balls are given up
+    also = f", also with each of {holds} holds of the speed (variable-speed periods)"
     return (
-        f"nothing can be sized: runs contradict the prediction of {wanted:g} % ({runs}); give more "
-        "time to settle, or ask for a smaller share"
+        f"nothing can be sized: runs contradict the prediction of {wanted:g} % ({runs})"
+        f"{also if holds else ''}; give more time to settle, or ask for a smaller share"
     )

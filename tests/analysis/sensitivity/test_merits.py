@@ -162,6 +162,7 @@ def test_a_speed_that_measurements_decide_has_no_derivative() -> None:
         ({"channels": ["z"]}, "channel 'z': there is none"),
         ({"times": [0.0015]}, "must be a whole number of steps of 0.001 s"),
         ({"times": [float("nan")]}, "must be a whole number of steps"),
+        ({"times": [10**400]}, r"times: 1.00000e\+400 s: must be a whole number of steps"),
         ({"times": [-0.001]}, "must be a whole number of steps"),
         ({"times": [0.002, 0.001]}, "must rise"),
         ({"times": []}, "must rise, and be at least one"),

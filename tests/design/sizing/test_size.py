@@ -107,10 +107,31 @@ def test_what_runs_contradict_is_not_sized(monkeypatch: pytest.MonkeyPatch) -> N
     monkeypatch.setattr(sizing, "_run", lambda *_: runs_with(40))
     found = sizing.run_sizing(wanted(balls="5..6"), HERE)
     assert not found.found and [count for count, _ in found.tried] == [5, 6]
-    assert "runs contradict the prediction" in sizing.sizing_failure(found)
+    said = sizing.sizing_failure(found)
+    assert "6 balls: 40.0 % balanced" in said
+    assert "runs contradict the prediction of 90 %" in said
+    assert "), also with each of 12 holds of the speed (variable-speed periods); give" in said
     assert found.scene_text() == "" and "nothing" in repr(found)
     assert len(found.plot().axes) == 2
     json.dumps(found.report(), allow_nan=False)
+
+
+@pytest.mark.parametrize(("speed", "holds"), [("125 rad/s", 8), ("104 rad/s", 0)])
+def test_holds_are_named_only_where_they_were_tried(
+    speed: str, holds: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """None is where the running speed is hardly above the critical one."""
+    sized, tried = sizing.sized_balls(5, wanted(balls=[5])), list[Hold | None]()
+
+    def run(sized: Any, hold: Hold | None, *_: Any) -> SpreadRuns:
+        tried.append(hold)
+        return runs_with(40)
+
+    monkeypatch.setattr(sizing, "_run", run)
+    monkeypatch.setattr(sizing, "sized_balls", lambda *_: sized)
+    said = sizing.sizing_failure(sizing.run_sizing(wanted(balls=[5], speed=speed), HERE))
+    assert tried.count(None) == 1 and len(tried) == 1 + holds
+    assert f"with each of {holds} holds" in said if holds else "hold" not in said
 
 
 def test_too_few_runs_are_refused() -> None:
