@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
+from hypothesis import HealthCheck, settings
 from matplotlib.figure import Figure
 
 from ab_sim.scene import Scene, check_scene
@@ -12,6 +13,13 @@ from tests.domains import own_domain
 
 # Assertions explain themselves outside of test files, too, if this comes before their first import.
 pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.overlap")
+
+# Hypothesis allows an example 0.2 s, and some seconds for making the first ones, by the wall's
+# clock: a busy machine takes longer now and then.
+settings.register_profile(
+    "by no clock", deadline=None, suppress_health_check=[HealthCheck.too_slow]
+)
+settings.load_profile("by no clock")
 
 # Programs that tests start inherit what is ignored, and nohup ignores this one; a handler they do
 # not inherit.

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TextIO
 
-LAST = 101
-"""Up to here they keep clear of the ports that Linux hands out by itself."""
+LAST = 100
+"""Up to here all their ports keep clear of those that Linux hands out by itself."""
 _numbers = itertools.count(os.getpid())
 
 

@@ -49,7 +49,7 @@ def in_a_process(program: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(Path(ab_sim.__file__).parents[1])}
     return subprocess.run(
         [sys.executable, "-c", program],
-        env=environment, check=True, capture_output=True, text=True, timeout=120,
+        env=environment, check=True, capture_output=True, text=True, timeout=280,
     ).stdout  # fmt: skip
 
 

@@ -43,7 +43,7 @@ class ProfileAction:
     ) -> None:
         self._node, self._start, self._cancel = node, start, cancel
         self._goal: Goal | None = None
-        self._told = -math.inf
+        self._told, self._said = -math.inf, ""
         self._left = threading.Event()
         if (kind := actions.run_profile()) is None:
             node.get_logger().info(actions.NOT_BUILT)
@@ -57,11 +57,12 @@ class ProfileAction:
             cancel_callback=self._asked_to_cancel,
         )
 
-    def tell(self, progress: Callable[[], Progress], anew: bool) -> None:
-        """Tell who has asked how far it has come, if it is time, or something has changed."""
+    def tell(self, progress: Callable[[], Progress], status: str) -> None:
+        """Tell who has asked how far it has come, if it is time, or was not told of this status."""
         now = time.monotonic()
+        anew = status != self._said
         if self._goal is not None and (anew or now - self._told >= FEEDBACK_PERIOD):
-            self._told = now
+            self._told, self._said = now, status
             self._goal.publish_feedback(actions.feedback_of(progress()))
 
     def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:

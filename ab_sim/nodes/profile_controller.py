@@ -307,11 +307,11 @@ class ProfileController(PlainLog):
             if self._ended:
                 return
             since, self._ticked = time.monotonic() - self._ticked, time.monotonic()
-            before, run = self.status, self._timed.run
+            run = self._timed.run
             self._send(self._timed.tick(self._now, since))
             if run.state.under_way:
                 self._action.tell(
-                    lambda: profile_words.progress(run, self._timed.elapsed), before != run.status
+                    lambda: profile_words.progress(run, self._timed.elapsed), run.status
                 )
             else:
                 self._finish(run.course is not None and run.course.reached)

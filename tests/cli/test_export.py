@@ -199,6 +199,6 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
             every=0.01,
         )
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=60)
+        _, said = process.communicate(timeout=280)
     assert process.returncode == 130 and "nothing was written" in said, said
     assert [path.name for path in tmp_path.iterdir()] == ["run.rrd"]

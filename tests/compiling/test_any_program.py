@@ -143,7 +143,7 @@ serial = itertools.count()
 
 
 @pytest.mark.filterwarnings("ignore::RuntimeWarning")
-@settings(max_examples=60, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=60, suppress_health_check=list(HealthCheck))
 @given(programs(), numbers, numbers, st.integers(-99, 99), st.integers(-9, 9))
 def test_any_program(tmp_path_factory: Any, text: str, x: float, y: float, i: int, j: int) -> None:
     path: Path = tmp_path_factory.mktemp("program") / f"program_{next(serial)}.py"

@@ -156,13 +156,13 @@ def one_name_in_two_loops(x: Floats) -> float:
 
 
 @given(st.integers(-3, 9), st.integers(-3, 9))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_loops_over_ranges(a: int, b: int) -> None:
     same(ranges, a, b, np.zeros(5))
 
 
 @given(st.lists(st.sampled_from([-3.0, -0.5, 0.0, 0.5, 3.0]), min_size=6, max_size=6))
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 def test_ways_out_of_loops(values: list[float]) -> None:
     x = np.array(values).reshape(2, 3)
     same(first_above, x, 1.0)
@@ -176,7 +176,7 @@ def test_loops_without_end(limit: int) -> None:
 
 
 @given(st.floats(-3.0, 3.0) | st.sampled_from([0.0, 1.0, 2.0, math.nan]), st.integers(-3, 7))
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 def test_branches_and_choices(x: float, i: int) -> None:
     same(branches, x)
     same(chosen, x, i)
@@ -185,7 +185,7 @@ def test_branches_and_choices(x: float, i: int) -> None:
 
 
 @given(st.integers(0, 4), st.integers(0, 4))
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 def test_what_need_not_be_known_is_not_looked_at(a: int, b: int) -> None:
     same(short_circuits, np.zeros(5, np.int64), a, b)
 

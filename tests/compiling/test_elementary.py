@@ -65,7 +65,7 @@ ENDS += [-745.13, -745.14, -1e308, 1e308, 5e-324, -1e-310, 0.5, -0.5, 37.1, -37.
 
 
 @given(st.floats() | st.floats(-800.0, 800.0) | st.sampled_from(ENDS))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_all_ways_have_the_same_bits(x: float) -> None:
     if math.isfinite(x):
         same(cos_sin, x)
@@ -87,7 +87,7 @@ def test_powers_of_two() -> None:
 
 
 @given(st.floats(-10.0, 10.0) | st.floats(-1e9, 1e9))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_cosine_and_sine_are_those_of_emitted_formulas(x: float) -> None:
     graph = Graph()
     angle = graph.input("a")

@@ -97,7 +97,7 @@ def from_bits(i: int) -> float:
 
 
 @given(floats, floats, floats)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_floats(x: float, y: float, z: float) -> None:
     same(of_floats, x, y)
     same(compared, x, y)
@@ -111,7 +111,7 @@ def test_floats(x: float, y: float, z: float) -> None:
 
 
 @given(ints, ints, ordinary)
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_ints_and_both(i: int, j: int, x: float) -> None:
     same(of_ints, i, j)
     same(bit_by_bit, i, j)

@@ -25,6 +25,8 @@ from tests.waiting import until
 pytestmark = pytest.mark.long
 
 pytest.importorskip("distributed")
+ENDS = 240.0
+"""s; on a busy machine, too, whatever has not ended by then never will."""
 SCENE = ["duration=0.4"]
 OVER = {
     "balls.mass": "0.5 g..3 g:10",
@@ -39,6 +41,7 @@ def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
     """Of two workers, one of which has an older processor, as far as our code can tell."""
     with DaskCluster(tmp_path_factory.mktemp("cluster"), 1) as found:
         found.add_worker(AB_SIM_CPU_FEATURES="-avx512f")
+        until(lambda: found.said().count("Registered to:") == 2, "both are there", ENDS)
         yield found
 
 
@@ -108,7 +111,7 @@ def test_a_worker_of_other_sources_is_refused(tmp_path: Path) -> None:
             env=environment,
             capture_output=True,
             text=True,
-            timeout=60,
+            timeout=ENDS,
         )
         assert "another source of own_calls" in done.stderr, done.stderr
         assert "would not give the same bits" in done.stderr
@@ -160,8 +163,8 @@ def test_without_workers_it_says_so_until_there_are_some(tmp_path: Path) -> None
         each.waiting = stop
         begin = time.monotonic()
         with pytest.raises(KeyboardInterrupt):
-            list(each.each(functools.partial(calls.slow, 5.0), range(20)))
-        assert time.monotonic() - begin < 5.0
+            list(each.each(functools.partial(calls.slow, ENDS), range(20)))
+        assert time.monotonic() - begin < ENDS, "no call is waited for"
 
 
 def test_a_scheduler_that_is_lost_is_said(
@@ -243,7 +246,7 @@ def until_kept(folder: Path, parts: int, program: "subprocess.Popen[str]") -> No
         assert program.poll() is None, program.communicate()
         return kept(folder) >= parts
 
-    until(are_kept, f"{parts} parts are kept", 120.0)
+    until(are_kept, f"{parts} parts are kept", ENDS)
 
 
 def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_path: Path) -> None:
@@ -252,7 +255,7 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
         first = command(tmp_path, *options)
         until_kept(tmp_path, 5, first)  # three or four are made here
         small.kill_scheduler()
-        said = first.communicate(timeout=60)[1]
+        said = first.communicate(timeout=ENDS)[1]
         assert first.returncode == 1, said
         assert lines_but_progress(said) == [
             f"ab-sim: the scheduler at {small.address} is gone; what is done is kept, the same "
@@ -264,19 +267,20 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
         second = command(tmp_path, *options)
         until_kept(tmp_path, before + 1, second)
         second.send_signal(signal.SIGINT)
-        said = second.communicate(timeout=60)[1]
+        said = second.communicate(timeout=ENDS)[1]
         assert second.returncode == 130, said
         assert lines_but_progress(said) == [
             "ab-sim: interrupted; what is done is kept, the same command goes on"
         ]
         assert kept(tmp_path) >= before + 1
         third = command(tmp_path, *options)
-        out, said = third.communicate(timeout=60)
+        out, said = third.communicate(timeout=ENDS)
         assert third.returncode == 0 and "6000 runs" in out, said
     fresh = tmp_path / "fresh"
     fresh.mkdir()
     local = command(fresh, "s.parquet", "--workers", "1")
-    assert local.wait(timeout=60) == 0
+    said = local.communicate(timeout=ENDS)[1]
+    assert local.returncode == 0, said
     files = [ab_sim.open_sweep(place / "s.parquet").table for place in (tmp_path, fresh)]
     assert files[0].equals(files[1])
 

@@ -76,7 +76,7 @@ def test_same_accelerations_as_the_printed_equations(
         assert clipped > 10, "the case that clips the normal force was met"
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(seeds)
 def test_mirror_image(seed: int) -> None:
     """Spin the other way round in a mirror: everything across the unbalance changes its sign."""

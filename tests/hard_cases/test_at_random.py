@@ -13,7 +13,7 @@ from tests.hard_cases.extremes import RUBBING, imbalance, run, scene_of
 sizes = st.one_of(st.just(0.0), st.floats(1e-9, 1.0))
 
 
-@settings(max_examples=25, deadline=None, derandomize=True)
+@settings(max_examples=25, derandomize=True)
 @given(
     friction=sizes,
     restitution=sizes,

@@ -1,6 +1,5 @@
 """A drive and its profile controller in lock step: a period, a command, a period, and so on."""
 
-import time
 from pathlib import Path
 from typing import Any
 
@@ -58,8 +57,7 @@ class LockStep:
         if service not in self._clients:
             client = self._clients[service] = self.fleet.node.create_client(Trigger, service)
             self.fleet.until(client.service_is_ready, service)
-            known = time.monotonic() + 0.5  # as Fleet.ask
-            self.fleet.until(lambda: time.monotonic() > known, "the server knows its client")
+            self.fleet.acquainted()
         future = self._clients[service].call_async(trigger_request())
         self.fleet.until(future.done, service)
         return answer_of(future.result())

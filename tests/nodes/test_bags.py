@@ -85,11 +85,11 @@ def test_a_bag_has_what_the_recording_has_and_replays_it(fleet: Fleet, tmp_path:
     replaying(fleet, bag_path, "--rate", 4, "--start-paused")
     fleet.until(lambda: "recording to" in fleet.log("recorder"), "a recorder listens")
     fleet.until(lambda: list(tmp_path.glob("again.rrd")), "it was told what is simulated")
-    assert fleet.call("replay/pause", False)[0]
     late = topics.DESCRIPTION
     assert late.qos.latched
     late.subscription(fleet.node, descriptions.append)
     fleet.until(lambda: descriptions, "who comes late is told, too")
+    assert fleet.call("replay/pause", False)[0]
     assert fleet.ended("replay") == 0, fleet.log("replay")
     fleet.until(
         lambda: blocks and Block.of(blocks[-1]).samples[-1, 0] == recorded["step"][-1], "all of it"

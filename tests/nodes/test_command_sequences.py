@@ -75,7 +75,7 @@ def sound(happening: list[tuple[str, object]]) -> None:
     assert math.isfinite(observed.omega) and np.all(np.isfinite(observed.driving_force))
 
 
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 @given(st.lists(events, max_size=12))
 def test_whatever_is_commanded_outputs_are_finite(happening: list[tuple[str, object]]) -> None:
     sound(happening)
@@ -103,7 +103,7 @@ def drawn(rng: random.Random) -> list[tuple[str, object]]:
     return happening
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=100)
 @given(st.integers(0, 2**32))
 def test_ten_thousand_sequences(seed: int) -> None:
     rng = random.Random(seed)
@@ -111,7 +111,7 @@ def test_ten_thousand_sequences(seed: int) -> None:
         sound(drawn(rng))
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 @given(st.lists(events, max_size=12), st.integers(1, 5))
 def test_steps_may_be_grouped_in_any_way(
     happening: list[tuple[str, object]], grouping: int

@@ -151,6 +151,8 @@ def test_an_abort_is_a_ramp(session: Fleet) -> None:
 def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     """The run under way goes on; what cannot be run is refused, and changes nothing."""
     node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 80}]}"
+    # Slowly: requests are many, and the first segment is to last for all of them.
+    assert session.set("drive_sim", speed_factor=0.1)[0]
     session.until(lambda: session.call(f"{node}/start")[0], "it starts")
     session.until(lambda: status_of(session).startswith("running: segment 1 of 2"), "it runs")
     for values, words in (

@@ -1,6 +1,7 @@
 """`drive_sim` as a process over real DDS: time, commands, services, trouble."""
 
 import math
+import re
 import signal
 import time
 from typing import Any
@@ -15,6 +16,7 @@ from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros
 
+DROPPED = re.compile(r"(\d+) steps were dropped.*")
 STEP_NS = 1_000_000
 WAKE_NS = 4 * STEP_NS
 
@@ -57,20 +59,25 @@ def test_time_is_the_simulators(fleet: Fleet) -> None:
 
 def test_runs_in_real_time(fleet: Fleet) -> None:
     """Simulated time goes as far as the wall clock, but for what was dropped and reported."""
-    joints = fleet.listen(topics.JOINT_STATES)
+    joints: list[tuple[float, int]] = []
+    topics.JOINT_STATES.subscription(
+        fleet.node, lambda m: joints.append((time.monotonic(), JointSample.of(m).time))
+    )
     fleet.start("drive_sim", scene="thesis-hold", wake_rate=250)
-    fleet.until(lambda: joints, "the first joint state")
-    wall, sim = time.monotonic(), JointSample.of(joints[-1]).time
-    fleet.until(lambda: time.monotonic() > wall + 3.0, "three seconds")
-    count = len(joints)
-    fleet.until(lambda: len(joints) > count, "another joint state")
-    passed = (JointSample.of(joints[-1]).time - sim) * 1e-9
-    wall = time.monotonic() - wall
+    # The start is published before services are offered, and time goes on after that.
+    fleet.until(lambda: joints and joints[-1][1] > 0, "time goes on")
+    first = len(joints) - 1
+    fleet.until(lambda: joints[-1][0] > joints[first][0] + 3.0, "three seconds")
+    # The least over half a second: of how late a busy machine has this listener hear.
+    early, late = (
+        min(at - 1e-9 * simulated for at, simulated in heard)
+        for heard in (joints[first : first + 125], joints[-125:])
+    )
     assert fleet.stop("drive_sim") == 0
     health = fleet.health("drive_sim")
     assert health is not None and health.message == ENDED
     slack = 0.1 + float(health.values["worst lateness [s]"])
-    assert passed + 1e-3 * int(health.values["steps dropped"]) == pytest.approx(wall, abs=slack)
+    assert late - early == pytest.approx(1e-3 * int(health.values["steps dropped"]), abs=slack)
     assert health.values["effects"].split(", ") == [
         "ball_spin", "rolling_friction", "spindle_acceleration", "suspension", "viscous_drag",
     ]  # fmt: skip
@@ -149,13 +156,18 @@ def lose_a_second(fleet: Fleet, clock: list[Any]) -> None:
 def test_far_behind_drops_steps_and_says_so(fleet: Fleet) -> None:
     clock, blocks = fleet.listen(topics.CLOCK), fleet.listen(topics.BLOCK)
     lose_a_second(fleet, clock)
+    # A busy machine may have cost some steps before.
     fleet.until(
-        lambda: (h := fleet.health("drive_sim")) and "steps were dropped" in h.message, "a warning"
+        lambda: (
+            (h := fleet.health("drive_sim"))
+            and "steps were dropped" in h.message
+            and float(h.values["worst lateness [s]"]) > 0.5
+        ),
+        "a warning",
     )
     health = fleet.health("drive_sim")
     assert health is not None and health.level is Level.WARN
     assert int(health.values["steps dropped"]) > 100
-    assert float(health.values["worst lateness [s]"]) > 0.5
     assert fleet.stop("drive_sim") == 0
     assert np.all(np.diff(rows(blocks)[:, 0]) == 1), "steps are given up, samples are not lost"
 
@@ -169,8 +181,9 @@ def test_a_pause_erases_no_lost_time(fleet: Fleet) -> None:
     )
     assert int(fleet.value("drive_sim", "steps dropped")) > 500
     assert float(fleet.value("drive_sim", "worst lateness [s]")) > 0.5
-    said = [text for text in messages(fleet) if "steps were dropped" in text]
-    assert said and all("late" in text for text in said)
+    # A pause of its own may cost some steps more, of which nobody is late.
+    said = {int(found[1]): found[0] for found in map(DROPPED.search, messages(fleet)) if found}
+    assert max(said) > 500 and "late" in said[max(said)]
     assert fleet.call("drive_sim/pause", False)[0]
     fleet.until(lambda: fleet.value("drive_sim", "real-time factor"), "it runs again")
     assert int(fleet.value("drive_sim", "steps dropped")) > 500, "over the node's life"
@@ -221,17 +234,15 @@ def test_motor_and_sensors_are_published(fleet: Fleet) -> None:
     fleet.start("drive_sim", scene="weak-motor", changes=changes)
     fleet.command(100.0)
     fleet.until(lambda: joints and JointSample.of(joints[-1]).spindle_speed > 62.0, "62 rad/s")
-    before = len(joints)
     assert fleet.call("drive_sim/reset")[0]
-    fleet.until(
-        lambda: any(JointSample.of(message).spindle_speed == 60.0 for message in joints[before:]),
-        "it begins again",
-    )
+    fleet.until(lambda: np.any(np.diff(rows(blocks)[:, 0]) < 0), "it begins again")
     assert fleet.stop("drive_sim") == 0
     torques = [JointSample.of(message).spindle_torque for message in joints]
     assert all(torque is not None for torque in torques)
     assert max(filter(None, torques)) == pytest.approx(4.4e-4, rel=0.01), "all that it can give"
     channels, samples = Block.of(blocks[0]).channels, rows(blocks)
+    (again,) = 1 + np.flatnonzero(np.diff(samples[:, 0]) < 0)
+    assert (samples[again, 0], samples[again, channels.index("speed")]) == (0.0, 60.0)
     assert channels[-5:] == ("motor_torque", "front_1", "front_2", "side_1", "side_2")
     shown = [VibrationSample.of(message) for message in vibration]
     assert {sample.frame for sample in shown} == {"front", "side"}

@@ -34,8 +34,15 @@ class Bench:
         time = Stepped.of(text).sim_time_ns
         self.fleet.until(lambda: abs(self.truth("time") - 1e-9 * time) < 1e-6, "its samples")
         if not silent:
-            self.fleet.until(lambda: self.now().time == time, "its last joints")
-            self.fleet.until(lambda: self.felt().time == time, "its last reading")
+            for heard, kind in (
+                (self.joints, topics.JOINT_STATES),
+                (self.vibration, topics.VIBRATION),
+                (self.samples, topics.IMU),
+            ):
+                self.fleet.until(
+                    lambda heard=heard, kind=kind: heard and kind.sample(heard[-1]).time == time,
+                    f"its last on {kind.name}",
+                )
         return time
 
     def truth(self, channel: str) -> float:

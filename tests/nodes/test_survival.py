@@ -135,8 +135,12 @@ def test_killed_nodes_are_started_again(fleet: Fleet, tmp_path: Path) -> None:
     def drive(file: str) -> None:
         fleet.heard["/diagnostics"].clear()
         fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
-        # Services of one that was killed seem to be there for a while: a request has to find this.
-        fleet.until(lambda: fleet.health("drive_sim"), "it says how it is")
+        # Services of one that was killed seem to be there for a while: a request has to find this
+        # one's, which are there when it has come up.
+        fleet.until(
+            lambda: (h := fleet.health("drive_sim")) and h.message.startswith("paused"),
+            "it says how it is",
+        )
         fleet.until(lambda: fleet.value("recorder", "file").endswith(file), f"{file} is begun")
         joints.clear()
         assert fleet.call("drive_sim/pause", False)[0]

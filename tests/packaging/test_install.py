@@ -28,7 +28,7 @@ REFUSED = {
 def run(*command: str | Path, **options) -> subprocess.CompletedProcess[str]:
     """Run to the end, without input; the caller looks at the result."""
     return subprocess.run(
-        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=120, **options
+        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=280, **options
     )
 
 

@@ -62,7 +62,7 @@ def test_what_there_is_no_time_for_is_skipped_and_said() -> None:
     how = ("-p", "test_fast", "-q", "-n", "1", "tests/test_quoting.py")
     command = [sys.executable, "-m", "pytest", *how]
     done = subprocess.run(
-        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=280
     )
     assert done.returncode == 0, done.stdout
     assert " passed" not in done.stdout

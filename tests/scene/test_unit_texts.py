@@ -76,7 +76,7 @@ def put(raw: Any, path: Place, value: Any) -> None:
 
 @pytest.mark.parametrize("name", scene_names())
 @given(data=st.data())
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 def test_scenes_with_units_are_those_in_si_to_the_bit(name: str, data: st.DataObject) -> None:
     raw = read_mapping(find_scene(name))
     there = numbers(raw)
@@ -256,7 +256,7 @@ def in_a_process(program: str) -> list[str]:
     environment = {**os.environ, "PYTHONPATH": str(Path(ab_sim.__file__).parents[1])}
     return subprocess.run(
         [sys.executable, "-c", program],
-        env=environment, check=True, capture_output=True, text=True, timeout=120,
+        env=environment, check=True, capture_output=True, text=True, timeout=280,
     ).stdout.splitlines()  # fmt: skip
 
 

@@ -47,7 +47,7 @@ NUMBERS = st.decimals(-(10**6), 10**6, places=6).map(str)
 
 @pytest.mark.parametrize(("key", "unit", "factor"), PAIRS)
 @given(number=NUMBERS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_it_is_the_float_nearest_to_what_is_written(
     key: str, unit: str, factor: Fraction | int, number: str
 ) -> None:
@@ -56,7 +56,7 @@ def test_it_is_the_float_nearest_to_what_is_written(
 
 @pytest.mark.parametrize("pair", ANGULAR, ids="-".join)
 @given(number=NUMBERS)
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 def test_angles_are_as_good(pair: tuple[str, str], number: str) -> None:
     key, unit = pair
     with localcontext(Context(prec=60)):

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import signal, stats
@@ -191,7 +191,6 @@ def test_low_pass_comes_before_the_range() -> None:
     np.testing.assert_array_equal(pickup(bandwidth=20.0, range=10.0).process(1, force), free)
 
 
-@settings(deadline=None)  # the first call makes code
 @given(st.floats(1e-6, 1.0), st.integers(0, 100))
 def test_quantised_to_the_nearest_step(resolution: float, seed: int) -> None:
     force = np.random.default_rng(seed).uniform(-9, 9, (200, 2))

@@ -63,7 +63,7 @@ def formulas(draw: Any) -> list[Expression]:
 
 
 @pytest.mark.parametrize("balls", [1, 2, 3, 5, 8, 9, 11, 16, 21])
-@settings(max_examples=12, deadline=None, suppress_health_check=list(HealthCheck))
+@settings(max_examples=12, suppress_health_check=list(HealthCheck))
 @given(roots=formulas(), seed=st.integers(0, 99))
 def test_all_ways_out_have_the_same_bits(
     balls: int, roots: list[Expression], seed: int, tmp_path_factory: Any
@@ -86,7 +86,7 @@ def test_all_ways_out_have_the_same_bits(
 
 
 @given(x=st.floats(-1e6, 1e6))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_cosine_and_sine_are_right_within_two_ulps_of_one(x: float) -> None:
     graph = Graph()
     angle = graph.input("a")
@@ -101,7 +101,7 @@ def test_cosine_and_sine_are_right_within_two_ulps_of_one(x: float) -> None:
 
 
 @given(*(st.floats(allow_nan=False, allow_infinity=False, width=64) for _ in range(3)))
-@settings(max_examples=300, deadline=None)
+@settings(max_examples=300)
 def test_python_multiplies_and_adds_with_one_rounding(a: float, b: float, c: float) -> None:
     with mpmath.workprec(5000):
         exact = mpmath.mpf(a) * mpmath.mpf(b) + mpmath.mpf(c)
