@@ -173,6 +173,7 @@ def test_a_life(fleet: Fleet, tmp_path: Path) -> None:
     health = fleet.health(DRIVE)
     assert health is not None and health.hardware == "left/nsc-case-1"
     assert fleet.call(f"{DRIVE}/pause", True) == (True, "paused"), "the pause before is forgotten"
+    told(fleet, Level.OK, "paused")  # and not of a wake-up that was late before
 
     # The end.
     assert fleet.change(DRIVE, "shutdown")
