@@ -23,6 +23,7 @@ from ab_sim.analysis.merits import merit
 from ab_sim.integrate import registry as steppers
 from ab_sim.presentation import Presented
 from ab_sim.scene import registry as effects
+from tests.waiting import PATIENCE
 
 NAMES = [name for name in ab_sim.__all__ if name not in ("__version__", "results")]
 TYPES = list(ab_sim.results.__all__)
@@ -49,7 +50,7 @@ def in_a_process(program: str) -> str:
     environment = {**os.environ, "PYTHONPATH": str(Path(ab_sim.__file__).parents[1])}
     return subprocess.run(
         [sys.executable, "-c", program],
-        env=environment, check=True, capture_output=True, text=True, timeout=280,
+        env=environment, check=True, capture_output=True, text=True, timeout=PATIENCE,
     ).stdout  # fmt: skip
 
 

@@ -3,6 +3,9 @@
 import time
 from collections.abc import Callable
 
+PATIENCE = 280.0
+"""s; what another process has not done by then, on a busy machine too, it never will."""
+
 
 def until(
     condition: Callable[[], object], what: str, deadline: float = 60.0, every: float = 0.02

@@ -26,7 +26,7 @@ from ab_sim.recording import Recording
 from ab_sim.scene import load_scene
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, record, run
-from tests.waiting import until
+from tests.waiting import PATIENCE, until
 
 
 @pytest.fixture(scope="module")
@@ -199,6 +199,6 @@ def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
             every=0.01,
         )
         process.send_signal(signal.SIGINT)
-        _, said = process.communicate(timeout=280)
+        _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 130 and "nothing was written" in said, said
     assert [path.name for path in tmp_path.iterdir()] == ["run.rrd"]

@@ -7,6 +7,7 @@ from pathlib import Path
 from tempfile import NamedTemporaryFile
 
 from tests.forked import WIDTH, forked
+from tests.waiting import PATIENCE
 
 PNG = b"\x89PNG\r\n"
 
@@ -20,8 +21,8 @@ def ab_sim(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProc
     with NamedTemporaryFile() as out, NamedTemporaryFile() as err:
         environment = dict(os.environ) | WIDTH
         process = forked(_run, arguments, cwd or Path.cwd(), environment, out.name, err.name)
-        process.join(280)
-        assert process.exitcode is not None, f"{arguments}: not done after 280 s"
+        process.join(PATIENCE)
+        assert process.exitcode is not None, f"{arguments}: not done after {PATIENCE} s"
         texts = [file.read().decode() for file in (out, err)]
     return subprocess.CompletedProcess(arguments, process.exitcode, *texts)
 

@@ -48,7 +48,7 @@ while True:
 """
 # Says something five times as a node does; prints of each whether it was soon acknowledged.
 SPEAK = """
-import rclpy, time
+import rclpy
 from rclpy.duration import Duration
 from ab_msgs_py import topics
 from ab_sim.nodes.arguments import init_ros
@@ -56,13 +56,12 @@ init_ros()
 node = rclpy.create_node("speaking")
 publisher = topics.COMMAND.publisher(node)
 while not publisher.get_subscription_count():
-    time.sleep(0.01)
+    rclpy.spin_once(node, timeout_sec=0.05)
 soon = []
 for speed in range(5):
     publisher.publish(topics.COMMAND.message(speed))
     soon.append(publisher.wait_for_all_acked(Duration(seconds=2.0)))
 print("acknowledged", *soon, flush=True)
-time.sleep(60.0)
 """
 LISTEN = """
 import rclpy

@@ -13,6 +13,8 @@ import pip
 import pytest
 from ament_index_python import get_package_share_directory, get_resource
 
+from tests.waiting import PATIENCE
+
 ROOT = Path(__file__).parents[2]
 OUR_BIN = Path(sys.executable).parent
 
@@ -28,7 +30,12 @@ REFUSED = {
 def run(*command: str | Path, **options) -> subprocess.CompletedProcess[str]:
     """Run to the end, without input; the caller looks at the result."""
     return subprocess.run(
-        command, stdin=subprocess.DEVNULL, capture_output=True, text=True, timeout=280, **options
+        command,
+        stdin=subprocess.DEVNULL,
+        capture_output=True,
+        text=True,
+        timeout=PATIENCE,
+        **options,
     )
 
 

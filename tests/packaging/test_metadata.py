@@ -12,6 +12,7 @@ import yaml
 from catkin_pkg.package import parse_package
 
 import ab_sim
+from tests.waiting import PATIENCE
 
 ROOT = Path(__file__).parents[2]
 PACKAGE = ElementTree.parse(ROOT / "package.xml").getroot()
@@ -96,7 +97,7 @@ def test_the_citation_names_the_version_and_the_sources() -> None:
 
 def test_the_wheel_says_where_to_look(tmp_path: Path) -> None:
     command = [sys.executable, "setup.py", "-q", "egg_info", "--egg-base", str(tmp_path)]
-    subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=280)
+    subprocess.run(command, cwd=ROOT, check=True, capture_output=True, timeout=PATIENCE)
     (file,) = tmp_path.glob("*/PKG-INFO")
     said = email.message_from_string(file.read_text())
     links = [link.partition(", ")[2] for link in said.get_all("Project-URL")]

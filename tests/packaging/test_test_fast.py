@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.waiting import PATIENCE
+
 ROOT = Path(__file__).parents[2]
 spec = importlib.util.spec_from_file_location("test_fast", ROOT / "tools" / "test_fast.py")
 fast = importlib.util.module_from_spec(spec)
@@ -62,7 +64,7 @@ def test_what_there_is_no_time_for_is_skipped_and_said() -> None:
     how = ("-p", "test_fast", "-q", "-n", "1", "tests/test_quoting.py")
     command = [sys.executable, "-m", "pytest", *how]
     done = subprocess.run(
-        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=280
+        command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=PATIENCE
     )
     assert done.returncode == 0, done.stdout
     assert " passed" not in done.stdout

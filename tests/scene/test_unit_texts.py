@@ -26,6 +26,7 @@ from ab_sim.scene.schema import scene_schema
 from ab_sim.scene.unit_texts import unit_at, without_units
 from ab_sim.scene.units import NO_UNIT
 from tests.conftest import THESIS, merge
+from tests.waiting import PATIENCE
 
 Place = tuple[str | int, ...]
 
@@ -256,7 +257,7 @@ def in_a_process(program: str) -> list[str]:
     environment = {**os.environ, "PYTHONPATH": str(Path(ab_sim.__file__).parents[1])}
     return subprocess.run(
         [sys.executable, "-c", program],
-        env=environment, check=True, capture_output=True, text=True, timeout=280,
+        env=environment, check=True, capture_output=True, text=True, timeout=PATIENCE,
     ).stdout.splitlines()  # fmt: skip
 
 
