@@ -24,6 +24,7 @@ from ab_msgs_py.services import answer_of, switch_request, trigger_request
 from ab_sim import interruption
 from ab_sim.errors import AbSimError, InputError, Interrupted
 from ab_sim.nodes.arguments import init_ros
+from ab_sim.nodes.leaving import leave_graph
 from ab_sim.scene import Scene
 from ab_sim.viewing import STARTED
 
@@ -323,7 +324,7 @@ class LiveRun:
         self._processes.clear()
         if rclpy.ok():
             self._executor.shutdown()
-            self._node.destroy_node()
+            leave_graph(self._node)
             rclpy.try_shutdown()
         self._context.close()
 

@@ -16,6 +16,7 @@ from rclpy.node import Node
 from ab_sim import interruption
 from ab_sim.errors import AbSimError
 from ab_sim.nodes.arguments import init_ros
+from ab_sim.nodes.leaving import leave_graph
 from ab_sim.quoting import visible
 
 LINGER = 0.5
@@ -63,7 +64,7 @@ def run_node(
                 finally:  # an error's last words count most
                     _let_last_words_out(node)
             finally:
-                node.destroy_node()
+                leave_graph(node)
     except AbSimError as error:
         print(visible(str(error)), file=sys.stderr)
         code = error.exit_code
