@@ -34,9 +34,12 @@ def wait_for_samples(fleet: "Fleet", more: int = 100) -> None:
 
 
 def start(fleet: "Fleet", **parameters: object) -> "Popen[bytes]":
-    """A recorder, and a drive that begins when it is heard; the recorder's process."""
+    """A recorder, and a drive that begins when it is heard; the recorder's process.
+
+    It drops no steps for a busy machine, which may keep it from running for its own 0.5 s.
+    """
     recorder = fleet.start("recorder", **parameters)
-    fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
+    fleet.start("drive_sim", scene="thesis-hold", start_paused=True, patience=5.0)
     fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
     assert fleet.call("drive_sim/pause", False)[0]
     return recorder
