@@ -16,7 +16,7 @@ def leave_graph(node: Node) -> None:
     Others keep two things by two threads: which participants there are, and which nodes each has
     said to have. What a participant said last, and they take in after it has gone, they keep for
     ever (``update_participant_entities`` of rmw_dds_common adds it again): after 2 of 725 ends, and
-    32 of 420 where the other's process paused now and then, it went on to see the node. So the
+    14 of 180 where the other's process paused now and then, it went on to see the node. So the
     participant first says that the node has gone. It does so with a further node, hidden by its
     name, as the last one takes the participant with it at once.
     """
