@@ -1,7 +1,7 @@
 # A machine on which `make demo` and `make test` run, without ROS of its own:
 #
 #     docker build --tag ab_sim .
-#     docker run --rm --volume "$PWD/out:/work/out" ab_sim make demo
+#     docker run --rm --volume "$PWD/out:/ab_sim/out" ab_sim make demo
 #     docker run --rm ab_sim make test
 #
 # Not built where it was written: that machine has no Docker daemon. It names what the two commands
@@ -16,7 +16,7 @@ RUN apt-get update && \
         libgl1 libxkbcommon0 make python3 python3-dev python3-venv && \
     rm -rf /var/lib/apt/lists/*
 
-WORKDIR /work
+WORKDIR /ab_sim
 
 # .venv first: it changes less often than the rest.
 COPY Makefile setup.py constraints.txt package.xml pyproject.toml README.md LICENSE ./
@@ -28,6 +28,6 @@ RUN make .venv/dev.stamp
 
 COPY . .
 # What setup.py lists, launch files and scenes among it, is there only now.
-RUN git config --global --add safe.directory /work && touch setup.py && make .venv/dev.stamp
+RUN git config --global --add safe.directory /ab_sim && touch setup.py && make .venv/dev.stamp
 
 CMD ["make", "help"]
