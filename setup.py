@@ -90,6 +90,7 @@ setup(
             "ros-sensor-msgs",
             "ros-std-msgs",
             "ros-std-srvs",
+            "ros-trajectory-msgs",
         ],
         # Work on more than one machine: `--scheduler`.
         "cluster": CLUSTER,
