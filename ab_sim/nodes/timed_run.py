@@ -55,11 +55,14 @@ class TimedRun:
         """Since the profile began [s]."""
         return self._now * 1e-9 - self.run.began
 
-    def start(self, now: int, plan: PlannedCourse, silence: float, deceleration: float) -> str:
+    def start(
+        self, now: int, begin: int, plan: PlannedCourse, silence: float, deceleration: float
+    ) -> str:
         """Run a profile from its beginning.
 
         Args:
             now: time [ns].
+            begin: time of the beginning [ns], not before now.
             plan: the profile.
             silence: see ``PlannedCourse.course``.
             deceleration: of an abort [rad/s^2].
@@ -67,11 +70,17 @@ class TimedRun:
         Returns:
             Why not, if it may not be; else nothing.
         """
-        if refusal := self.run.start(now * 1e-9, plan.course(silence), deceleration):
+        course = plan.course(silence)
+        if refusal := self.run.start(now * 1e-9, course, deceleration, begin * 1e-9):
             return refusal
         self._plan, self._put_back = plan, None
-        self._began = self._now = now
+        self._now, self._began = now, begin
         return ""
+
+    def postpone(self, begin: int) -> None:
+        """Let the profile begin at a later time [ns]."""
+        self._began = begin
+        self.run.shift(begin * 1e-9)
 
     def tick(self, now: int, passed: float) -> float | None:
         """What is to be commanded now [rad/s]; None: nothing.

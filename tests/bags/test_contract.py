@@ -26,6 +26,7 @@ from ab_msgs_py import (  # noqa: E402
     samples,
     topics,
 )
+from ab_msgs_py.set_points import SetPoint, SetPoints  # noqa: E402
 from ab_sim.bags import contract, messages  # noqa: E402
 from ab_sim.scene import frames  # noqa: E402
 
@@ -33,6 +34,7 @@ TIME = 3_123_456_789
 PLACE, TURN = (0.1, -0.0, 5e-324), (0.5, 0.5, -0.5, 0.5)
 SAMPLES: dict[Topic, Any] = {
     topics.COMMAND: 0.1,
+    topics.TRAJECTORY: SetPoints(TIME, (SetPoint(0, 1.5, 0.1), SetPoint(TIME, -2.5, None))),
     topics.JOINT_STATES: JointSample(TIME, 1.0, 2.0, (3.0,), (4.0,), (5.0,), None, "a/b"),
     topics.VIBRATION: VibrationSample(TIME, PLACE, (1.0, 2.0, 3.0), "f"),
     topics.WHIRL: WhirlSample(TIME, PLACE),

@@ -25,6 +25,7 @@ ROSDEP = {
 ROS = {
     *("diagnostic_msgs", "geometry_msgs", "lifecycle_msgs", "rcl_interfaces", "rclpy"),
     *("ros2launch", "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs"),
+    "trajectory_msgs",
 }
 """Packages of its jazzy and rolling distributions, looked up likewise."""
 TITLES = {
