@@ -4,6 +4,7 @@ import contextlib
 import datetime
 import functools
 import math
+import os
 import tempfile
 import threading
 import time
@@ -30,6 +31,8 @@ from ab_sim.recording import AROUND
 from ab_sim.recording.drawing import Drawing
 from ab_sim.viewing import Viewer
 
+NICENESS = 5
+"""By how much the recorder's priority is lower than that of the drive (`man nice`)."""
 WRITE_PERIOD = 0.1
 """s between two batches; a recording that is killed or looked at is not older than this."""
 REPORT_PERIOD = 1.0
@@ -311,6 +314,8 @@ def _number(text: str) -> float:
 
 def main() -> None:
     """Entry point of the executable."""
+    # It may be late and the drive may not; viewers are started from here, and inherit this.
+    os.nice(NICENESS)
     share_heaps()
     run_node(Recorder, Recorder.run)
 
