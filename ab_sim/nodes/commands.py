@@ -1,5 +1,7 @@
 """Commands from their topics: read at wake-ups, passed to the command path, reported."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Iterable
