@@ -256,6 +256,10 @@ class CommandPath:
         """Trajectory that leads; its last speed is held after its last point."""
         return self._trajectory
 
+    def follows(self, now: int) -> bool:
+        """Whether at a step a trajectory leads that has not come to its last point."""
+        return self._trajectory is not None and self._end_of(self._trajectory) > now
+
     @property
     def _alive_until(self) -> int | None:
         """Step of the last command, or of the last point of the trajectory that leads."""
@@ -364,7 +368,7 @@ class CommandPath:
         trajectory = self._trajectory
         if trajectory is None or trajectory.final_speed != speed:
             return False
-        return self._end_of(trajectory) <= now and abs(speed) <= self.limits.max_speed
+        return not self.follows(now) and abs(speed) <= self.limits.max_speed
 
     def _leave_beyond_limits(self, now: int, speed: Callable[[], float]) -> None:
         """Hold the speed if the rest of the trajectory is beyond limits that have changed."""

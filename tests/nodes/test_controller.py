@@ -151,7 +151,7 @@ def test_an_abort_is_a_ramp(session: Fleet) -> None:
 
 def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     """The run under way goes on; what cannot be run is refused, and changes nothing."""
-    node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 80}]}"
+    node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 40}]}"
     # Slowly: requests are many, and the first segment is to last for all of them.
     assert session.set("drive_sim", speed_factor=0.1)[0]
     session.until(lambda: session.call(f"{node}/start")[0], "it starts")
@@ -174,6 +174,24 @@ def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     session.until(lambda: speed_of(session) == 8.0, "and its speed is held")
     statuses = [text_of(m) for m in session.heard["profile_controller/status"]]
     assert statuses[-2].startswith("running: segment 1 of 1, from 0 to 8 rad/s")
+    assert session.value(node, "sends") == "a trajectory"
+
+
+def test_a_profile_that_the_drive_cannot_follow_is_aborted(session: Fleet) -> None:
+    """50 rad/s^2 is what the scene's spindle can do; the reason is the drive's."""
+    node, steep = "profile_controller", "{kind: segments, segments: [{to: 20, acceleration: 80}]}"
+    assert session.call(f"{node}/abort")[0]
+    session.until(lambda: status_of(session) == "aborted", "standstill is commanded")
+    session.until(lambda: speed_of(session) == 0.0, "the drive stands")
+    assert session.set(node, profile=steep) == (True, "")
+    before = len(session.heard["profile_controller/status"])
+    session.until(lambda: session.call(f"{node}/start")[0], "it starts")
+    session.until(
+        lambda: len(session.heard["profile_controller/status"]) > before + 1, "it is judged"
+    )
+    assert status_of(session) == "aborted" and speed_of(session) == 0.0
+    session.reads(node, "80 rad/s^2, and at most 50 rad/s^2 are allowed")
+    session.reads("drive_sim", "spindle/trajectory, refused: points[0]: ")
 
 
 def test_commanding_a_speed(session: Fleet, asked: Asked) -> None:
