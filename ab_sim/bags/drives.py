@@ -11,7 +11,6 @@ import numpy as np
 
 from ab_msgs_py import Block, Health, Level, Topic, topics
 from ab_msgs_py.samples import Event
-from ab_msgs_py.set_points import SetPoints
 from ab_sim.bags import contract
 from ab_sim.bags.contract import NOTE, NUMBER, THINNED
 from ab_sim.bags.messages import decoded
@@ -68,7 +67,6 @@ class BagConverter(IgnoredMessages):
             topics.BLOCK: self._block,
             topics.CLOCK: self._clock,
             topics.COMMAND: self._command,
-            topics.TRAJECTORY: self._trajectory,
             topics.DIAGNOSTICS: self._health,
             topics.FAULTS: self._faults,
             topics.PROFILE_STATUS: self._status,
@@ -132,9 +130,6 @@ class BagConverter(IgnoredMessages):
 
     def _command(self, speed: float) -> None:
         self._scalar("commands_received", speed)
-
-    def _trajectory(self, wanted: SetPoints) -> None:
-        self._note(wanted.text, "INFO", "commands")
 
     def _health(self, entries: list[Health]) -> None:
         for health in entries:
