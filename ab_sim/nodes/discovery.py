@@ -7,9 +7,8 @@ DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
 """ROS's variable, and what it is for us unless the user has set it."""
 PROFILES = Path(__file__).with_suffix(".xml")
 """How Fast DDS announces us to this machine, and how soon it repeats what got lost."""
-PROFILES_NAMED_BY = "FASTDDS_DEFAULT_PROFILES_FILE"
-EARLIER_NAME = "FASTRTPS_DEFAULT_PROFILES_FILE"
-"""Fast DDS's variable, and its name before Fast DDS 3, which rmw_fastrtps still reads."""
+PROFILES_NAMED_BY = ("FASTDDS_DEFAULT_PROFILES_FILE", "FASTRTPS_DEFAULT_PROFILES_FILE")
+"""Variables of Fast DDS: from version 3 on (ROS 2 Kilted), and before (Jazzy)."""
 
 
 def ends_here() -> bool:
@@ -26,5 +25,5 @@ def prepare() -> None:
     machine alone; no other host is sent them.
     """
     os.environ.setdefault(DISCOVERY_RANGE, RANGE)
-    if ends_here() and EARLIER_NAME not in os.environ:
-        os.environ.setdefault(PROFILES_NAMED_BY, str(PROFILES))
+    if ends_here() and not os.environ.keys() & {*PROFILES_NAMED_BY}:
+        os.environ.update(dict.fromkeys(PROFILES_NAMED_BY, str(PROFILES)))

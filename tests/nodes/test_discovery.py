@@ -86,7 +86,7 @@ class Started:
         self, where: list[str], *command: str, reach: str | None = None
     ) -> subprocess.Popen[str]:
         """Start Python somewhere; what it prints can be read line by line."""
-        ours = (RANGE, discovery.PROFILES_NAMED_BY)  # of a node that this process has been
+        ours = (RANGE, *discovery.PROFILES_NAMED_BY)  # of a node that this process has been
         environment = {k: v for k, v in os.environ.items() if k not in ours}
         environment |= {"ROS_DOMAIN_ID": str(self._domain), "PYTHONUNBUFFERED": "1"}
         if reach is not None:
@@ -196,11 +196,11 @@ def test_only_this_machine_is_told_often(
 ) -> None:
     monkeypatch.setattr(os, "environ", dict(given))
     discovery.prepare()
-    wanted = {discovery.PROFILES_NAMED_BY: str(discovery.PROFILES)} if often else {}
+    wanted = dict.fromkeys(discovery.PROFILES_NAMED_BY, str(discovery.PROFILES)) if often else {}
     assert os.environ == {RANGE: "LOCALHOST"} | given | wanted
 
 
-@pytest.mark.parametrize("name", [discovery.PROFILES_NAMED_BY, discovery.EARLIER_NAME])
+@pytest.mark.parametrize("name", discovery.PROFILES_NAMED_BY)
 def test_profiles_of_the_user_stay(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
     monkeypatch.setattr(os, "environ", {name: "mine"})
     discovery.prepare()
