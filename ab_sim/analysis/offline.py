@@ -75,7 +75,7 @@ class OfflineRun(Presented):
         length, symbol = self.scene.whirl_unit
         time = self.trajectory["time"]
         final = self.merits.final_whirl / length
-        changing = " and changing" if self.merits.changing else ""
+        changing = "" if self.merits.settled else " and changing"
         return {
             "scene": self.scene.name,
             "samples": str(len(self.trajectory)),
@@ -86,6 +86,7 @@ class OfflineRun(Presented):
                 else {f"W/{symbol} at the end": number(final) + changing}
             ),
             "residual unbalance": number(self.merits.residual_unbalance),
+            "verdict": self.merits.verdict,
             "stepper": self.stepper,
         }
 

@@ -15,13 +15,14 @@ from pyarrow import csv, parquet
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.merits.merit import Better
+from ab_sim.analysis.merits.verdict import BALANCED
 from ab_sim.design.judged import (
     FAILURE,
     OUTCOME,
     OUTCOMES,
     RUN,
-    SETTLED,
     Job,
+    has_settled,
     merit_columns,
     varied_scene,
 )
@@ -158,13 +159,21 @@ class Sweep(Presented):
     def best(self, merit: str) -> int | None:
         """Number of the settled run in which a merit is best; None if there is none.
 
+        Of a time into the band only balanced runs count, where there is one: an unbalanced drive
+        may settle sooner.
+
         Raises:
             InputError: no value of the merit is better than another one.
         """
-        better = merit_columns([merit])[0].better
+        (judged,) = merit_columns([merit])
+        better = judged.better
         if better is Better.NEITHER:
             raise InputError(f"merit {merit!r}: describes a run; none of its values is better")
-        values = np.where(self[OUTCOME] == SETTLED, self[merit].astype(float), np.nan)
+        count = has_settled(self[OUTCOME])
+        balanced = np.isin(self[OUTCOME].astype(str), BALANCED)
+        if judged.of_balanced and balanced.any():
+            count = balanced
+        values = np.where(count, self[merit].astype(float), np.nan)
         if not np.isfinite(values).any():
             return None
         place = np.nanargmin(values) if better is Better.SMALLER else np.nanargmax(values)

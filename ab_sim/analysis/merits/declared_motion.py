@@ -70,7 +70,7 @@ class MotionMerits(MeritValues):
         lambda final: final.mean_squares.values,
         Row(
             "final {W}",
-            lambda m, scale: final_text(m.final_whirl, m.halves, m.changing, scale),
+            lambda m, scale: final_text(m.final_whirl, m.halves, m.settled, scale),
         ),
         relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
         better=Better.SMALLER,
@@ -78,14 +78,15 @@ class MotionMerits(MeritValues):
     settled = Merit[bool](
         "settled",
         "-",
-        "whether the whirl does not change any more over the last stretch, or is within "
-        f"{100 * FLOOR:g} % of M0 e / M",
-        f"not still_changing or W_f <= {100 * FLOOR:g} % M0 e / M",
+        "whether the whirl does not change any more over the last stretch: it neither rises nor "
+        f"falls by a tenth of itself or more, or it is within {100 * FLOOR:g} % of M0 e / M",
+        f"W_f <= {100 * FLOOR:g} % M0 e / M, or of thirds and halves of t >= t_l not all one way: "
+        "sqrt(mean(W^2)) from the first to the last third by more than 10 %, from half to half by "
+        "more than 5 %, max W from third to third by more than 10 %",
         FinalWhirlWatch,
         lambda final: final.settled,
         better=Better.LARGER,
         kind=MeritKind.TRUTH,
-        reported=False,
     )
     halves = Merit[tuple[float, float]](
         "final_whirl_of_halves",
@@ -96,19 +97,6 @@ class MotionMerits(MeritValues):
         lambda final: final.halves,
         reported=False,
         kind=MeritKind.STRUCTURE,
-    )
-    changing = Merit[bool](
-        "still_changing",
-        "-",
-        "whether the whirl still rises or falls over the last stretch, by a tenth of itself or "
-        "more: then its final value is none",
-        "of thirds and halves of t >= t_l: sqrt(mean(W^2)) from the first to the last "
-        "third by more than 10 %, from half to half by more than 5 %, max W from third to "
-        "third by more than 10 %, all one way",
-        FinalWhirlWatch,
-        lambda final: final.changing,
-        better=Better.SMALLER,
-        kind=MeritKind.TRUTH,
     )
     span = Merit[tuple[float, float]](
         "final_whirl_span",
@@ -133,8 +121,9 @@ class MotionMerits(MeritValues):
     in_band_from = Merit[float | None](
         "in_band_from",
         "s",
-        "from when on the whirl stays within that band; null if it leaves it near the end",
-        "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l",
+        "from when on the whirl stays within that band; null if it leaves it near the end, or has "
+        "not settled",
+        "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l or not settled",
         BandWatch,
         lambda band: band.found,
         Row(
@@ -144,6 +133,7 @@ class MotionMerits(MeritValues):
         ),
         better=Better.SMALLER,
         stepwise=True,
+        of_balanced=True,
     )
     residual_unbalance = Merit[float | None](
         "residual_unbalance",

@@ -33,6 +33,7 @@ class MeritKind(str, Enum):
 
     NUMBER = "number"
     TRUTH = "true or false"
+    WORDS = "words"
     STRUCTURE = "structure"
     """A list or more; it cannot be averaged, or drawn over a parameter."""
 
@@ -100,7 +101,7 @@ class MeritInWords(NamedTuple):
     better: str
     """smaller, larger or neither."""
     kind: str
-    """number, true or false, structure."""
+    """number, true or false, words, structure."""
     meaning: str
     equation: str
 
@@ -138,6 +139,8 @@ class Merit(Generic[T]):
     """Whether it stands in reports; others serve texts and pictures."""
     stepwise: bool = False
     """Whether it is the time of a sample, which jumps from one to the next."""
+    of_balanced: bool = False
+    """Whether its values are worth comparing among balanced runs only."""
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         register(self)
@@ -159,7 +162,13 @@ class Merit(Generic[T]):
     @property
     def scalar(self) -> bool:
         """Whether reports give a number, true or false, or null: what can be compared by size."""
-        return self.kind is not MeritKind.STRUCTURE
+        return self.kind in (MeritKind.NUMBER, MeritKind.TRUTH)
+
+    @property
+    def not_a_number(self) -> str:
+        """Why a merit that is not ``scalar`` cannot be compared or drawn, in words."""
+        what = "a text" if self.kind is MeritKind.WORDS else "a list"
+        return f"is {what}, not a number; `ab-sim merits` says which are"
 
     def described(self) -> list[MeritInWords]:
         """In words: itself, and then its share in that of the run without balls, if it has one."""

@@ -13,7 +13,7 @@ from ab_sim.analysis.merits.judging import JudgedRuns, Piece
 from ab_sim.analysis.merits.mean_squares import MeanSquares
 from ab_sim.analysis.merits.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
-from ab_sim.analysis.trend import Trends
+from ab_sim.analysis.trend import CHANGE, Trends
 from ab_sim.drive.overlap import Overlap, OverlapWatch
 from ab_sim.scene.model import Scene
 
@@ -22,8 +22,9 @@ BAND = 0.1
 FLOOR = 0.05
 """... and at least this share of M0 e / M, which is the disc's own whirl far above the critical
 speed, without balls."""
-ROUNDING = 1e-9
-"""A change of the whirl by less than this share of M0 e / M is none."""
+EARLIER = 3
+"""How many stretches before the last one show whether a whirl that still changes rings down: of a
+whirl that beats the last one alone may show the rise."""
 _AROUND = ("time", "x", "y", "vx", "vy")
 """Channels that a peak between samples is found from."""
 
@@ -97,6 +98,11 @@ class FinalWhirlWatch:
         self._most = np.maximum(self._most, whirl.max(axis=1))
 
     @property
+    def largest(self) -> np.ndarray:
+        """m, shape (runs,)."""
+        return self._most
+
+    @property
     def span(self) -> list[tuple[float, float]]:
         """Least and largest [m]."""
         return list(zip(self._least.tolist(), self._most.tolist(), strict=True))
@@ -108,23 +114,37 @@ class FinalWhirlWatch:
         last = second if self._taken > 1 else first
         return list(zip(first.values.tolist(), last.values.tolist(), strict=True))
 
-    @property
-    def changing(self) -> np.ndarray:
-        """Whether it still rises or falls."""
-        return self._trends.found(ROUNDING * self._disc_alone)
-
-    @property
+    @cached_property
     def settled(self) -> np.ndarray:
-        """Whether it does not, or is so small that it does not matter.
+        """Whether it does not change any more, or is too small to matter.
 
         A whirl that dies away changes by a tenth of itself however small it has become.
         """
-        return ~self.changing | (self.mean_squares.values <= FLOOR * self._disc_alone)
+        small = self.mean_squares.values <= FLOOR * self._disc_alone
+        return np.asarray(small | (self._trends.found(np.zeros(small.shape)) == 0))
 
     @property
     def band(self) -> np.ndarray:
         """Half the width of the band around it [m]."""
         return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
+
+
+class EarlierWhirlWatch:
+    """The largest whirl of the stretches before the last one."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._end, self._done = runs.samples - runs.last, 0
+        self._begin = self._end - EARLIER * runs.last
+        self.largest = np.full(len(runs), -np.inf)
+        """m."""
+
+    def take(self, piece: Piece) -> None:
+        """The next samples."""
+        first, end = (max(at - self._done, 0) for at in (self._begin, self._end))
+        self._done += len(piece)
+        whirl = piece.whirl[:, first:end]
+        if whirl.size:
+            self.largest = np.maximum(self.largest, whirl.max(axis=1))
 
 
 class BandWatch:
@@ -134,6 +154,7 @@ class BandWatch:
 
     def __init__(self, runs: JudgedRuns, final: FinalWhirlWatch) -> None:
         self._final, self._band = final.mean_squares.values[:, None], final.band[:, None]
+        self._settled = final.settled
         self._latest, self._done = runs.samples - runs.last, 0
         self._begins = np.zeros(len(runs), int)
         self._times = np.full(len(runs), np.nan)
@@ -157,8 +178,11 @@ class BandWatch:
 
     @property
     def found(self) -> list[float | None]:
-        """The time of the sample after the last one outside [s]; None if that comes too late."""
-        stays = (self._begins <= self._latest).tolist()
+        """The time of the sample after the last one outside [s].
+
+        None if that comes too late, or the whirl has not settled: then its band is not the last.
+        """
+        stays = ((self._begins <= self._latest) & self._settled).tolist()
         times = zip(self._times.tolist(), stays, strict=True)
         return [time if stay else None for time, stay in times]
 
@@ -173,6 +197,7 @@ class ResidualWatch:
         numbers = runs.numbers
         self._own = numbers.unbalance
         self._unbalance = Residuals(numbers.moments, numbers.unbalance)
+        self._trends, self._most = Trends(len(runs), runs.last), numbers.most_unbalance
         self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
 
     def take(self, piece: Piece) -> None:
@@ -180,7 +205,8 @@ class ResidualWatch:
         if piece.late == 0:
             return
         angles = np.ascontiguousarray(piece.late_ball_angles)
-        self._unbalance.take(angles)
+        squares = self._unbalance.take(angles)
+        self._trends.take(np.sqrt(squares), squares)
         if self._couple.any:
             self._couple.take(angles)
 
@@ -188,6 +214,11 @@ class ResidualWatch:
     def unbalance(self) -> list[float | None]:
         """Its share that is left; None where there is none."""
         return self._unbalance.found
+
+    @property
+    def rises(self) -> np.ndarray:
+        """Whether what is left of the unbalance rises, by a share of what may be left."""
+        return np.asarray(self._trends.found(CHANGE * self._most) > 0)
 
     @property
     def couple(self) -> list[float | None]:

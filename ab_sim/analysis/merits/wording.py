@@ -11,12 +11,14 @@ def peak_text(whirl: float, time: float, scale: WhirlScale) -> str:
     return f"{whirl * scale.factor:.4g}{scale.suffix} at {time:.3f} s"
 
 
-def final_text(whirl: float, halves: tuple[float, float], changing: bool, scale: WhirlScale) -> str:
+def final_text(whirl: float, halves: tuple[float, float], settled: bool, scale: WhirlScale) -> str:
     """Final whirl, or that it is none yet."""
     text = f"{whirl * scale.factor:.3g}{scale.suffix}"
-    if changing:
+    if not settled:
         first, second = (half * scale.factor for half in halves)
-        text += f", still changing ({first:.3g}, then {second:.3g})"
+        text += (
+            f", still {'falling' if second < first else 'rising'} ({first:.3g}, then {second:.3g})"
+        )
     return text
 
 
@@ -33,11 +35,6 @@ def milli_text(value: float | None) -> str:
 def seconds_text(value: float | None) -> str:
     """A time in hundredths of a second."""
     return NOTHING if value is None else f"{value:.2f} s"
-
-
-def balanced_text(balanced: bool | None) -> str:
-    """Whether balls balance the rotor."""
-    return NOTHING if balanced is None else "balanced" if balanced else "not balanced"
 
 
 def in_band_text(
