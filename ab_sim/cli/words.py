@@ -19,10 +19,12 @@ _NOTES = {
 
 
 def outcome_notes(found: Sweep) -> Iterator[str]:
-    """Say what outcomes mean, of those that there are."""
+    """Say what outcomes mean, of those that there are; and if balls never part."""
     for verdict, note in _NOTES.items():
         if verdict.value in found.outcomes:
             yield f"{verdict.value}: {note}"
+    if found.together:
+        yield found.together
 
 
 def wanted_merits(text: str | None) -> tuple[str, ...]:

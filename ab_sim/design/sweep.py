@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -28,6 +28,7 @@ from ab_sim.design.judged import (
 )
 from ab_sim.design.points import Points
 from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, SceneError
 from ab_sim.output_file import replacing
 from ab_sim.presentation import Column, Columns, Presented, number, titled
@@ -105,6 +106,18 @@ class Sweep(Presented):
         """Of a grid, how many values each key has; None of a design."""
         grid = self.points.get("grid")
         return tuple(map(len, grid.values())) if isinstance(grid, dict) else None
+
+    @property
+    def together(self) -> str:
+        """Warning of equal balls that start at one angle; empty if those of the runs part.
+
+        The first run, the one in the middle and the last one are looked at.
+        """
+        for run in dict.fromkeys([0, len(self.table) // 2, len(self.table) - 1]):
+            with suppress(SceneError):
+                if said := together_at_start(self.scene_of(run)):
+                    return said
+        return ""
 
     def unit(self, name: str) -> str | None:
         """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""

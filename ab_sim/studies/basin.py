@@ -21,7 +21,7 @@ from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.judging import limits_of
 from ab_sim.analysis.merits.verdict import Verdict
 from ab_sim.batch import simulate_batch
-from ab_sim.equations.neighbours import start_angles
+from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
 from ab_sim.errors import InputError, SceneError
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
@@ -150,7 +150,7 @@ def basin(
     """
     _check(scene, count)
     angles = tuple(float(a) for a in np.linspace(-math.pi, math.pi, count, endpoint=False))
-    alike = (0, 1) in set(_equal_pairs(scene))
+    alike = (0, 1) in set(equal_pairs(scene))
     pairs = itertools.product(range(count), range(count))
     points = [(i, j) for i, j in pairs if not alike or i <= j]
     numbers = {"count": count}
@@ -192,27 +192,12 @@ def _check(scene: Scene, count: int) -> None:
     if scene.eccentric_mass * scene.rotor.eccentricity == 0.0:
         raise SceneError("rotor.eccentricity = 0 m: without an unbalance there is none to balance")
     angles = start_angles(scene)
-    for i, j in _equal_pairs(scene):
-        if i > 1 and _same(angles[i], angles[j]):
+    for i, j in equal_pairs(scene):
+        if i > 1 and at_one_angle(angles[i], angles[j]):
             raise SceneError(
                 f"start.ball_angles: the equal balls {i + 1} and {j + 1} start at one angle and "
                 "would never part; let them start at different ones"
             )
-
-
-def _equal_pairs(scene: Scene) -> list[tuple[int, int]]:
-    rates = scene.start.ball_rates or (0.0,) * scene.balls.count
-    own = [
-        (m, None if math.isnan(a) else a, race, rate)
-        for m, a, race, rate in zip(
-            scene.balls.masses, scene.balls.radii, scene.balls.races, rates, strict=True
-        )
-    ]
-    return [(i, j) for i, j in itertools.combinations(range(len(own)), 2) if own[i] == own[j]]
-
-
-def _same(one: float, other: float) -> bool:
-    return abs(math.remainder(one - other, 2.0 * math.pi)) < 1e-9
 
 
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
@@ -242,7 +227,7 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
     row, column = point
     turn = 2.0 * math.pi / count
     angles = [-math.pi + turn * column, -math.pi + turn * row, *start_angles(scene)[2:]]
-    if any(_same(angles[i], angles[j]) for i, j in _equal_pairs(scene)):
+    if any(at_one_angle(angles[i], angles[j]) for i, j in equal_pairs(scene)):
         return None
     try:
         changed_scene(scene, {"start.ball_angles": angles}, "basin")

@@ -5,10 +5,12 @@ from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, MeritValues, 
 from ab_sim.analysis.merits.watches import (
     BAND,
     FLOOR,
+    TURNS,
     BandWatch,
     FinalCirculationWatch,
     FinalWhirlWatch,
     LastSampleWatch,
+    OncePerTurnWatch,
     PassageWatch,
     PeakWatch,
     ResidualWatch,
@@ -19,6 +21,7 @@ from ab_sim.analysis.merits.watches import (
 from ab_sim.analysis.merits.wording import (
     angles_text,
     circulating_text,
+    degrees_text,
     final_text,
     in_band_text,
     milli_text,
@@ -134,6 +137,28 @@ class MotionMerits(MeritValues):
         better=Better.SMALLER,
         stepwise=True,
         of_balanced=True,
+    )
+    once_per_turn = Merit[float | None](
+        "once_per_turn_over_e",
+        "e",
+        "size of the part of the whirl that comes once per turn, over the last stretch; null where "
+        f"that has fewer than {TURNS} turns or samples more than a quarter of a turn apart",
+        "abs(U) / e, U = sum h_k (x_k + i y_k) exp(-i psi_k) over t >= t_l, h Hann's window, "
+        "sum h_k = 1",
+        OncePerTurnWatch,
+        lambda once: once.size,
+        better=Better.SMALLER,
+    )
+    phase = Merit[float | None](
+        "phase",
+        "rad",
+        "angle from the unbalance to that part of the displacement, -pi to pi, positive in the "
+        "sense in which angles grow: 0 far below the critical speed, +-pi far above it; null where "
+        "there is none",
+        "arg(U)",
+        OncePerTurnWatch,
+        lambda once: once.phase,
+        Row("phase of W", lambda m, _: degrees_text(m.phase), place=Place.END),
     )
     residual_unbalance = Merit[float | None](
         "residual_unbalance",

@@ -3,6 +3,7 @@
 What they have found has an entry for each run.
 """
 
+import cmath
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -14,14 +15,19 @@ from ab_sim.analysis.merits.mean_squares import MeanSquares
 from ab_sim.analysis.merits.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
 from ab_sim.analysis.trend import CHANGE, Trends
+from ab_sim.compiling import Floats, Table, compiled
+from ab_sim.drive.once_per_turn import COARSEST, TURN
 from ab_sim.drive.overlap import Overlap, OverlapWatch
 from ab_sim.scene.model import Scene
+from ab_sim.tracing.cosine import cos_sin
 
 BAND = 0.1
 """Half the width of the band around the final whirl, as a share of it ..."""
 FLOOR = 0.05
 """... and at least this share of M0 e / M, which is the disc's own whirl far above the critical
 speed, without balls."""
+TURNS = 2
+"""Turns of the spindle that a last stretch must have to show what comes once per turn."""
 EARLIER = 3
 """How many stretches before the last one show whether a whirl that still changes rings down: of a
 whirl that beats the last one alone may show the rise."""
@@ -272,6 +278,70 @@ class PassageWatch:
         for run in self._left:
             self.found[run] = first_passage_of_opposite(piece.joined.trajectories[run])
         self._left = [run for run in self._left if self.found[run] is None]
+
+
+class OncePerTurnWatch:
+    """The part of the last stretch's whirl that comes once per turn, on the rotor's axes.
+
+    Hann's window over the stretch lets through little of what comes otherwise, however the turns
+    fit into it.
+    """
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._sums, self._turned = np.zeros((len(runs), 2)), np.zeros(len(runs))
+        self._shown = np.ones(len(runs), bool)
+        self._last, self._taken = runs.last, 0
+        self._before: np.ndarray | None = None
+
+    def take(self, piece: Piece) -> None:
+        """The next samples."""
+        if piece.late == 0:
+            return
+        first = len(piece) - piece.late
+        x, y, angle = (np.ascontiguousarray(piece[name][:, first:]) for name in ("x", "y", "angle"))
+        share = (self._taken + np.arange(piece.late) + 0.5) / self._last
+        weights = (1.0 - np.cos(2.0 * np.pi * share)) / self._last
+        compiled(add_on_rotor_axes)(weights, x, y, angle, self._sums)
+        turned = np.abs(np.diff(angle, axis=1, prepend=self._angles_before(angle)))
+        self._turned += turned.sum(axis=1)
+        self._shown &= turned.max(axis=1) <= COARSEST
+        self._taken, self._before = self._taken + piece.late, angle[:, -1:]
+
+    def _angles_before(self, angle: np.ndarray) -> np.ndarray:
+        return angle[:, :1] if self._before is None else self._before
+
+    @property
+    def vectors(self) -> list[complex | None]:
+        """In m; None with less than ``TURNS`` turns, or samples too far apart to show them."""
+        shown = self._shown & (self._turned >= TURNS * TURN)
+        each = zip(self._sums.tolist(), shown.tolist(), strict=True)
+        return [complex(*parts) if known else None for parts, known in each]
+
+    @property
+    def size(self) -> list[float | None]:
+        """m."""
+        return [None if vector is None else abs(vector) for vector in self.vectors]
+
+    @property
+    def phase(self) -> list[float | None]:
+        """From the unbalance [rad]; None where there is no size."""
+        return [cmath.phase(vector) if vector else None for vector in self.vectors]
+
+
+def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
+    """Add up weighted displacements on axes that turn with the rotor; to be compiled.
+
+    Args:
+        weights: of the samples, shape (samples,).
+        x, y: displacements of runs on fixed axes [m], shape (runs, samples).
+        angle: psi [rad], the same.
+        sums: of each run along the rotor's axes [m], shape (runs, 2); added to.
+    """
+    for run in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            c, s = cos_sin(angle[run, k])
+            sums[run, 0] += weights[k] * (x[run, k] * c + y[run, k] * s)
+            sums[run, 1] += weights[k] * (y[run, k] * c - x[run, k] * s)
 
 
 class LastSampleWatch:

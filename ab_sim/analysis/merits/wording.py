@@ -32,6 +32,11 @@ def milli_text(value: float | None) -> str:
     return NOTHING if value is None else f"{1e3 * value:.3g}"
 
 
+def degrees_text(value: float | None) -> str:
+    """An angle in whole degrees."""
+    return NOTHING if value is None else f"{math.degrees(value):.0f} deg"
+
+
 def seconds_text(value: float | None) -> str:
     """A time in hundredths of a second."""
     return NOTHING if value is None else f"{value:.2f} s"
