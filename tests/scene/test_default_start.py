@@ -49,8 +49,12 @@ def test_scenes_of_the_package_say_where_their_balls_start() -> None:
 
 
 def ab(*words: str, cwd: Path) -> str:
+    """What a command says; a tuning of runs as short as these finds nothing, and says that too."""
     command = [sys.executable, "-m", "ab_sim", *words]
-    done = subprocess.run(command, capture_output=True, text=True, cwd=cwd, timeout=300, check=True)
+    done = subprocess.run(
+        command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False
+    )
+    assert done.returncode in (0, 1), done.stderr
     return " ".join((done.stdout + done.stderr).replace("│", " ").split())
 
 
@@ -69,9 +73,12 @@ def ab(*words: str, cwd: Path) -> str:
 def test_commands_warn_of_balls_that_never_part(words: tuple[str, ...], tmp_path: Path) -> None:
     command, *options = words
     short = ("--set", "duration=0.2")
-    for changes, warned in ((TOGETHER, True), (DEFAULT, False)):
-        said = ab(command, "balanced-start-up", *short, "--set", *changes, *options, cwd=tmp_path)
-        assert (WARNING in said) is warned, said
+    said = ab(command, "balanced-start-up", *short, "--set", *TOGETHER, *options, cwd=tmp_path)
+    assert WARNING in said, said
+
+
+def test_balls_that_part_are_not_warned_of(tmp_path: Path) -> None:
+    assert WARNING not in ab("check", "balanced-start-up", "--set", *DEFAULT, cwd=tmp_path)
 
 
 def test_balls_that_differ_may_start_together() -> None:
