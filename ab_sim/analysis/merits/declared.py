@@ -18,11 +18,13 @@ from ab_sim.analysis.merits.watches import EARLIER, FinalCirculationWatch
 from ab_sim.analysis.merits.wording import milli_text, seconds_text
 
 _VIBRATION = (
-    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1; what is slower than "
-    f"{LOWEST:g} turns a second is not in it) where the sensors sit, along each of their axes; "
-    "without sensors at C, along x and y, in space z"
+    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) where the sensors sit, "
+    "along each of their axes; without sensors at C, along x and y, in space z"
 )
-_TOO_SPARSE = "null where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+_TOO_SPARSE = (
+    "null where the spindle turns faster or slower than the band, so that what comes once per turn "
+    "is not in it, and where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+)
 _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
@@ -93,7 +95,29 @@ class Merits(MotionMerits):
         f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
         BroadBandWatch,
         lambda vibration: vibration.final,
-        Row("vibration, rms [mm/s]", lambda m, _: milli_text(m.vibration_velocity_rms)),
+        Row(
+            f"vibration, rms, {LOWEST:g} to {HIGHEST:g} Hz [mm/s]",
+            lambda m, _: m.vibration_velocity_null or milli_text(m.vibration_velocity_rms),
+        ),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_null = Merit[str | None](
+        "vibration_velocity_null",
+        "-",
+        "why vibration_velocity_rms is null; null where it is not",
+        "a text",
+        BroadBandWatch,
+        lambda vibration: vibration.why_not,
+        kind=MeritKind.WORDS,
+    )
+    velocity_rms = Merit[float](
+        "velocity_rms",
+        "mm/s",
+        "vibration_velocity_rms without its filters: of the velocity at all frequencies",
+        "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
+        BroadBandWatch,
+        lambda vibration: vibration.whole,
+        Row("vibration, rms, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
         better=Better.SMALLER,
     )
     vibration_velocity_peak = Merit[float | None](
