@@ -125,6 +125,8 @@ class OfflineRun(Presented):
                 for observation, once in zip(self.samples, self._once_per_turn(), strict=True)
             ],
             **self.merits.report(self.scene.rotor.eccentricity),
+            "peak_whirl": self.merits.peak_whirl,
+            "final_whirl": self.merits.final_whirl,
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
             "decisions": list(map(_decided, self.decisions)),

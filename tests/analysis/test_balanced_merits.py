@@ -9,7 +9,8 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis import merits_of, run_scene
-from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.analysis.merits.merit import WhirlScale, merits_named
+from ab_sim.analysis.merits.wording import angles_text, final_text
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import check_scene, load_scene
 from tests.analysis.made import made
@@ -212,3 +213,28 @@ def test_values_are_in_what_the_list_says(scene: Any) -> None:
         value = report.get(merit.key)
         if value is not None and merit.scalar:
             assert isinstance(value, bool | float), merit.key
+
+
+def test_the_repr_has_names_that_can_be_asked_for(scene: Any) -> None:
+    """Keys, as texts; an attribute of such a name says how to write it."""
+    merits = merits_of(at_rest(119.34), scene(), KEYS)
+    shown = eval(repr(merits).removeprefix("Merits(").removesuffix(")"))  # noqa: S307
+    assert shown == {key: merits[key] for key in KEYS} and repr(merits).startswith("Merits({")
+    with pytest.raises(AttributeError, match=r"write merits\['final_whirl_over_e'\]"):
+        merits.final_whirl_over_e  # type: ignore[attr-defined]  # noqa: B018
+
+
+def test_a_share_of_the_run_without_balls_is_of_run_alone(scene: Any) -> None:
+    with pytest.raises(ab_sim.InputError, match="which only `ab-sim run` makes; use final_whirl"):
+        merits_of(at_rest(0.0), scene(), ["final_whirl_relative_to_no_balls"])
+
+
+def test_a_table_shows_whirls_as_lengths_too_and_angles_in_one_turn(scene: Any) -> None:
+    """In e, and in mm or um; a ball that has gone round 26 times is shown where it is."""
+    scale = WhirlScale(1 / E, "e", "W/e")
+    assert final_text(0.5 * E, (E, E), True, scale) == "0.5 (50 um)"
+    assert final_text(20 * E, (E, E), True, scale) == "20 (2 mm)"
+    assert final_text(2e-3, (E, E), True, WhirlScale(1e3, "mm", "W")) == "2"
+    assert final_text(E, (2 * E, E), False, scale) == "1 (0.1 mm), still falling (2, then 1)"
+    angles = tuple(map(math.radians, (-9566.8, 142.0, 29.0, -193.0)))
+    assert angles_text(angles, None) == "-206.8, -218.0, 29.0, -193.0 deg"

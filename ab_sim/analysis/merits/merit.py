@@ -6,7 +6,7 @@ A run is judged by those of ``declared.Merits``, and by what a program registers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, NoReturn, TypeVar, cast, overload
 
 import numpy as np
 
@@ -104,6 +104,8 @@ class MeritInWords(NamedTuple):
     """number, true or false, words, structure."""
     meaning: str
     equation: str
+    taken_by: str
+    """Commands that take the name: all, or run alone."""
 
 
 def _as_it_is(value: Any) -> object:
@@ -173,7 +175,8 @@ class Merit(Generic[T]):
     def described(self) -> list[MeritInWords]:
         """In words: itself, and then its share in that of the run without balls, if it has one."""
         better, kind = self.better.value, self.kind.value
-        own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation)
+        taken_by = "sweep, tune, robust" if self.scalar else "run only"
+        own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation, taken_by)
         if self.relative is None:
             return [own]
         meaning = (
@@ -181,7 +184,10 @@ class Merit(Generic[T]):
             "if that is 0 or cannot run"
         )
         equation = f"{self.key} / {self.key} without balls"
-        return [own, MeritInWords(self.relative.key, "1", better, kind, meaning, equation)]
+        return [
+            own,
+            MeritInWords(self.relative.key, "1", better, kind, meaning, equation, "run only"),
+        ]
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
         """A value as JSON-able one: a whirl in e [m], None if that is 0."""
@@ -260,6 +266,12 @@ def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
 def _named(key: str) -> Merit[Any]:
     if key in _merits:
         return _merits[key]
+    for merit in _merits.values():
+        if merit.relative is not None and merit.relative.key == key:
+            raise InputError(
+                f"merit {key!r}: compares with a run without balls, which only `ab-sim run` makes; "
+                f"use {merit.key}"
+            )
     raise _unknown(key, [merit.key for merit in reported_merits()])
 
 
@@ -308,8 +320,14 @@ class MeritValues:
         return isinstance(other, MeritValues) and self.values == other.values
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{key}={value!r}" for key, value in self.report().items())
-        return f"{type(self).__name__}({said})"
+        # By keys, which are not the attributes' names, and in the keys' units.
+        return f"{type(self).__name__}({self.report()!r})"
+
+    if not TYPE_CHECKING:  # to which each name would be an attribute
+
+        def __getattr__(self, name: str) -> NoReturn:
+            hint = f"; write merits[{name!r}]" if name in _merits else ""
+            raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}{hint}")
 
     def report(self, eccentricity: float | None = None) -> dict[str, object]:
         """As JSON-able values, by key: whirl in eccentricities.
