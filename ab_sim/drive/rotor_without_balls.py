@@ -73,7 +73,8 @@ class WhirlWithoutBalls:
 def _exponentials(matrices: np.ndarray) -> np.ndarray:
     """Return the exponentials of matrices, shape (rows, n, n), by scaling and squaring."""
     size = np.abs(matrices).sum(axis=2).max(initial=1.0)
-    halvings = int(np.ceil(np.log2(size))) + 1
+    # The same for all usual steps, so that blocks of any size give the same bits.
+    halvings = max(int(np.ceil(np.log2(size))) + 1, 16)
     scaled = matrices / 2.0**halvings
     total = term = np.broadcast_to(np.eye(matrices.shape[1], dtype=complex), matrices.shape)
     for order in range(1, 13):

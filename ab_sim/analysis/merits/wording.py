@@ -4,6 +4,7 @@ import math
 
 from ab_sim.analysis.circulation import Circulation
 from ab_sim.analysis.merits.merit import NOTHING, WhirlScale
+from ab_sim.conventions import in_one_turn
 
 
 def peak_text(whirl: float, time: float, scale: WhirlScale) -> str:
@@ -69,5 +70,7 @@ def angles_text(angles: tuple[float, ...], circulating: Circulation | None) -> s
     round_ = () if circulating is None else circulating.balls
     if len(round_) == len(angles):
         return "none rests"
-    texts = ["-" if k in round_ else f"{math.degrees(a):.1f}" for k, a in enumerate(angles)]
+    texts = [
+        "-" if k in round_ else f"{math.degrees(in_one_turn(a)):.1f}" for k, a in enumerate(angles)
+    ]
     return ", ".join(texts) + " deg"
