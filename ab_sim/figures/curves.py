@@ -63,6 +63,6 @@ def in_degrees(angles: np.ndarray) -> np.ndarray:
     return degrees
 
 
-def say_conventions(figure: Figure) -> None:
-    """Name the page that explains symbols and signs, below all panels."""
-    figure.supxlabel(NOTATION, fontsize=8, color="0.4")
+def say_conventions(figure: Figure, text: str = "") -> None:
+    """Write a text below all panels, and the page that explains symbols and signs."""
+    figure.supxlabel("\n".join(filter(None, (text, NOTATION))), fontsize=8, color="0.4")

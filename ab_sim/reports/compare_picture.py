@@ -45,13 +45,9 @@ def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
     panels[0][1].set_title("simulated - recorded", fontsize=10)
     for axes in panels[-1]:
         axes.set_xlabel("time [s]")
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=2,
-        title=left_out, title_fontsize=8, frameon=False,
-    )  # fmt: skip
+    panels[0][0].legend(loc="lower right", ncols=2, fontsize=8)
     figure.align_ylabels(panels[:, 0])
-    say_conventions(figure)
+    say_conventions(figure, left_out)
     return figure
 
 
