@@ -50,10 +50,9 @@ def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
             client.set_time("sim_time", duration=float(at), play_state="paused")
             time.sleep(4.0)
             client.save_screenshot(picture)
-            # Flat colours: a palette makes the file four times smaller.
             with Image.open(picture) as image:
-                flat = image.convert("RGB").quantize(200, dither=Image.Dither.NONE)
-            flat.save(picture, optimize=True)
+                small = image.convert("RGB")
+            small.save(picture, optimize=True)
         finally:
             viewer.terminate()
             viewer.wait()
