@@ -1,6 +1,5 @@
 """What a live start-up came to: a table beside offline runs, and the figure."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -22,7 +21,9 @@ LOSSES = ("commands lost", "messages dropped by the recorder")
 console = PlainConsole()
 
 
-def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[str, str]) -> None:
+def report_startup(
+    scene: Scene, recording: Path, picture: Path, figures: dict[str, str], hint: str
+) -> None:
     """Sum a recorded start-up up beside an offline run of its scene, and draw it.
 
     Args:
@@ -30,6 +31,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
         recording: the .rrd file of it.
         picture: file to draw into.
         figures: label and value of what only the live run knows.
+        hint: how to look at the recording again.
     """
     recorded = read_recording(recording)
     whole = Trajectory(recorded.channels, recorded.samples)
@@ -50,9 +52,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     console.print(table)
     title = f"Start-up of {scene.name}, live over ROS 2 topics"
     run_figure(live, scene, picture, comparison, starts, title)
-    command = Path(sys.executable).with_name("ab-sim")
-    command = command.relative_to(Path.cwd()) if command.is_relative_to(Path.cwd()) else command
-    console.print(f"wrote {recording}   (look at it: {command} view {recording})")
+    console.print(f"wrote {recording}   {hint}", soft_wrap=True)
     console.print(f"wrote {picture}")
 
 

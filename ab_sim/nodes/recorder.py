@@ -295,6 +295,7 @@ class Recorder(PlainLog):
                 "viewer state": viewer.state,
                 "viewer restarts": viewer.restarts,
                 "viewer process": viewer.process or "",
+                "pages opened": viewer.pages_opened,
                 "bytes not viewed yet": viewer.waiting,
             }
             if viewer.trouble:

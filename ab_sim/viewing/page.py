@@ -3,6 +3,8 @@
 Rerun's page, as Rerun serves it, tells Rerun about its use, asks GitHub for new versions and Google
 for fonts. A page's server can forbid all that to the browser; so this one stands before Rerun's.
 
+It also adds a script to the page, which reports when the viewer has come up in the browser.
+
 It answers only who asks for this machine by name. A stranger's web site may have its own name lead
 to 127.0.0.1 (DNS rebinding); the browser then takes what is served here for a part of that site,
 and lets its scripts read it. The name that was asked for is in the request's Host header.
@@ -11,18 +13,31 @@ and lets its scripts read it. The name that was asked for is in the request's Ho
 
 import contextlib
 import http.client
+import io
 import ipaddress
 import re
 import shutil
 import threading
 from http import HTTPStatus
+from http.client import HTTPException
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import IO
+from urllib.parse import urlsplit
 
 LOOPBACK = "127.0.0.1"
-PATIENCE = 30.0
-"""s for Rerun to answer."""
+PATIENCE, ANSWER = 30.0, 1.0
+"""s for Rerun to answer a browser, and to be asked whether it does."""
 _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
 _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
+
+_OPENED = "/opened"
+_SCRIPT = b"""<script>
+  (function report() {
+    if (window._handle) fetch("opened", { method: "POST" });
+    else setTimeout(report, 100);
+  })();
+</script>
+</body>"""
 
 _HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
 
@@ -50,30 +65,53 @@ class Page:
     """
 
     def __init__(self, port: int, behind: int, proxy: str) -> None:
+        page, self._behind = self, behind
+        self.opened = 0
+        """Number of browsers in which the viewer has come up."""
         here = "'self' 'unsafe-inline' 'unsafe-eval' data: blob:"
         policy = f"default-src {here}; connect-src 'self' data: blob: {proxy}"
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                named = self.headers.get_all("Host", [])
-                with contextlib.suppress(OSError, http.client.HTTPException):
-                    if len(named) == 1 and is_loopback(named[0]):
+                with contextlib.suppress(OSError, HTTPException):
+                    if self._asked_by_this_machine():
                         self._relay()
-                    else:
-                        self.send_error(HTTPStatus.MISDIRECTED_REQUEST, explain=_REFUSED)
+
+            def do_POST(self) -> None:
+                with contextlib.suppress(OSError):
+                    if not self._asked_by_this_machine():
+                        return
+                    if self.path != _OPENED:
+                        self.send_error(HTTPStatus.NOT_FOUND)
+                        return
+                    page.opened += 1
+                    self.send_response(HTTPStatus.NO_CONTENT)
+                    self.end_headers()
+
+            def _asked_by_this_machine(self) -> bool:
+                named = self.headers.get_all("Host", [])
+                if len(named) == 1 and is_loopback(named[0]):
+                    return True
+                self.send_error(HTTPStatus.MISDIRECTED_REQUEST, explain=_REFUSED)
+                return False
 
             def _relay(self) -> None:
                 connection = http.client.HTTPConnection(LOOPBACK, behind, timeout=PATIENCE)
                 with contextlib.closing(connection):
                     connection.request("GET", self.path)
                     answer = connection.getresponse()
+                    headers = {name: answer.getheader(name) for name in _PASSED_ON}
+                    content: IO[bytes] = answer
+                    if urlsplit(self.path).path == "/":
+                        html = answer.read().replace(b"</body>", _SCRIPT)
+                        content, headers["Content-Length"] = io.BytesIO(html), str(len(html))
                     self.send_response(answer.status)
-                    for name in _PASSED_ON:
-                        if value := answer.getheader(name):
+                    for name, value in headers.items():
+                        if value:
                             self.send_header(name, value)
                     self.send_header("Content-Security-Policy", policy)
                     self.end_headers()
-                    shutil.copyfileobj(answer, self.wfile)
+                    shutil.copyfileobj(content, self.wfile)
 
             def log_message(self, *_: object) -> None:
                 pass
@@ -83,6 +121,14 @@ class Page:
         self.port: int = self._server.server_address[1]
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
+
+    def answers(self) -> bool:
+        """Whether Rerun serves the page by now."""
+        connection = http.client.HTTPConnection(LOOPBACK, self._behind, timeout=ANSWER)
+        with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
+            connection.request("GET", "/")
+            return connection.getresponse().status == HTTPStatus.OK
+        return False
 
     def close(self) -> None:
         """Serve it no longer."""
