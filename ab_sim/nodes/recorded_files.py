@@ -16,8 +16,13 @@ from ab_sim.errors import RecordingError
 from ab_sim.recording import Recording
 from ab_sim.viewing import Viewer
 
+REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
+"""Numbers that a recorder notes."""
 RETRY = 1.0
 """s between two attempts to begin a file."""
+SHOWN_BATCH = 0.5
+"""s between two batches for a viewer. A browser that draws by software takes that long for a frame,
+and spends a fixed time of each frame on what has come, some ten messages."""
 TAKING_TURNS = 20.0
 """s between two files that begin because steps run back, where several drives publish: there would
 be one for each block. As long as DDS takes to notice that a drive is gone."""
@@ -32,7 +37,8 @@ class RecordedFiles:
     Args:
         path: of the first file; those after it get numbers, and so does the first one if there is
             a file already: nothing that was recorded is ever overwritten. None: no files.
-        viewer: shown the files as they grow.
+        viewer: shown copies of the files, with fewer samples, as they grow.
+        shown: folder for these copies.
         logger: told of files.
         drives: how many publish blocks.
         thinned: which samples are kept, as `Recording` takes it.
@@ -42,15 +48,19 @@ class RecordedFiles:
         self,
         path: Path | None,
         viewer: Viewer | None,
+        shown: Path,
         logger: RcutilsLogger,
         drives: Callable[[], int],
         thinned: Mapping[str, Any],
     ) -> None:
         self._path, self._viewer, self._logger, self._thinned = path, viewer, logger, thinned
+        self._shown_folder = shown
         self._drives, self._ran_back = drives, -math.inf
         self._number = 1
         self._description: Mapping[str, Any] | None = None
         self._recording: Recording | None = None
+        self._shown: Recording | None = None  # a copy of it for the viewer, with fewer samples
+        self._shown_at = -math.inf
         self._next: int | None = None  # step; None: none was heard
         self._restarted = False  # and no block was heard since
         self._tried = 0.0
@@ -160,8 +170,10 @@ class RecordedFiles:
 
     def flush(self) -> None:
         """Write what was taken; where nothing can be written, try another file now and then."""
-        watched = self._viewer is not None
-        self._write(lambda recording: recording.flush(pictures=watched))
+        self._write_to_file(lambda recording: recording.flush(pictures=False))
+        if time.monotonic() - self._shown_at >= SHOWN_BATCH:
+            self._shown_at = time.monotonic()
+            self._show(lambda recording: recording.flush())
         waiting = self._description is not None and self._recording is None
         if waiting and time.monotonic() - self._tried >= RETRY:
             self._open()
@@ -198,10 +210,41 @@ class RecordedFiles:
         for (source, _), text in self._standing.items():
             self._recording.event(self._time, text, "INFO", source)
         self._logger.info(f"recording to {path}")
-        if self._viewer is not None:
-            self._viewer.feed(path)
+        self._open_shown(path.name)
+
+    def _open_shown(self, name: str) -> None:
+        if self._viewer is None:
+            return
+        assert self._description is not None
+        path = self._shown_folder / name
+        try:
+            shown = Recording(path, description=self._description, index=False, shown=True)
+            if channels := self._description.get("channels"):
+                shown.lay_out(channels, SCALARS)
+        except RecordingError as error:
+            self._logger.warning(f"nothing to watch: {error}")
+            return
+        for name, state in self._states.items():
+            shown.state(name, self._time, state)
+        self._shown = shown
+        self._viewer.feed(path)
 
     def _write(self, write: Callable[[Recording], None]) -> None:
+        self._write_to_file(write)
+        self._show(write)
+
+    def _show(self, write: Callable[[Recording], None]) -> None:
+        if self._shown is None:
+            return
+        try:
+            write(self._shown)
+        except RecordingError as error:
+            if not self._shown.failed:
+                raise
+            self._logger.warning(f"nothing to watch: {error}")
+            self._shown = None
+
+    def _write_to_file(self, write: Callable[[Recording], None]) -> None:
         if (recording := self._recording) is None:
             return
         try:
@@ -223,8 +266,10 @@ class RecordedFiles:
             f"wrote {recording.path}: {recording.rows_written} samples, {recording.missing} missing"
             + (f", {lost} lost" if lost else "")
         )
-        if self._viewer is not None:
-            self._viewer.finish(recording.path)
+        if self._viewer is not None and self._shown is not None:
+            self._shown.close()
+            self._viewer.finish(self._shown.path)
+            self._shown = None
 
     def _complain(self, trouble: str) -> None:
         if trouble != self.trouble:

@@ -3,7 +3,7 @@
 Rerun's page, as Rerun serves it, tells Rerun about its use, asks GitHub for new versions and Google
 for fonts. A page's server can forbid all that to the browser; so this one stands before Rerun's.
 
-It also adds a script to the page, which reports when the viewer has come up in the browser.
+It also adds a script to the page, which reports when the viewer in the browser has data.
 
 It answers only who asks for this machine by name. A stranger's web site may have its own name lead
 to 127.0.0.1 (DNS rebinding); the browser then takes what is served here for a part of that site,
@@ -32,10 +32,12 @@ _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or local
 
 _OPENED = "/opened"
 _SCRIPT = b"""<script>
-  (function report() {
-    if (window._handle) fetch("opened", { method: "POST" });
-    else setTimeout(report, 100);
-  })();
+  (function report(frames) {
+    const state = window._handle ? String.fromCharCode(...window._handle.viewer_state()) : "";
+    if (!state.includes("sim_time")) setTimeout(() => report(frames), 100);
+    else if (frames) requestAnimationFrame(() => report(frames - 1));
+    else fetch("opened", { method: "POST" });
+  })(3);
 </script>
 </body>"""
 
