@@ -80,7 +80,6 @@ class LiveRun:
         self._heard = time.monotonic()
         self._began: float | None = None
         self._wall = [0.0, 0.0]
-        self._running = False
         self.time = self.speed = self.whirl = 0.0
         self.ball_angles: tuple[float, ...] = ()
         self.statuses: list[tuple[float, str]] = []
@@ -108,7 +107,7 @@ class LiveRun:
 
     @property
     def elapsed(self) -> float:
-        """Simulated time since the profile last started, or since a reset after that [s]."""
+        """Simulated time since the profile started, or since the last reset [s]."""
         return 0.0 if self._began is None else self.time - self._began
 
     def wait_until_ready(self) -> None:
@@ -264,8 +263,8 @@ class LiveRun:
             before, self.time = self.time, sample.time * 1e-9
             self.speed, self.ball_angles = sample.spindle_speed, sample.ball_angles
             self._heard = time.monotonic()
-            if self.time < before:  # somebody has reset the drive
-                self._measure_again()
+            if self.time < before and self._began is not None:  # somebody has reset the drive
+                self._began, self._wall = self.time, [0.0, 0.0]
             if self._began is not None:
                 self._wall[1] = self._heard
                 self._wall[0] = self._wall[0] or self._heard - self.elapsed
@@ -275,17 +274,8 @@ class LiveRun:
         self.whirl = math.hypot(x, y)
 
     def _hear_status(self, message: Any) -> None:
-        status = topics.PROFILE_STATUS.sample(message)
-        before, self._running = self._running, status.startswith("running")
-        if self._running and not before:  # somebody has started the profile again
-            self._measure_again()
         if self._began is not None:
-            self.statuses.append((self.elapsed, status))
-
-    def _measure_again(self) -> None:
-        """Count simulated time and the clock's from now on, for the real-time factor."""
-        if self._began is not None:
-            self._began, self._wall = self.time, [0.0, 0.0]
+            self.statuses.append((self.elapsed, topics.PROFILE_STATUS.sample(message)))
 
     def _hear_health(self, message: Any) -> None:
         for health in topics.DIAGNOSTICS.sample(message):

@@ -13,16 +13,13 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from ab_msgs_py import MalformedMessage
 from ab_sim.errors import RecordingError
-from ab_sim.recording import Recording
+from ab_sim.recording import SHOWN_PERIOD, Recording
 from ab_sim.viewing import Viewer
 
 REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
 """Numbers that a recorder notes."""
 RETRY = 1.0
 """s between two attempts to begin a file."""
-SHOWN_BATCH = 0.5
-"""s between two batches for a viewer. A browser that draws by software takes that long for a frame,
-and spends a fixed time of each frame on what has come, some ten messages."""
 TAKING_TURNS = 20.0
 """s between two files that begin because steps run back, where several drives publish: there would
 be one for each block. As long as DDS takes to notice that a drive is gone."""
@@ -60,7 +57,7 @@ class RecordedFiles:
         self._description: Mapping[str, Any] | None = None
         self._recording: Recording | None = None
         self._shown: Recording | None = None  # a copy of it for the viewer, with fewer samples
-        self._shown_at = -math.inf
+        self._shown_at = self._shown_until = -math.inf
         self._next: int | None = None  # step; None: none was heard
         self._restarted = False  # and no block was heard since
         self._tried = 0.0
@@ -171,9 +168,7 @@ class RecordedFiles:
     def flush(self) -> None:
         """Write what was taken; where nothing can be written, try another file now and then."""
         self._write_to_file(lambda recording: recording.flush(pictures=False))
-        if time.monotonic() - self._shown_at >= SHOWN_BATCH:
-            self._shown_at = time.monotonic()
-            self._show(lambda recording: recording.flush())
+        self._flush_shown()
         waiting = self._description is not None and self._recording is None
         if waiting and time.monotonic() - self._tried >= RETRY:
             self._open()
@@ -226,7 +221,7 @@ class RecordedFiles:
             return
         for name, state in self._states.items():
             shown.state(name, self._time, state)
-        self._shown = shown
+        self._shown, self._shown_until = shown, -math.inf
         self._viewer.feed(path)
 
     def _write(self, write: Callable[[Recording], None]) -> None:
@@ -243,6 +238,17 @@ class RecordedFiles:
                 raise
             self._logger.warning(f"nothing to watch: {error}")
             self._shown = None
+
+    def _flush_shown(self) -> None:
+        """Send the viewer a batch, unless its page does not yet show the last one."""
+        if self._shown is None or self._viewer is None:
+            return
+        interval = self._viewer.interval(self._shown.id, self._shown_until)
+        moved = self._time > self._shown_until + 2 * SHOWN_PERIOD
+        if moved and time.monotonic() - self._shown_at < interval:
+            return
+        self._show(lambda recording: recording.flush())
+        self._shown_at, self._shown_until = time.monotonic(), self._time - 2 * SHOWN_PERIOD
 
     def _write_to_file(self, write: Callable[[Recording], None]) -> None:
         if (recording := self._recording) is None:

@@ -67,6 +67,7 @@ class Recording:
     :param around: what is kept at full rate before and after an event [s], if not all is.
     :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
         are still made from all rows, as of the vibration, which those rows alone would falsify.
+        Nothing is sent until `flush`.
     :param thinned: ``every`` and ``around`` were already applied by somebody else, and `block` is
         told what that has left out.
 
@@ -116,7 +117,8 @@ class Recording:
         self._rows_shown = FrameRate(period) if shown else None
         self._step = _positive(description.get("step"))
         text = description_text(description)
-        self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
+        self.id = str(uuid.uuid4())
+        self._stream = rr.RecordingStream("ab_sim", recording_id=self.id)
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
@@ -313,7 +315,7 @@ class Recording:
 
     def _collect(self, count: int) -> None:
         self._collected += count
-        if self._collected >= BATCH_ROWS:
+        if self._collected >= BATCH_ROWS and self._rows_shown is None:
             self.flush()
 
     def _send_collected(self) -> None:

@@ -3,7 +3,9 @@
 Rerun's page, as Rerun serves it, tells Rerun about its use, asks GitHub for new versions and Google
 for fonts. A page's server can forbid all that to the browser; so this one stands before Rerun's.
 
-It also adds a script to the page, which reports when the viewer in the browser has data.
+It also adds a script to the page, which reports when the viewer in the browser has data, and how
+much. So nobody sends it more than it shows: a browser that draws by software takes half a second
+for a frame, and more on a busy machine, and the viewer takes a few messages with each.
 
 It answers only who asks for this machine by name. A stranger's web site may have its own name lead
 to 127.0.0.1 (DNS rebinding); the browser then takes what is served here for a part of that site,
@@ -15,14 +17,18 @@ import contextlib
 import http.client
 import io
 import ipaddress
+import math
 import re
 import shutil
 import threading
+import time
 from http import HTTPStatus
 from http.client import HTTPException
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import IO
 from urllib.parse import urlsplit
+
+from ab_sim.viewing.viewer_state import newest_times
 
 LOOPBACK = "127.0.0.1"
 PATIENCE, ANSWER = 30.0, 1.0
@@ -30,13 +36,24 @@ PATIENCE, ANSWER = 30.0, 1.0
 _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
 _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
 
-_OPENED = "/opened"
+_OPENED, _SEEN = "/opened", "/seen"
+BATCH, UNWATCHED, BEHIND = 0.1, 2.0, 30.0
+"""s between two batches of a recording: if the page shows the last one, if no page is open, and if
+the page does not yet show it."""
+_LARGEST_STATE = 1 << 20
+"""bytes."""
+LEFT = 20.0
+"""s without a report, after which a page counts as closed; a frame can take some of them."""
 _SCRIPT = b"""<script>
+  const post = (path, body) => fetch(path, { method: "POST", body }).catch(() => {});
   (function report(frames) {
-    const state = window._handle ? String.fromCharCode(...window._handle.viewer_state()) : "";
-    if (!state.includes("sim_time")) setTimeout(() => report(frames), 100);
-    else if (frames) requestAnimationFrame(() => report(frames - 1));
-    else fetch("opened", { method: "POST" });
+    const state = window._handle ? window._handle.viewer_state() : new Uint8Array();
+    const started = String.fromCharCode(...state).includes("sim_time");
+    if (started && frames) requestAnimationFrame(() => report(frames - 1));
+    else if (started) {
+      post("opened");
+      setInterval(() => post("seen", window._handle.viewer_state()), 200);
+    } else setTimeout(() => report(frames), 100);
   })(3);
 </script>
 </body>"""
@@ -70,6 +87,8 @@ class Page:
         page, self._behind = self, behind
         self.opened = 0
         """Number of browsers in which the viewer has come up."""
+        self._seen: dict[str, float] = {}
+        self._heard = -math.inf
         here = "'self' 'unsafe-inline' 'unsafe-eval' data: blob:"
         policy = f"default-src {here}; connect-src 'self' data: blob: {proxy}"
 
@@ -83,10 +102,15 @@ class Page:
                 with contextlib.suppress(OSError):
                     if not self._asked_by_this_machine():
                         return
-                    if self.path != _OPENED:
+                    size = self.headers.get("Content-Length", "")
+                    state = self.rfile.read(min(int(size), _LARGEST_STATE) if size.isdigit() else 0)
+                    if self.path == _OPENED:
+                        page.opened += 1
+                    elif self.path == _SEEN:
+                        page.hear(state)
+                    else:
                         self.send_error(HTTPStatus.NOT_FOUND)
                         return
-                    page.opened += 1
                     self.send_response(HTTPStatus.NO_CONTENT)
                     self.end_headers()
 
@@ -123,6 +147,22 @@ class Page:
         self.port: int = self._server.server_address[1]
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
+
+    def hear(self, state: bytes) -> None:
+        """Take what a browser reports of its viewer."""
+        with contextlib.suppress(ValueError):  # another Rerun's: then nothing is known
+            self._seen, self._heard = newest_times(state), time.monotonic()
+
+    def interval(self, recording: str, until: float) -> float:
+        """Return the time [s] from one batch of a recording to the next one.
+
+        Args:
+            recording: its id.
+            until: newest time in the batches so far [s].
+        """
+        if time.monotonic() - self._heard > LEFT:
+            return UNWATCHED
+        return BATCH if self._seen.get(recording, -math.inf) >= until else BEHIND
 
     def answers(self) -> bool:
         """Whether Rerun serves the page by now."""

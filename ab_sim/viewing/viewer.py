@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ab_sim.errors import InputError
 from ab_sim.viewing.feed import Feed
-from ab_sim.viewing.page import Page
+from ab_sim.viewing.page import BATCH, Page
 from ab_sim.viewing.program import Program, Started, screens
 from ab_sim.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 
@@ -121,6 +121,15 @@ class Viewer:
     def pages_opened(self) -> int:
         """Number of browsers in which the page has come up."""
         return 0 if self._page is None else self._page.opened
+
+    def interval(self, recording: str, until: float) -> float:
+        """Return the time [s] from one batch of a recording to the next one.
+
+        Args:
+            recording: its id.
+            until: newest time in the batches so far [s].
+        """
+        return BATCH if self._page is None else self._page.interval(recording, until)
 
     @property
     def process(self) -> int | None:
