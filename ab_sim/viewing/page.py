@@ -37,7 +37,7 @@ _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
 _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
 
 _OPENED, _SEEN = "/opened", "/seen"
-BATCH, UNWATCHED, BEHIND = 0.1, 2.0, 30.0
+BATCH, UNWATCHED, LAGGING = 0.1, 2.0, 30.0
 """s between two batches of a recording: if the page shows the last one, if no page is open, and if
 the page does not yet show it."""
 _LARGEST_STATE = 1 << 20
@@ -162,7 +162,7 @@ class Page:
         """
         if time.monotonic() - self._heard > LEFT:
             return UNWATCHED
-        return BATCH if self._seen.get(recording, -math.inf) >= until else BEHIND
+        return BATCH if self._seen.get(recording, -math.inf) >= until else LAGGING
 
     def answers(self) -> bool:
         """Whether Rerun serves the page by now."""

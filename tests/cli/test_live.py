@@ -136,7 +136,7 @@ def test_counts_again_after_a_reset(commands: list[Command]) -> None:
     live = Command("live", "balanced-start-up", "--for", "3600")
     commands.append(live)
     live.until("  5.")
-    done = ab_sim("node", "--wait", "60", "reset")
+    done = ab_sim("node", "reset", "--wait", "60")
     assert done.returncode == 0, done.stderr
     for second in range(3):
         live.until(f"  {second}.")
