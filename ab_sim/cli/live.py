@@ -17,6 +17,7 @@ from ab_sim.cli.watching import (
     serve_page,
     wait_for_page,
 )
+from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.output_file import RECORDING, check_can_be_made, check_ending, check_writable
 from ab_sim.scene import load_scene
@@ -60,6 +61,8 @@ def run_live(
         check_writable(record, "--record", replaced=False)
     elif view != NOWHERE:
         check_can_be_made(RECORDINGS, "without --record, the folder")
+    if together := together_at_start(scene):
+        console.print(together, soft_wrap=True)
     require_ros("for a live run")
     from ab_sim.cli.live_display import live_display
     from ab_sim.cli.live_run import LiveRun

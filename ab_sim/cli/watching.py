@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.own_command import own_command
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.viewing import SHOWING, WEB, check_view, screens
 
@@ -72,10 +73,8 @@ def serve_page(console: PlainConsole, live: "LiveRun") -> None:
 
 def replay_hint(file: Path, view: str) -> str:
     """Return how to look at a recording again: a command that works from here."""
-    command = Path(sys.executable).with_name("ab-sim")
-    command = command.relative_to(Path.cwd()) if command.is_relative_to(Path.cwd()) else command
     web = ["--web"] if view == WEB or not screens() else []
-    return f"(look at it: {shlex.join([str(command), 'view', str(file), *web])})"
+    return f"(look at it: {own_command()} {shlex.join(['view', str(file), *web])})"
 
 
 def _enter_pressed() -> bool:

@@ -165,7 +165,7 @@ class PendingCommands:
 
     def _count_sources(self) -> int:
         """Number of nodes that publish commands; one that publishes on both topics counts once."""
-        if 0 in self._publishers:
+        if len(self._publishers) < len(TOPICS) or 0 in self._publishers:
             return sum(self._publishers)
         names = [
             {

@@ -224,12 +224,7 @@ class Recorder(PlainLog):
         self._files.scalar(COMMANDS, self._time, speed)
 
     def _write_trajectory(self, wanted: SetPoints) -> None:
-        first, last = wanted.points[0], wanted.points[-1]
-        text = (
-            f"trajectory from t = {wanted.start * 1e-9:g} s: {len(wanted.points)} points, "
-            f"{first.speed:g} to {last.speed:g} rad/s in {last.time * 1e-9:g} s"
-        )
-        self._files.event(self._time, text, "INFO", "commands")
+        self._files.event(self._time, wanted.text, "INFO", "commands")
 
     def _write_health(self, entries: list[Health]) -> None:
         for health in entries:

@@ -1,6 +1,7 @@
 """Profiles under way, and `ab-sim node` that starts and aborts them: one drive for all of it."""
 
 import json
+import math
 import re
 import sys
 from collections.abc import Iterator
@@ -191,6 +192,27 @@ def test_a_profile_that_the_drive_cannot_follow_is_aborted(session: Fleet) -> No
     assert status_of(session) == "aborted" and speed_of(session) == 0.0
     session.reads(node, "80 rad/s^2, and at most 50 rad/s^2 are allowed")
     session.reads("drive_sim", "spindle/trajectory, refused: points[0]: ")
+
+
+def test_commanding_a_speed(session: Fleet, asked: Asked) -> None:
+    assert session.set("drive_sim", speed_factor=1.0, speed_limit=100.0)[0]
+    asked("reset-state")
+    assert asked("command", "20") == (
+        "accepted: from 0 to 20 rad/s, at 50 rad/s^2, 0.4 s; limit 100 rad/s\n"
+    )
+    session.until(lambda: speed_of(session) == 20.0, "it has followed")
+    assert "command = 101 rad/s: must be within +-100 rad/s" in asked("command", "101", code=2)
+    assert "there is no drive /left/drive_sim" in asked(
+        "command", "9", "--namespace", "left", "--wait", "5", code=2
+    )
+    asked("emergency-stop")
+    assert "ignored after an emergency stop" in asked("command", "9", code=1)
+    asked("reset-emergency-stop")
+    assert "to -1.0472 rad/s" in asked("command", "-10 rpm")
+    session.until(lambda: speed_of(session) == pytest.approx(-math.pi / 3), "and backwards")
+    asked("deactivate")
+    assert "inactive: time stands still" in asked("command", "9", code=1)
+    asked("activate")
 
 
 def test_a_drive_that_is_not_ab_sim(fleet: Fleet, tmp_path: Path) -> None:

@@ -132,6 +132,21 @@ def test_the_message_that_came_last_leads(session: Fleet) -> None:
     assert "1" == session.value(DRIVE, "sources of commands"), "one node, two topics"
 
 
+def test_in_lock_step_it_stands_for_the_commands(session: Fleet) -> None:
+    """Until its last point no step waits for a command; then one has to come again."""
+    assert session.set(DRIVE, time_mode="lock_step", await_commands=1, steps=10)[0]
+    try:
+        send(session, 0, (0.0, 0.0), (0.1, 4.0))
+        assert answered(session, 0) == topics.FOLLOWED
+        for wakes in range(10, 31, 10):
+            done, text = session.call(f"{DRIVE}/step")
+            assert done and f'"sim_time_ns": {wakes * 4_000_000}' in text
+        done, text = session.call(f"{DRIVE}/step")
+        assert not done and "0 of 1 commands came" in text
+    finally:
+        assert session.set(DRIVE, time_mode="paced", await_commands=0)[0]
+
+
 def test_a_profile_that_comes_too_late_begins_later(session: Fleet, tmp_path: Path) -> None:
     """Without time to travel, it is past when it arrives: the controller sends it again."""
     profile = tmp_path / "ten.yaml"
