@@ -14,6 +14,7 @@ from ab_sim.cli.key_commands import key_commands
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.options import (
     JsonOption,
+    NowOption,
     RunJsonOption,
     RunPlotOption,
     RunRecordingOption,
@@ -272,15 +273,17 @@ def demo(
         "out"
     ),
     view: ViewOption = "none",
+    now: NowOption = False,
 ) -> None:
     """Run a start-up that gets balanced live: three ROS 2 nodes, recorded by Rerun, then judged.
 
     The table and the picture show it beside the same start-up without its variable-speed period,
-    and without balls.
+    and without balls. With --view web, the run starts when a browser shows the page, or with Enter;
+    after the run the page is served until Ctrl-C.
     """
     from ab_sim.cli.demo import run_demo
 
-    run_demo(out, view)
+    run_demo(out, view, now)
 
 
 @app.command()
@@ -293,7 +296,7 @@ def live(
         typer.Option(
             metavar="FILE",
             help="Keep a Rerun recording: .rrd. A file that is there is not overwritten, "
-            "another is made beside it.",
+            "another is made beside it. Default: with --view, recordings/DATE_TIME.rrd.",
         ),
     ] = None,
     seconds: Annotated[
@@ -302,15 +305,17 @@ def live(
             "--for", metavar="SECONDS", help="How long, in simulated time. Default: the scene's."
         ),
     ] = None,
+    now: NowOption = False,
 ) -> None:
     """Run a scene in real time, over ROS 2: drive_sim, profile_controller and recorder in one.
 
-    Ctrl-C ends it in order, a second one at once. A viewer's window stays until you close it; the
-    web viewer's page keeps what it has got, and `ab-sim view FILE` shows a recording again.
+    With --view web, the run starts when a browser shows the page, or with Enter; after the run the
+    page is served until Ctrl-C. A viewer's window stays until you close it. `ab-sim view FILE`
+    shows a recording again. Ctrl-C ends the run in order, a second one at once.
     """
     from ab_sim.cli.live import run_live
 
-    run_live(scene, change or [], view, record, seconds)
+    run_live(scene, change or [], view, record, seconds, now)
 
 
 @app.command()

@@ -7,24 +7,33 @@ from pathlib import Path
 
 from rich.text import Text
 
-from ab_sim.cli.live import check_wish, recorder_parameters, say_where
+from ab_sim.cli.live import recorder_parameters
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.ros import require_ros
+from ab_sim.cli.watching import (
+    check_wish,
+    replay_hint,
+    say_where,
+    serve_page,
+    wait_for_page,
+)
 from ab_sim.errors import InputError
 from ab_sim.output_file import check_writable
 from ab_sim.scene import load_scene
+from ab_sim.viewing import WEB
 
 SCENE = "balanced-start-up"
 REPORT = "ab_sim.cli.startup_report"
 console = PlainConsole()
 
 
-def run_demo(out: Path, view: str) -> None:
+def run_demo(out: Path, view: str, now: bool) -> None:
     """Run it; write ``startup.rrd`` and ``startup.png`` into ``out``.
 
     Args:
         out: folder, made if it is not there.
         view: where to watch it: ``none``, ``web``, ``native`` or the address of a viewer.
+        now: start at once, and do not wait for a page that shows it.
 
     Raises:
         InputError: ROS 2 is missing, the folder cannot be written, another drive is running.
@@ -51,7 +60,9 @@ def run_demo(out: Path, view: str) -> None:
     with LiveRun(scene, SCENE, (), recorder_parameters(recording, view), logs) as live:
         live.wait_until_ready()
         console.print("three nodes are up: drive_sim, profile_controller, recorder")
-        say_where(live.health("recorder"))
+        say_where(console, live)
+        if view == WEB and not now:
+            wait_for_page(console, live)
         live.start()
         # Slow to import, and there is nothing to do but watch.
         reporting = threading.Thread(target=_import_report, daemon=True)
@@ -60,9 +71,15 @@ def run_demo(out: Path, view: str) -> None:
             while live.elapsed < scene.duration:
                 live.spin(0.1)
                 show(live)
-        figures = live.stop()
-    reporting.join()
-    importlib.import_module(REPORT).report_startup(scene, recording, picture, figures)
+        figures = live.stop_drive()
+        if view != WEB:
+            live.stop()
+        reporting.join()
+        hint = replay_hint(recording, view)
+        importlib.import_module(REPORT).report_startup(scene, recording, picture, figures, hint)
+        if view == WEB:
+            serve_page(console, live)
+            live.stop()
 
 
 def _import_report() -> None:

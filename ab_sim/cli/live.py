@@ -8,31 +8,24 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ab_sim.cli.outputs import PlainConsole
-from ab_sim.cli.own_command import own_command
 from ab_sim.cli.ros import require_ros
+from ab_sim.cli.watching import (
+    NOWHERE,
+    check_wish,
+    replay_hint,
+    say_where,
+    serve_page,
+    wait_for_page,
+)
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, Interrupted
-from ab_sim.output_file import RECORDING, check_ending, check_writable
+from ab_sim.output_file import RECORDING, check_can_be_made, check_ending, check_writable
 from ab_sim.scene import load_scene
-from ab_sim.viewing import check_view
+from ab_sim.viewing import WEB
 
-NOWHERE = "none"
-"""To ``--view``: nobody watches."""
+RECORDINGS = Path("recordings")
+"""Folder for runs that are watched and have no ``--record``."""
 console = PlainConsole()
-
-
-def check_wish(view: str) -> None:
-    """Refuse a ``--view`` that nothing can be shown in.
-
-    Raises:
-        InputError: says what is allowed.
-    """
-    if view == NOWHERE:
-        return
-    try:
-        check_view(view, screen=True)
-    except InputError as error:
-        raise InputError(f"--view {error}; or {NOWHERE}") from error
 
 
 def run_live(
@@ -41,6 +34,7 @@ def run_live(
     view: str,
     record: Path | None,
     seconds: float | None,
+    now: bool,
 ) -> None:
     """Run a scene live until its duration is over or Ctrl-C asks for the end.
 
@@ -49,7 +43,9 @@ def run_live(
         changes: to the scene, each ``key=value``.
         view: ``none``, ``web``, ``native`` or the address of a viewer that runs.
         record: .rrd file to keep; one that is there is not overwritten, another is made beside it.
+            None: one in `RECORDINGS` if somebody watches, else none.
         seconds: of simulated time, instead of the scene's duration.
+        now: start at once, and do not wait for a page that shows it.
 
     Raises:
         InputError: ROS 2 is missing, an argument is wrong, another drive is running.
@@ -63,6 +59,8 @@ def run_live(
     if record is not None:
         check_ending(record, RECORDING, "--record")
         check_writable(record, "--record", replaced=False)
+    elif view != NOWHERE:
+        check_can_be_made(RECORDINGS, "without --record, the folder")
     if together := together_at_start(scene):
         console.print(together, soft_wrap=True)
     require_ros("for a live run")
@@ -72,8 +70,11 @@ def run_live(
     logs = Path(tempfile.mkdtemp(prefix="ab_sim-log-"))
     with LiveRun(scene, source, changes, recorder_parameters(record, view), logs) as live:
         live.wait_until_ready()
-        say_where(live.health("recorder"))
+        say_where(console, live)
+        if view == WEB and not now:
+            wait_for_page(console, live)
         live.start()
+        whole = False
         with (
             contextlib.suppress(Interrupted),
             live_display(console, scene, duration) as show,
@@ -81,26 +82,20 @@ def run_live(
             while live.elapsed < duration:
                 live.spin(0.1)
                 show(live)
+            whole = True
         file = live.health("recorder").get("file", "")
-        figures = live.stop()
+        figures = live.stop_drive()
+        console.print(", ".join(f"{label} {value}" for label, value in figures.items()))
+        if file:
+            console.print(f"wrote {file}   {replay_hint(Path(file), view)}", soft_wrap=True)
+        if view == WEB and whole:
+            serve_page(console, live)
+        live.stop()
     shutil.rmtree(logs)  # of a run that failed they are what there is to read
-    console.print(", ".join(f"{label} {value}" for label, value in figures.items()))
-    if record is not None:
-        console.print(f"wrote {file}   (look at it: {own_command()} view {file})", soft_wrap=True)
 
 
 def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:
-    """What the recorder is to be told; None: none is needed."""
+    """Return the recorder's parameters; None: no recorder is needed."""
     if record is None and view == NOWHERE:
         return None
-    return (
-        {"keep": "false", "view": view} if record is None else {"path": str(record), "view": view}
-    )
-
-
-def say_where(recorder: dict[str, str]) -> None:
-    """Say where to watch, or why that is not possible."""
-    if "viewer" in recorder:
-        state = recorder["viewer state"]
-        what = "watch it at" if state == "showing" else f"cannot be watched, {state}:"
-        console.print(f"{what} {recorder['viewer']}", soft_wrap=True)
+    return {"view": view} if record is None else {"path": str(record), "view": view}

@@ -46,7 +46,7 @@ def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Sh
 
         def show_line(live: LiveRun) -> None:
             tell(live)
-            if int(live.elapsed) > printed[0]:
+            if int(live.elapsed) != printed[0]:  # less after a reset
                 printed[0] = int(live.elapsed)
                 done = min(live.elapsed, duration)
                 console.print(f"{done:5.1f} of {duration:g} s   {state(live)}")

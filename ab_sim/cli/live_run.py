@@ -32,7 +32,7 @@ from ab_sim.viewing import STARTED
 
 READY = 90.0
 """s for the nodes to come up; the first time, the kernel is compiled meanwhile."""
-CONTROLLER = "profile_controller"
+CONTROLLER, RECORDER = "profile_controller", "recorder"
 ANSWER = 10.0
 """s for a service to answer, and for a node to end."""
 SILENCE = 10.0
@@ -72,7 +72,7 @@ class LiveRun:
             self._nodes[CONTROLLER] = controller
         self._nodes["drive_sim"] = {"scene": source, "start_paused": "true", **what}
         if recorder is not None:
-            self._nodes["recorder"] = recorder
+            self._nodes[RECORDER] = recorder
         self._logs = logs
         self._processes: dict[str, subprocess.Popen[bytes]] = {}
         self._context = contextlib.ExitStack()
@@ -107,7 +107,7 @@ class LiveRun:
 
     @property
     def elapsed(self) -> float:
-        """Simulated time since the profile started [s]."""
+        """Simulated time since the profile started, or since the last reset [s]."""
         return 0.0 if self._began is None else self.time - self._began
 
     def wait_until_ready(self) -> None:
@@ -120,14 +120,14 @@ class LiveRun:
 
         def ready() -> bool:
             self._refuse_company()
-            recorder, controller = self.health("recorder"), self.health(CONTROLLER)
+            recorder, controller = self.health(RECORDER), self.health(CONTROLLER)
             # No command is to be lost because nobody listens yet: drive and recorder.
-            listeners = len(self._nodes.keys() & {"drive_sim", "recorder"})
+            listeners = len(self._nodes.keys() & {"drive_sim", RECORDER})
             return (
                 self._pause_drive.service_is_ready()
                 and bool(self.health("drive_sim"))
                 and (
-                    "recorder" not in self._nodes
+                    RECORDER not in self._nodes
                     or (recorder.get("file", "") != "" and recorder.get("viewer state") != STARTED)
                 )
                 and (
@@ -180,8 +180,11 @@ class LiveRun:
         if self._began is not None and time.monotonic() - self._heard > SILENCE:
             raise AbSimError(f"nothing heard from drive_sim for {SILENCE:g} s; see {self._logs}")
 
-    def stop(self) -> dict[str, str]:
-        """End the nodes, the recorder last; returns figures of the run, ready to print.
+    def stop_drive(self) -> dict[str, str]:
+        """End the drive and its controller; the recorder keeps the run, and its viewer shows it.
+
+        Returns:
+            Figures of the run, ready to print.
 
         Raises:
             AbSimError: a node did not end cleanly.
@@ -190,19 +193,12 @@ class LiveRun:
         wall = self._wall[1] - self._wall[0]
         factor = self.elapsed / wall if wall > 0 else math.nan
         # First who sends, last who writes down: what is under way then still arrives.
-        for name in self._nodes:
-            self._ask_to_end(name)
-        for name in list(self._processes):
-            try:
-                code = self._processes[name].wait(timeout=ANSWER)
-            except subprocess.TimeoutExpired as error:
-                raise AbSimError(f"{name} did not end; see {self._logs}") from error
-            del self._processes[name]
-            if code != 0:
-                raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
+        self._end_nodes(*(name for name in self._nodes if name != RECORDER))
+        self._began = None  # nothing is heard from now on
+        self._spin_until(self._all_is_recorded, ANSWER)
         if not all(self.health(name) for name in self._nodes):
             raise AbSimError(f"a node sent no diagnostics; see {self._logs}")
-        drive, recorder, controller = map(self.health, ("drive_sim", "recorder", CONTROLLER))
+        drive, recorder, controller = map(self.health, ("drive_sim", RECORDER, CONTROLLER))
         figures = {
             "real-time factor": f"{factor:.4f}",
             "worst lateness": f"{1e3 * float(drive['worst lateness [s]']):.2f} ms",
@@ -215,6 +211,33 @@ class LiveRun:
         if recorder:
             figures["messages dropped by the recorder"] = recorder["messages dropped"]
         return figures
+
+    def stop(self) -> None:
+        """End the nodes that still run, the recorder last.
+
+        Raises:
+            AbSimError: a node did not end cleanly.
+        """
+        self._stopping.clear()
+        self._began = None
+        self._end_nodes(*self._processes)
+
+    def _end_nodes(self, *names: str) -> None:
+        for name in names:
+            self._ask_to_end(name)
+        for name in names:
+            try:
+                code = self._processes[name].wait(timeout=ANSWER)
+            except subprocess.TimeoutExpired as error:
+                raise AbSimError(f"{name} did not end; see {self._logs}") from error
+            del self._processes[name]
+            if code != 0:
+                raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
+
+    def _all_is_recorded(self) -> bool:
+        """Whether the recorder, if there is one, has the drive's last sample."""
+        drive, recorder = self._health.get("/drive_sim"), self._health.get(f"/{RECORDER}")
+        return recorder is None or drive is None or recorder.time >= drive.time
 
     def health(self, node: str) -> dict[str, str]:
         """What a node says of itself, nothing before it does."""
@@ -237,9 +260,11 @@ class LiveRun:
     def _hear_joints(self, message: Any) -> None:
         with contextlib.suppress(MalformedMessage):  # another robot's
             sample = topics.JOINT_STATES.sample(message)
-            self.time, self.speed = sample.time * 1e-9, sample.spindle_speed
-            self.ball_angles = sample.ball_angles
+            before, self.time = self.time, sample.time * 1e-9
+            self.speed, self.ball_angles = sample.spindle_speed, sample.ball_angles
             self._heard = time.monotonic()
+            if self.time < before and self._began is not None:  # somebody has reset the drive
+                self._began, self._wall = self.time, [0.0, 0.0]
             if self._began is not None:
                 self._wall[1] = self._heard
                 self._wall[0] = self._wall[0] or self._heard - self.elapsed

@@ -37,6 +37,10 @@ ViewOption = Annotated[
         "window; or in a viewer that runs already, rerun+http://HOST:PORT/proxy.",
     ),
 ]
+NowOption = Annotated[
+    bool,
+    typer.Option("--now", help="With --view web: start at once, and do not wait for a browser."),
+]
 WorkersOption = Annotated[
     int | None,
     typer.Option(

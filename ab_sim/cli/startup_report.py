@@ -8,7 +8,6 @@ from rich.table import Table
 from ab_sim.analysis import compare, merits_of, run_scene, time_of_speed
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import PlainConsole
-from ab_sim.cli.own_command import own_command
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
@@ -22,7 +21,9 @@ LOSSES = ("commands lost", "messages dropped by the recorder")
 console = PlainConsole()
 
 
-def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[str, str]) -> None:
+def report_startup(
+    scene: Scene, recording: Path, picture: Path, figures: dict[str, str], hint: str
+) -> None:
     """Sum a recorded start-up up beside an offline run of its scene, and draw it.
 
     Args:
@@ -30,6 +31,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
         recording: the .rrd file of it.
         picture: file to draw into.
         figures: label and value of what only the live run knows.
+        hint: how to look at the recording again.
     """
     recorded = read_recording(recording)
     whole = Trajectory(recorded.channels, recorded.samples)
@@ -50,7 +52,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     console.print(table)
     title = f"Start-up of {scene.name}, live over ROS 2 topics"
     run_figure(live, scene, picture, comparison, starts, title)
-    console.print(f"wrote {recording}   (look at it: {own_command()} view {recording})")
+    console.print(f"wrote {recording}   {hint}", soft_wrap=True)
     console.print(f"wrote {picture}")
 
 

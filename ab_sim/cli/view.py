@@ -7,7 +7,7 @@ from ab_sim import interruption
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.output_file import RECORDING, check_ending
-from ab_sim.viewing import NATIVE, WEB, Viewer, check_view
+from ab_sim.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
 MEMORY = "50%"
 """Of this machine's: nothing of a long recording is to be left out."""
@@ -41,7 +41,10 @@ def run_view(files: Sequence[Path], web: bool, port: int) -> None:
         try:
             for file in files:
                 viewer.feed(file)
-            console.print(f"watch at {viewer.address}   (Ctrl-C ends it)", soft_wrap=True)
+            while viewer.state == STARTED and not stopping.wait(0.02):
+                pass
+            if viewer.state == SHOWING:
+                console.print(f"watch at {viewer.address}   (Ctrl-C ends it)", soft_wrap=True)
             while not viewer.gone and not stopping.wait(0.1):
                 pass
             if viewer.gone and not viewer.closed_by_user:

@@ -13,9 +13,11 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from ab_msgs_py import MalformedMessage
 from ab_sim.errors import RecordingError
-from ab_sim.recording import Recording
+from ab_sim.recording import SHOWN_PERIOD, Recording
 from ab_sim.viewing import Viewer
 
+REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
+"""Numbers that a recorder notes."""
 RETRY = 1.0
 """s between two attempts to begin a file."""
 TAKING_TURNS = 20.0
@@ -32,7 +34,8 @@ class RecordedFiles:
     Args:
         path: of the first file; those after it get numbers, and so does the first one if there is
             a file already: nothing that was recorded is ever overwritten. None: no files.
-        viewer: shown the files as they grow.
+        viewer: shown copies of the files, with fewer samples, as they grow.
+        shown: folder for these copies.
         logger: told of files.
         drives: how many publish blocks.
         thinned: which samples are kept, as `Recording` takes it.
@@ -42,15 +45,19 @@ class RecordedFiles:
         self,
         path: Path | None,
         viewer: Viewer | None,
+        shown: Path,
         logger: RcutilsLogger,
         drives: Callable[[], int],
         thinned: Mapping[str, Any],
     ) -> None:
         self._path, self._viewer, self._logger, self._thinned = path, viewer, logger, thinned
+        self._shown_folder = shown
         self._drives, self._ran_back = drives, -math.inf
         self._number = 1
         self._description: Mapping[str, Any] | None = None
         self._recording: Recording | None = None
+        self._shown: Recording | None = None  # a copy of it for the viewer, with fewer samples
+        self._shown_at = self._shown_until = -math.inf
         self._next: int | None = None  # step; None: none was heard
         self._restarted = False  # and no block was heard since
         self._tried = 0.0
@@ -160,8 +167,8 @@ class RecordedFiles:
 
     def flush(self) -> None:
         """Write what was taken; where nothing can be written, try another file now and then."""
-        watched = self._viewer is not None
-        self._write(lambda recording: recording.flush(pictures=watched))
+        self._write_to_file(lambda recording: recording.flush(pictures=False))
+        self._flush_shown()
         waiting = self._description is not None and self._recording is None
         if waiting and time.monotonic() - self._tried >= RETRY:
             self._open()
@@ -187,7 +194,7 @@ class RecordedFiles:
             path.parent.mkdir(parents=True, exist_ok=True)
         try:
             self._recording = Recording(
-                path, description=self._description, index=False, live=True, **self._thinned
+                path, description=self._description, index=False, **self._thinned
             )
         except RecordingError as error:
             self._complain(str(error))
@@ -198,10 +205,52 @@ class RecordedFiles:
         for (source, _), text in self._standing.items():
             self._recording.event(self._time, text, "INFO", source)
         self._logger.info(f"recording to {path}")
-        if self._viewer is not None:
-            self._viewer.feed(path)
+        self._open_shown(path.name)
+
+    def _open_shown(self, name: str) -> None:
+        if self._viewer is None:
+            return
+        assert self._description is not None
+        path = self._shown_folder / name
+        try:
+            shown = Recording(path, description=self._description, index=False, shown=True)
+            if channels := self._description.get("channels"):
+                shown.lay_out(channels, SCALARS)
+        except RecordingError as error:
+            self._logger.warning(f"nothing to watch: {error}")
+            return
+        for name, state in self._states.items():
+            shown.state(name, self._time, state)
+        self._shown, self._shown_until = shown, -math.inf
+        self._viewer.feed(path)
 
     def _write(self, write: Callable[[Recording], None]) -> None:
+        self._write_to_file(write)
+        self._show(write)
+
+    def _show(self, write: Callable[[Recording], None]) -> None:
+        if self._shown is None:
+            return
+        try:
+            write(self._shown)
+        except RecordingError as error:
+            if not self._shown.failed:
+                raise
+            self._logger.warning(f"nothing to watch: {error}")
+            self._shown = None
+
+    def _flush_shown(self) -> None:
+        """Send the viewer a batch, unless its page does not yet show the last one."""
+        if self._shown is None or self._viewer is None:
+            return
+        interval = self._viewer.interval(self._shown.id, self._shown_until)
+        moved = self._time > self._shown_until + 2 * SHOWN_PERIOD
+        if moved and time.monotonic() - self._shown_at < interval:
+            return
+        self._show(lambda recording: recording.flush())
+        self._shown_at, self._shown_until = time.monotonic(), self._time - 2 * SHOWN_PERIOD
+
+    def _write_to_file(self, write: Callable[[Recording], None]) -> None:
         if (recording := self._recording) is None:
             return
         try:
@@ -223,8 +272,10 @@ class RecordedFiles:
             f"wrote {recording.path}: {recording.rows_written} samples, {recording.missing} missing"
             + (f", {lost} lost" if lost else "")
         )
-        if self._viewer is not None:
-            self._viewer.finish(recording.path)
+        if self._viewer is not None and self._shown is not None:
+            self._shown.close()
+            self._viewer.finish(self._shown.path)
+            self._shown = None
 
     def _complain(self, trouble: str) -> None:
         if trouble != self.trouble:

@@ -27,7 +27,7 @@ from ab_sim.nodes.parameters import (
     recording_folder,
 )
 from ab_sim.nodes.process import run_node, share_heaps
-from ab_sim.nodes.recorded_files import RecordedFiles
+from ab_sim.nodes.recorded_files import COMMANDS, REAL_TIME_FACTOR, RecordedFiles
 from ab_sim.recording import AROUND
 from ab_sim.recording.drawing import Drawing
 from ab_sim.viewing import Viewer
@@ -84,10 +84,11 @@ class Recorder(PlainLog):
         kept = self._kept_file(path, view, bag, keep)
         self._viewer = self._start_viewer(view, port)
         self._for_now = contextlib.ExitStack()
-        file = kept or (None if self._viewer is None else self._file_for_now())
+        shown = self._folder_for_now()
+        file = kept or (None if self._viewer is None else self._folder_for_now() / "live.rrd")
         thinned = {"every": every, "around": around}
         drives = functools.partial(topics.BLOCK.publishers, self)
-        self._files = RecordedFiles(file, self._viewer, self.get_logger(), drives, thinned)
+        self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, thinned)
         self._description: dict[str, Any] | None = None
         self._time = 0.0
         self._levels: dict[str, Level] = {}
@@ -158,9 +159,9 @@ class Recorder(PlainLog):
             raise InputError(f"parameter path = {path!r}: nothing is kept; leave it out, or keep")
         return None
 
-    def _file_for_now(self) -> Path:
+    def _folder_for_now(self) -> Path:
         folder = tempfile.TemporaryDirectory(prefix="ab_sim-live-")
-        return Path(self._for_now.enter_context(folder), "live.rrd")
+        return Path(self._for_now.enter_context(folder))
 
     def _start_viewer(self, view: str, port: int) -> Viewer | None:
         if view == NONE:
@@ -220,7 +221,7 @@ class Recorder(PlainLog):
         self._time = block.samples[-1, 1]
 
     def _write_command(self, speed: float) -> None:
-        self._files.scalar("commands_received", self._time, speed)
+        self._files.scalar(COMMANDS, self._time, speed)
 
     def _write_trajectory(self, wanted: SetPoints) -> None:
         self._files.event(self._time, wanted.text, "INFO", "commands")
@@ -231,7 +232,7 @@ class Recorder(PlainLog):
                 continue
             factor = _number(health.values.get("real-time factor", "nan"))
             if math.isfinite(factor):
-                self._files.scalar("real_time_factor", self._time, factor)
+                self._files.scalar(REAL_TIME_FACTOR, self._time, factor)
             self._files.state(health.node.rpartition("/")[2], self._time, health.level.name)
             changed = self._levels.get(health.node, Level.OK) is not health.level
             self._levels[health.node] = health.level
@@ -290,6 +291,7 @@ class Recorder(PlainLog):
                 "viewer state": viewer.state,
                 "viewer restarts": viewer.restarts,
                 "viewer process": viewer.process or "",
+                "pages opened": viewer.pages_opened,
                 "bytes not viewed yet": viewer.waiting,
             }
             if viewer.trouble:

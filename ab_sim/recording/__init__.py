@@ -65,7 +65,7 @@ from ab_sim.recording.stored import (  # noqa: E402
 )
 from ab_sim.recording.thinning import AROUND  # noqa: E402
 from ab_sim.recording.views import drawable  # noqa: E402
-from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, Recording  # noqa: E402
+from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, SHOWN_PERIOD, Recording  # noqa: E402
 
 __all__ = [
     "AROUND",
@@ -77,6 +77,7 @@ __all__ = [
     "LEFT_OUT",
     "RecordedRun",
     "Recording",
+    "SHOWN_PERIOD",
     "StoredRun",
     "open_recording",
     "drawable",

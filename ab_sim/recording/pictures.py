@@ -34,15 +34,16 @@ class Pictures:
         drawing: of the drive.
         channels: of the rows. Channels beyond ``drawing.needs`` that are missing, such as speed and
             acceleration, are NaN.
+        period: shortest time between two frames [s].
     """
 
-    def __init__(self, drawing: Drawing, channels: Sequence[str]) -> None:
+    def __init__(self, drawing: Drawing, channels: Sequence[str], period: float = PERIOD) -> None:
         self._drawing = drawing
         self._channels = tuple(channels)
         self._names = channels_for(_SPACE if drawing.tilts else _PLANE, drawing.balls)
         at = {name: column for column, name in enumerate(channels)}
         self._columns = [at.get(name, len(channels)) for name in self._names]
-        self._frames = FrameRate(PERIOD)
+        self._frames = FrameRate(period)
         explained = drawing.explained
         self._vibration = VibrationCurves(self._names, explained.top_speed)
         self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)

@@ -13,17 +13,20 @@ from ab_sim.recording.blueprint import blueprint, plain_blueprint
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import Array, layout_of
 from ab_sim.recording.legend import legend_text
-from ab_sim.recording.pictures import Pictures, Sent
+from ab_sim.recording.pictures import PERIOD, Pictures, Sent
 
 ALWAYS = ("step", "time")
 """The first channels of every recording."""
 
 
 class DriveView:
-    """The drive in pictures; RecordingError if the description lacks what is drawn."""
+    """The drive in pictures, ``period`` [s] apart.
 
-    def __init__(self, description: Mapping[str, Any]) -> None:
-        self._drawing = Drawing.of(description)
+    RecordingError if the description lacks what is drawn.
+    """
+
+    def __init__(self, description: Mapping[str, Any], period: float = PERIOD) -> None:
+        self._drawing, self._period = Drawing.of(description), period
         self._pictures = Pictures(self._drawing, ())
         self._channels: tuple[str, ...] = ()
         self.needs: tuple[str, ...] = (*ALWAYS, *self._drawing.needs)
@@ -42,7 +45,8 @@ class DriveView:
                 f"channels give the angles of {balls} balls, but the description says balls: "
                 f"{self._drawing.balls}"
             )
-        self._pictures, self._channels = Pictures(self._drawing, channels), tuple(channels)
+        self._pictures = Pictures(self._drawing, channels, self._period)
+        self._channels = tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
         """Additional columns of samples, for plots."""

@@ -26,12 +26,15 @@ from ab_sim.recording.layout import (
     layout_of,
     named_columns,
 )
+from ab_sim.recording.pictures import PERIOD
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
 from ab_sim.recording.thinning import AROUND, ThinnedInput, Thinning
 from ab_sim.recording.views import ALWAYS, DriveView, PlotsView
+from ab_sim.recording.windows import FrameRate
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 PICTURES_WAIT = 1.0  # s of the run, where nobody watches
+SHOWN_PERIOD = 0.02  # s between two rows for a viewer, and two frames
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
@@ -58,12 +61,14 @@ class Recording:
         optimize`` adds it afterwards.
     :param drawn: whether there is a drawing. Without one the description need not say anything of
         the drive, nor the channels where anything is, and there are plots of what there is.
-    :param live: whether a viewer follows the newest samples while the file grows. A closed one
-        opens at its start, paused.
     :param every: keep one step of so many, and all of them around events and the ends of a
         command's moves (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
         ``around`` before they are sent.
     :param around: what is kept at full rate before and after an event [s], if not all is.
+    :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
+        are still made from all rows, as of the vibration, which those rows alone would falsify.
+        Nothing is sent until `flush`. The viewer follows the newest samples until the recording is
+        closed; every other file opens at its start, paused.
     :param thinned: ``every`` and ``around`` were already applied by somebody else, and `block` is
         told what that has left out.
 
@@ -85,9 +90,9 @@ class Recording:
         description: Mapping[str, object],
         index: bool = True,
         drawn: bool = True,
-        live: bool = False,
         every: int = 1,
         around: float = AROUND,
+        shown: bool = False,
         thinned: bool = False,
     ) -> None:
         self.path = Path(path)
@@ -108,11 +113,14 @@ class Recording:
         self._closed = False
         self._thinning = ThinnedInput(every, around) if thinned else Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
-        self._view = DriveView(description) if drawn else PlotsView()
-        self._live = live
+        period = SHOWN_PERIOD if shown else PERIOD
+        self._view = DriveView(description, period) if drawn else PlotsView()
+        self._rows_shown = FrameRate(period) if shown else None
+        self._followed = shown
         self._step = _positive(description.get("step"))
         text = description_text(description)
-        self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
+        self.id = str(uuid.uuid4())
+        self._stream = rr.RecordingStream("ab_sim", recording_id=self.id)
         self._file = PipedFile(self.path, self._stream, index)
         self._stream.send_recording_name(self.path.stem)
         self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
@@ -142,6 +150,17 @@ class Recording:
     def stretches_refused(self) -> int:
         """Number of events around which the full rate was refused, as there were too many."""
         return self._thinning.refused
+
+    def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
+        """Send the layout before the first samples, complete, so that it is sent once only.
+
+        :param channels: of the samples.
+        :param scalars: names of those that may come.
+        """
+        self._check_usable()
+        for name in scalars:
+            self._declare_scalar(name)
+        self._begin(tuple(channels))
 
     def block(
         self, channels: Sequence[str], samples: ArrayLike, left_out: ArrayLike | None = None
@@ -192,10 +211,9 @@ class Recording:
                 f"{self.path}: the name of a scalar must be one word, not {name!r}"
             )
         if name not in self._scalars:  # every name gets a plot; an empty one would only puzzle
-            self._scalars[name] = []
-            self._static(entity_path("run", name), style(name))
+            self._declare_scalar(name)
             if self._channels:
-                self._lay_out()
+                self._send_layout()
         self._scalars[name].append((time, float(value)))
         self._collect(1)
 
@@ -241,13 +259,13 @@ class Recording:
             return
         self._keep(*self._thinning.rest())
         if not self._channels:
-            self._lay_out()
+            self._send_layout()
         self.flush()
         for entity, archetype in self._view.conclusion():
             self._static(entity, archetype)
-        if self._live:
-            self._live = False
-            self._lay_out()
+        if self._followed:
+            self._followed = False
+            self._send_layout()
         self._static(CLOSED, rr.AnyValues(rows=self.rows_written))
         self._closed = True
         self._stream.disconnect()  # writes the index
@@ -276,11 +294,15 @@ class Recording:
             raise RecordingError(f"{self.path}: {error}") from error
         self._channels = names
         self._static("/channels", rr.AnyValues(names=list(names)))
-        self._lay_out()
+        self._send_layout()
 
-    def _lay_out(self) -> None:
-        """Send the viewer's layout, some 0.1 MB."""
-        self._stream.send_blueprint(self._view.blueprint(list(self._scalars), self._live))
+    def _declare_scalar(self, name: str) -> None:
+        self._scalars[name] = []
+        self._static(entity_path("run", name), style(name))
+
+    def _send_layout(self) -> None:
+        """Send the viewer's layout, some 0.1 MB in 100 messages."""
+        self._stream.send_blueprint(self._view.blueprint(list(self._scalars), self._followed))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]
@@ -300,7 +322,7 @@ class Recording:
 
     def _collect(self, count: int) -> None:
         self._collected += count
-        if self._collected >= BATCH_ROWS:
+        if self._collected >= BATCH_ROWS and self._rows_shown is None:
             self.flush()
 
     def _send_collected(self) -> None:
@@ -337,12 +359,14 @@ class Recording:
         self._collected = 0
 
     def _send_rows(self, rows: Array, left_out: Array) -> None:
+        self._rows_without_pictures.append(rows)
+        if self._rows_shown is not None and not len(rows := self._rows_shown.of(rows)):
+            return
         groups = {name: rows[:, columns] for name, columns in layout_of(self._channels).items()}
         if self._thinning.every > 1:
             groups[LEFT_OUT] = left_out[:, None]
         columns = named_columns(CHANNELS, groups) + self._view.of_samples(rows)
         self._send(SAMPLES, index_columns(rows[:, 1], rows[:, 0]), columns)
-        self._rows_without_pictures.append(rows)
 
     @property
     def _picture_delay(self) -> float:

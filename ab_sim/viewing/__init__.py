@@ -9,6 +9,7 @@ nobody else.
 in the process that records would block for good once the server is gone and 100 MB wait.)
 """
 
-from ab_sim.viewing.viewer import NATIVE, STARTED, WEB, Viewer, check_view
+from ab_sim.viewing.program import screens
+from ab_sim.viewing.viewer import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
-__all__ = ["NATIVE", "STARTED", "WEB", "Viewer", "check_view"]
+__all__ = ["NATIVE", "SHOWING", "STARTED", "WEB", "Viewer", "check_view", "screens"]

@@ -3,6 +3,10 @@
 Rerun's page, as Rerun serves it, tells Rerun about its use, asks GitHub for new versions and Google
 for fonts. A page's server can forbid all that to the browser; so this one stands before Rerun's.
 
+It also adds a script to the page, which reports when the viewer in the browser has data, and how
+much. So nobody sends it more than it shows: a browser that draws by software takes half a second
+for a frame, and more on a busy machine, and the viewer takes a few messages with each.
+
 It answers only who asks for this machine by name. A stranger's web site may have its own name lead
 to 127.0.0.1 (DNS rebinding); the browser then takes what is served here for a part of that site,
 and lets its scripts read it. The name that was asked for is in the request's Host header.
@@ -11,18 +15,48 @@ and lets its scripts read it. The name that was asked for is in the request's Ho
 
 import contextlib
 import http.client
+import io
 import ipaddress
+import math
 import re
 import shutil
 import threading
+import time
 from http import HTTPStatus
+from http.client import HTTPException
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import IO
+from urllib.parse import urlsplit
+
+from ab_sim.viewing.viewer_state import newest_times
 
 LOOPBACK = "127.0.0.1"
-PATIENCE = 30.0
-"""s for Rerun to answer."""
+PATIENCE, ANSWER = 30.0, 1.0
+"""s for Rerun to answer a browser, and to be asked whether it does."""
 _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
 _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
+
+_OPENED, _SEEN = "/opened", "/seen"
+BATCH, UNWATCHED, LAGGING = 0.1, 2.0, 30.0
+"""s between two batches of a recording: if the page shows the last one, if no page is open, and if
+the page does not yet show it."""
+_LARGEST_STATE = 1 << 20
+"""bytes."""
+LEFT = 20.0
+"""s without a report, after which a page counts as closed; a frame can take some of them."""
+_SCRIPT = b"""<script>
+  const post = (path, body) => fetch(path, { method: "POST", body }).catch(() => {});
+  (function report(frames) {
+    const state = window._handle ? window._handle.viewer_state() : new Uint8Array();
+    const started = String.fromCharCode(...state).includes("sim_time");
+    if (started && frames) requestAnimationFrame(() => report(frames - 1));
+    else if (started) {
+      post("opened");
+      setInterval(() => post("seen", window._handle.viewer_state()), 200);
+    } else setTimeout(() => report(frames), 100);
+  })(3);
+</script>
+</body>"""
 
 _HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
 
@@ -50,30 +84,60 @@ class Page:
     """
 
     def __init__(self, port: int, behind: int, proxy: str) -> None:
+        page, self._behind = self, behind
+        self.opened = 0
+        """Number of browsers in which the viewer has come up."""
+        self._seen: dict[str, float] = {}
+        self._heard = -math.inf
         here = "'self' 'unsafe-inline' 'unsafe-eval' data: blob:"
         policy = f"default-src {here}; connect-src 'self' data: blob: {proxy}"
 
         class Handler(BaseHTTPRequestHandler):
             def do_GET(self) -> None:
-                named = self.headers.get_all("Host", [])
-                with contextlib.suppress(OSError, http.client.HTTPException):
-                    if len(named) == 1 and is_loopback(named[0]):
+                with contextlib.suppress(OSError, HTTPException):
+                    if self._asked_by_this_machine():
                         self._relay()
+
+            def do_POST(self) -> None:
+                with contextlib.suppress(OSError):
+                    if not self._asked_by_this_machine():
+                        return
+                    size = self.headers.get("Content-Length", "")
+                    state = self.rfile.read(min(int(size), _LARGEST_STATE) if size.isdigit() else 0)
+                    if self.path == _OPENED:
+                        page.opened += 1
+                    elif self.path == _SEEN:
+                        page.hear(state)
                     else:
-                        self.send_error(HTTPStatus.MISDIRECTED_REQUEST, explain=_REFUSED)
+                        self.send_error(HTTPStatus.NOT_FOUND)
+                        return
+                    self.send_response(HTTPStatus.NO_CONTENT)
+                    self.end_headers()
+
+            def _asked_by_this_machine(self) -> bool:
+                named = self.headers.get_all("Host", [])
+                if len(named) == 1 and is_loopback(named[0]):
+                    return True
+                self.send_error(HTTPStatus.MISDIRECTED_REQUEST, explain=_REFUSED)
+                return False
 
             def _relay(self) -> None:
                 connection = http.client.HTTPConnection(LOOPBACK, behind, timeout=PATIENCE)
                 with contextlib.closing(connection):
                     connection.request("GET", self.path)
                     answer = connection.getresponse()
+                    headers = {name: answer.getheader(name) for name in _PASSED_ON}
+                    content: IO[bytes] = answer
+                    if urlsplit(self.path).path == "/":
+                        html = answer.read().replace(b"</body>", _SCRIPT)
+                        content, headers["Content-Length"] = io.BytesIO(html), str(len(html))
                     self.send_response(answer.status)
-                    for name in _PASSED_ON:
-                        if value := answer.getheader(name):
+                    for name, value in headers.items():
+                        if value:
                             self.send_header(name, value)
                     self.send_header("Content-Security-Policy", policy)
                     self.end_headers()
-                    shutil.copyfileobj(answer, self.wfile)
+                    shutil.copyfileobj(content, self.wfile)
 
             def log_message(self, *_: object) -> None:
                 pass
@@ -83,6 +147,30 @@ class Page:
         self.port: int = self._server.server_address[1]
         self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
         self._thread.start()
+
+    def hear(self, state: bytes) -> None:
+        """Take what a browser reports of its viewer."""
+        with contextlib.suppress(ValueError):  # another Rerun's: then nothing is known
+            self._seen, self._heard = newest_times(state), time.monotonic()
+
+    def interval(self, recording: str, until: float) -> float:
+        """Return the time [s] from one batch of a recording to the next one.
+
+        Args:
+            recording: its id.
+            until: newest time in the batches so far [s].
+        """
+        if time.monotonic() - self._heard > LEFT:
+            return UNWATCHED
+        return BATCH if self._seen.get(recording, -math.inf) >= until else LAGGING
+
+    def answers(self) -> bool:
+        """Whether Rerun serves the page by now."""
+        connection = http.client.HTTPConnection(LOOPBACK, self._behind, timeout=ANSWER)
+        with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
+            connection.request("GET", "/")
+            return connection.getresponse().status == HTTPStatus.OK
+        return False
 
     def close(self) -> None:
         """Serve it no longer."""

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from ab_sim.errors import InputError
 from ab_sim.viewing.feed import Feed
-from ab_sim.viewing.page import Page
+from ab_sim.viewing.page import BATCH, Page
 from ab_sim.viewing.program import Program, Started, screens
 from ab_sim.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 
@@ -18,7 +18,7 @@ TURN = 0.25
 """s between two looks at the viewer."""
 STARTING = 30.0
 """s for a viewer to come up; on a busy machine with a slow disk."""
-STARTED, CLOSED = "starting", "closed by its user"
+STARTED, SHOWING, CLOSED = "starting", "showing", "closed by its user"
 SETTLED = 2.0
 """s; what ends before it was up for so long would only end again."""
 ENDING = 2.0
@@ -118,6 +118,20 @@ class Viewer:
             return sum(feed.waiting for feed in self._files.values() if feed)
 
     @property
+    def pages_opened(self) -> int:
+        """Number of browsers in which the page has come up."""
+        return 0 if self._page is None else self._page.opened
+
+    def interval(self, recording: str, until: float) -> float:
+        """Return the time [s] from one batch of a recording to the next one.
+
+        Args:
+            recording: its id.
+            until: newest time in the batches so far [s].
+        """
+        return BATCH if self._page is None else self._page.interval(recording, until)
+
+    @property
     def process(self) -> int | None:
         """Of the viewer, if it was started by us and runs."""
         server = self._server
@@ -168,11 +182,13 @@ class Viewer:
             self._start()
             return
         answer = self.proxy.ask()
-        if answer is Answer.HERE:
+        if answer is Answer.HERE and (self._shown or self._page is None or self._page.answers()):
             self._shown = self._came_up = True
-            self._state = "showing"
+            self._state = SHOWING
             self._feed()
             return
+        if answer is Answer.HERE:
+            answer = Answer.SILENT  # the proxy comes up before the page
         early = self._command and not self._came_up and time.monotonic() - self._began < STARTING
         self._shown = False
         self._state = STARTED if early else f"{answer.value} at {self.address}"

@@ -1,6 +1,7 @@
 """`make demo`'s command, whole: three processes, real time, a recording and a picture."""
 
 import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -16,6 +17,7 @@ from ab_sim.drive.trajectory import Trajectory  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
 from ab_sim.scene import check_scene  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
+from tests.waiting import PATIENCE  # noqa: E402
 
 pytestmark = pytest.mark.ros
 
@@ -36,23 +38,34 @@ def finished(tmp_path_factory: pytest.TempPathFactory) -> Demo:
     out = tmp_path_factory.mktemp("demo") / "out"
     root = Path(__file__).resolve().parents[2]
     with own_domain() as domain:
-        done = subprocess.run(
-            [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--out", str(out)],
-            capture_output=True,
+        demo = subprocess.Popen(
+            [sys.executable, "-m", "ab_sim", "demo", "--view", "web", "--now", "--out", str(out)],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
             text=True,
             cwd=root,
             env={
                 **{k: v for k, v in os.environ.items() if k != "DISPLAY"},
+                "PYTHONUNBUFFERED": "1",
                 "ROS_DOMAIN_ID": str(domain),
                 "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
             },
-            timeout=240,
         )
-    assert done.returncode == 0, done.stdout + done.stderr
+        try:
+            assert demo.stdout is not None
+            said = ""
+            for line in demo.stdout:
+                said += line
+                if line.startswith("the run is over"):
+                    demo.send_signal(signal.SIGINT)
+            assert demo.wait(PATIENCE) == 0, said
+        finally:
+            demo.kill()
+            demo.wait()
     recorded = read_recording(out / "startup.rrd")
     assert recorded.missing == 0
     live = Trajectory(recorded.channels, recorded.samples)
-    return Demo(out, done.stdout, recorded.description["scene"], live)
+    return Demo(out, said, recorded.description["scene"], live)
 
 
 def test_says_what_it_did(finished: Demo) -> None:

@@ -1,11 +1,15 @@
 """`ab-sim live` and `ab-sim view`, whole: real nodes, a real viewer, an orderly end."""
 
 import os
+import re
+import shutil
 import signal
+import socket
 import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
+from urllib.request import urlopen
 
 import pytest
 
@@ -25,14 +29,15 @@ def own(domain: int, monkeypatch: pytest.MonkeyPatch) -> None:
 class Command:
     """`ab-sim` in a process whose output is read as it comes."""
 
-    def __init__(self, *arguments: str) -> None:
+    def __init__(self, *arguments: str, cwd: Path = ROOT) -> None:
         self.process = subprocess.Popen(
             [sys.executable, "-m", "ab_sim", *arguments],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
-            cwd=ROOT,
-            env={**os.environ, "PYTHONUNBUFFERED": "1"},
+            cwd=cwd,
+            env={**os.environ, "PYTHONUNBUFFERED": "1", "COLUMNS": "500"},
         )
         self.said = ""
 
@@ -78,16 +83,67 @@ def test_a_changed_scene_for_a_while(commands: list[Command], tmp_path: Path) ->
 
 
 @pytest.mark.ros
-def test_watched_without_a_file_until_interrupted(commands: list[Command]) -> None:
+def test_recorded_unasked_and_served_after_the_end(commands: list[Command], tmp_path: Path) -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2")
-    live = Command("live", "thesis-hold", "--view", "web", "--for", "3600")
+    live = Command("live", "thesis-hold", "--view", "web", "--for", "0.5", cwd=tmp_path)
     commands.append(live)
-    assert "http://127.0.0.1:" in live.until("watch it at")
+    address = live.until("watch it at").split()[-1]
+    live.until("starts when the page is open, or with Enter")
+    assert live.process.stdin is not None
+    live.process.stdin.write("\n")
+    live.process.stdin.flush()
+    hint = live.until("wrote recordings")
+    live.until("the run is over")
+    with urlopen(address) as page:
+        assert b"Rerun" in page.read()
+    words = re.search(r"look at it: (.*) view (\S+) --web", hint)
+    assert words is not None and shutil.which(words[1])
+    assert live.end() == 0 and "Traceback" not in live.said
+    recorded = read_recording(tmp_path / words[2])
+    assert recorded.complete and recorded.missing == 0 and recorded["time"][-1] >= 0.5
+
+
+@pytest.mark.ros
+def test_interrupted_while_it_runs(commands: list[Command], tmp_path: Path) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    arguments = ["live", "thesis-hold", "--view", "web", "--now", "--for", "3600"]
+    live = Command(*arguments, cwd=tmp_path)
+    commands.append(live)
     for _ in range(3):  # a line each second from the start on
         live.until(" of 3600 s")
     assert live.end() == 0
-    assert "real-time factor" in live.said and "wrote" not in live.said
+    assert "real-time factor" in live.said and "wrote recordings" in live.said
     assert "Traceback" not in live.said and "interrupted" not in live.said
+
+
+@pytest.mark.ros
+def test_interrupted_before_anybody_watches(commands: list[Command], tmp_path: Path) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    live = Command("live", "thesis-hold", "--view", "web", cwd=tmp_path)
+    commands.append(live)
+    live.until("starts when the page is open")
+    children = Path(f"/proc/{live.process.pid}/task/{live.process.pid}/children")
+    nodes = [Path("/proc", child) for child in children.read_text().split()]
+    assert len(nodes) == 3
+    assert live.end() == 130
+    assert live.said.endswith("ab-sim: interrupted\n") and "Traceback" not in live.said
+    assert not any(node.exists() for node in nodes)
+    assert not any(tmp_path.rglob("*.rrd")), "there was no run"
+
+
+@pytest.mark.ros
+def test_counts_again_after_a_reset(commands: list[Command]) -> None:
+    pytest.importorskip("rclpy", reason="needs ROS 2")
+    live = Command("live", "balanced-start-up", "--for", "3600")
+    commands.append(live)
+    live.until("  5.")
+    done = ab_sim("node", "reset", "--wait", "60")
+    assert done.returncode == 0, done.stderr
+    for second in range(3):
+        live.until(f"  {second}.")
+    assert live.end() == 0
+    factor = re.search(r"real-time factor ([0-9.]+)", live.said)
+    assert factor is not None and float(factor[1]) > 0.8, live.said
 
 
 def test_view_until_interrupted(commands: list[Command], tmp_path: Path) -> None:
@@ -95,9 +151,21 @@ def test_view_until_interrupted(commands: list[Command], tmp_path: Path) -> None
     record(file, *run(100))
     view = Command("view", str(file), "--web")
     commands.append(view)
-    assert "http://127.0.0.1:" in view.until("watch at")
+    address = view.until("watch at http://127.0.0.1:").split()[2]
+    with urlopen(address) as page:  # at once
+        assert page.status == 200
     assert view.end() == 0
     assert "Traceback" not in view.said
+
+
+def test_view_at_a_port_that_is_taken(tmp_path: Path) -> None:
+    file = tmp_path / "run.rrd"
+    record(file, *run(10))
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        done = ab_sim("view", str(file), "--web", "--port", port)
+    assert done.returncode == 2 and done.stdout == ""
+    assert done.stderr.count("\n") == 1 and f"port {port}: Address already in use" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -14,7 +14,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording import Recording, read_recording
+from ab_sim.recording import SHOWN_PERIOD, Recording, read_recording
 from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.pictures import PERIOD
 from ab_sim.recording.spindle_phase import PERIOD as VARIABLE
@@ -276,3 +276,25 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
     plots = set(curves(file))
     assert len(plots) >= 10
     assert plots <= {component for _, component in moving(file)}, "what is plotted has values"
+
+
+def test_a_copy_for_a_viewer(scene: Scene, run: Trajectory, file: Path, tmp_path: Path) -> None:
+    """Fewer rows and frames, the same vibration, one layout, and nothing before it is flushed."""
+    path, scalars = tmp_path / "shown.rrd", ("real_time_factor", "commands_received")
+    with Recording(path, description=describe(scene), shown=True) as recording:
+        recording.lay_out(run.channels, scalars)
+        for name in scalars:
+            recording.scalar(name, 0.1, 1.0)
+        recording.block(run.channels, run.samples)
+        assert recording.rows_written == 0
+    step = round(SHOWN_PERIOD / scene.solver.step)
+    kept = run["step"] % step == 0
+    kept[0] = True
+    assert read_recording(path).samples.tobytes() == run.samples[kept].tobytes()
+    drawn = plotted(file, FRAMES, "balls")
+    every = round(SHOWN_PERIOD / PERIOD)
+    expected = np.concatenate([drawn[:1], drawn[every::every]])
+    np.testing.assert_array_equal(plotted(path, FRAMES, "balls"), expected)
+    for name in ("rms", "orders"):
+        np.testing.assert_array_equal(plotted(path, SIZES, name), plotted(file, SIZES, name))
+    assert len(RrdReader(path).blueprints()) == 1 < len(RrdReader(file).blueprints())

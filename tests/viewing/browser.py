@@ -59,6 +59,10 @@ class Screen:
         """Tags of what reaches beyond the right edge, and in no box of the article that scrolls."""
         return [str(tag) for tag in self._page.evaluate(CUT_OFF)]
 
+    def viewer_state(self) -> bytes:
+        """Return the state of Rerun's viewer; empty before it has come up."""
+        return bytes(self._page.evaluate("Array.from(window._handle?.viewer_state() ?? [])"))
+
     def png(self) -> bytes:
         return self._page.screenshot(timeout=PATIENCE)
 

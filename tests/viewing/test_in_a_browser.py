@@ -7,11 +7,13 @@ import sys
 from collections.abc import Iterator
 from functools import partial
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 from ab_sim.palette import UNBALANCE, ball_colour
+from ab_sim.viewing.viewer_state import newest_times
 from tests.viewing.browser import Screen, browser, like
 from tests.waiting import until
 
@@ -22,14 +24,22 @@ soon = partial(until, deadline=400.0, every=1.0)
 """A picture is drawn by software here."""
 
 
+class Live(NamedTuple):
+    """`ab-sim live`, which waits for a browser."""
+
+    process: "subprocess.Popen[str]"
+    address: str
+
+
 @pytest.fixture
-def running(domain: int) -> Iterator[str]:
-    """The address of the viewer of a drive that runs."""
+def live(domain: int, tmp_path: Path, request: pytest.FixtureRequest) -> Iterator[Live]:
+    """One that runs for as many seconds as the test's mark says."""
     pytest.importorskip("rclpy", reason="needs ROS 2")
     command = [sys.executable, "-m", "ab_sim", "live", "balanced-start-up", "--view", "web"]
     command += ["--set", "solver.step=0.004"]  # a picture drawn by software leaves little time
+    command += ["--for", str(request.param), "--record", str(tmp_path / "run.rrd")]
     live = subprocess.Popen(
-        [*command, "--for", "3600"],
+        command,
         stdout=subprocess.PIPE,
         stderr=subprocess.STDOUT,
         text=True,
@@ -44,7 +54,7 @@ def running(domain: int) -> Iterator[str]:
             if line.startswith("watch it at "):
                 break
         assert said and said[-1].startswith("watch it at "), said
-        yield said[-1].split()[-1]
+        yield Live(live, said[-1].split()[-1])
         live.send_signal(signal.SIGINT)
         rest, _ = live.communicate(timeout=60.0)
         assert live.returncode == 0, rest
@@ -61,9 +71,15 @@ def drawn(screen: Screen) -> bool:
     )
 
 
-def test_shows_the_views_of_a_drive_that_runs(running: str) -> None:
+def newest(screen: Screen) -> float:
+    """How much of the run the page has [s]."""
+    return max(newest_times(screen.viewer_state()).values(), default=0.0)
+
+
+@pytest.mark.parametrize("live", [3600], indirect=True)
+def test_shows_the_views_of_a_drive_that_runs(live: Live) -> None:
     with browser() as screen:
-        screen.open(running)
+        screen.open(live.address)
         soon(lambda: drawn(screen), "the balls, the unbalance and the curves are drawn")
         before = screen.pixels()
         soon(
@@ -77,3 +93,15 @@ def test_shows_the_views_of_a_drive_that_runs(running: str) -> None:
             if not url.startswith(("http://127.0.0.1:", "data:", "blob:"))
         }
         assert not strangers, "nobody is asked but the viewer"
+
+
+@pytest.mark.parametrize("live", [2], indirect=True)
+def test_starts_with_the_page_and_shows_the_run_after_its_end(live: Live) -> None:
+    with browser() as screen:
+        screen.open(live.address)
+        assert live.process.stdout is not None
+        assert any(line.startswith("the run is over") for line in live.process.stdout)
+    with browser() as screen:  # another one, which comes late
+        screen.open(live.address)
+        soon(lambda: drawn(screen), "the balls, the unbalance and the curves are drawn")
+        soon(lambda: newest(screen) > 1.9, "the page has the whole run")

@@ -8,7 +8,7 @@ from threading import Thread
 
 import pytest
 
-from ab_sim.viewing.page import Page
+from ab_sim.viewing.page import BATCH, LAGGING, UNWATCHED, Page
 
 BEHIND = b"what Rerun serves"
 
@@ -75,3 +75,36 @@ def test_who_asks_for_this_machine_is_answered(page: Page, host: str) -> None:
 def test_any_other_name_is_refused(page: Page, hosts: tuple[str, ...]) -> None:
     status, said = asked(page, *hosts)
     assert status == 421 and BEHIND not in said and b"127.0.0.1 or localhost" in said
+
+
+def posted(page: Page, path: str, body: bytes = b"", host: str = "localhost") -> int:
+    """Status for a report of the page's script."""
+    with closing(http.client.HTTPConnection("127.0.0.1", page.port, timeout=60.0)) as connection:
+        connection.request("POST", path, body, {"Host": host})
+        return connection.getresponse().status
+
+
+def field(number: int, value: bytes | int) -> bytes:
+    """A field of a protobuf message."""
+    if isinstance(value, int):
+        return varint(number << 3) + varint(value)
+    return varint(number << 3 | 2) + varint(len(value)) + value
+
+
+def varint(value: int) -> bytes:
+    return bytes([value & 0x7F | 0x80]) + varint(value >> 7) if value > 0x7F else bytes([value])
+
+
+def test_a_batch_waits_for_what_the_page_shows(page: Page) -> None:
+    assert page.interval("run", 1.0) == UNWATCHED
+    assert posted(page, "/opened") == 204 and page.opened == 1
+    span = field(2, field(1, b"sim_time") + field(3, field(1, 0) + field(2, 1_500_000_000)))
+    state = field(1, b"app") + field(3, field(1, b"Recording:ab_sim:run") + span)
+    assert posted(page, "/seen", state, host="evil.example") == 421
+    assert page.interval("run", 1.0) == UNWATCHED
+    assert posted(page, "/seen", state) == 204
+    assert page.interval("run", 1.5) == BATCH and page.interval("run", 1.6) == LAGGING
+    assert page.interval("another", 0.0) == LAGGING
+    assert posted(page, "/seen", b"no state") == 204, "what another Rerun may say"
+    assert page.interval("run", 1.5) == BATCH
+    assert posted(page, "/elsewhere") == 404
