@@ -30,6 +30,15 @@ class SetPoints(NamedTuple):
     """Simulated time of the start [ns]; 0: as soon as the drive has the message."""
     points: tuple[SetPoint, ...]
 
+    @property
+    def text(self) -> str:
+        """Summary in a line, for logs and recordings."""
+        first, last = self.points[0], self.points[-1]
+        return (
+            f"trajectory from t = {self.start * 1e-9:g} s: {len(self.points)} points, "
+            f"{first.speed:g} to {last.speed:g} rad/s in {last.time * 1e-9:g} s"
+        )
+
     def fields(self) -> Fields:
         """Return the fields of a JointTrajectory."""
         return {
@@ -37,13 +46,13 @@ class SetPoints(NamedTuple):
             "joint_names": [JOINT],
             "points": [
                 {
-                    "velocities": [float(point.speed)],
-                    "accelerations": []
-                    if point.acceleration is None
-                    else [float(point.acceleration)],
-                    "time_from_start": stamp(point.time),
+                    "positions": [],
+                    "velocities": [float(speed)],
+                    "accelerations": [] if acceleration is None else [float(acceleration)],
+                    "effort": [],
+                    "time_from_start": stamp(time),
                 }
-                for point in self.points
+                for time, speed, acceleration in self.points
             ],
         }
 

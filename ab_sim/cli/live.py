@@ -8,6 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.ros import require_ros
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, Interrupted
@@ -85,7 +86,7 @@ def run_live(
     shutil.rmtree(logs)  # of a run that failed they are what there is to read
     console.print(", ".join(f"{label} {value}" for label, value in figures.items()))
     if record is not None:
-        console.print(f"wrote {file}   (look at it: ab-sim view {file})", soft_wrap=True)
+        console.print(f"wrote {file}   (look at it: {own_command()} view {file})", soft_wrap=True)
 
 
 def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:

@@ -1,5 +1,7 @@
 """The nodes in processes of their own, started, watched and stopped by one command."""
 
+from __future__ import annotations
+
 import contextlib
 import ctypes
 import json
@@ -83,7 +85,7 @@ class LiveRun:
         self.statuses: list[tuple[float, str]] = []
         """What the profile controller has said, and when [s]."""
 
-    def __enter__(self) -> "LiveRun":
+    def __enter__(self) -> LiveRun:
         try:
             self._stopping = self._context.enter_context(interruption.in_order())
             # Before there are busy threads: the new processes run a line of ours at first.

@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from rich.table import Table
 
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, plotted
 from ab_sim.cli.sharing import executor_of
@@ -126,7 +127,7 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
         value = None if each.value is None else each.value * found.runs.factor(found.ranked_by)
         yield WholeLine(
             f"run {each.run}, {each.outcome}, {number(value)}: "
-            f"ab-sim run {scene_name} {options}{each.changes}"
+            f"{own_command()} run {scene_name} {options}{each.changes}"
         )
 
 

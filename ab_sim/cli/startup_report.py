@@ -1,6 +1,5 @@
 """What a live start-up came to: a table beside offline runs, and the figure."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from rich.table import Table
 from ab_sim.analysis import compare, merits_of, run_scene, time_of_speed
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.own_command import own_command
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
@@ -50,9 +50,7 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     console.print(table)
     title = f"Start-up of {scene.name}, live over ROS 2 topics"
     run_figure(live, scene, picture, comparison, starts, title)
-    command = Path(sys.executable).with_name("ab-sim")
-    command = command.relative_to(Path.cwd()) if command.is_relative_to(Path.cwd()) else command
-    console.print(f"wrote {recording}   (look at it: {command} view {recording})")
+    console.print(f"wrote {recording}   (look at it: {own_command()} view {recording})")
     console.print(f"wrote {picture}")
 
 

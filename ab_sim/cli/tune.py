@@ -9,6 +9,7 @@ from typing import NamedTuple
 from rich.table import Table
 
 from ab_sim.cli.outputs import write_scene
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
@@ -180,7 +181,8 @@ def _nothing_found(found: Tuning, scene_name: str) -> str:
     if len(found.candidates) >= task.effort.candidates:  # else it has ended by itself
         said += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
-        said += f"; `ab-sim equilibria {shlex.quote(scene_name)}` says where friction holds balls"
+        command = f"{own_command()} equilibria {shlex.quote(scene_name)}"
+        said += f"; `{command}` says where friction holds balls"
     return said
 
 

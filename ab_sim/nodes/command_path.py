@@ -21,7 +21,7 @@ from ab_msgs_py.topics import PAST
 from ab_sim.errors import CommandError, InputError, exact
 from ab_sim.quoting import short
 from ab_sim.spindle import Ramp, SpeedServo
-from ab_sim.spindle.set_points import TimedSpeeds, timed_speeds
+from ab_sim.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
 
 ROUNDING = 1e-6
 """Fraction by which a trajectory may exceed a limit: times of points are rounded to 1 ns."""
@@ -256,6 +256,10 @@ class CommandPath:
         """Trajectory that leads; its last speed is held after its last point."""
         return self._trajectory
 
+    def follows(self, now: int) -> bool:
+        """Whether at a step a trajectory leads that has not come to its last point."""
+        return self._trajectory is not None and self._end_of(self._trajectory) > now
+
     @property
     def _alive_until(self) -> int | None:
         """Step of the last command, or of the last point of the trajectory that leads."""
@@ -305,6 +309,8 @@ class CommandPath:
             last = None if state["last"] is None else _whole(state["last"])
             target = None if state["target"] is None else _finite(state["target"])
             trajectory = None if state["trajectory"] is None else _timed(state["trajectory"])
+            if trajectory is not None:
+                _whole(trajectory.start)
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
             last_order = None if state["told"] is None else SpeedOrder(*map(_finite, state["told"]))
         except (LookupError, TypeError, ValueError) as error:
@@ -364,7 +370,7 @@ class CommandPath:
         trajectory = self._trajectory
         if trajectory is None or trajectory.final_speed != speed:
             return False
-        return self._end_of(trajectory) <= now and abs(speed) <= self.limits.max_speed
+        return not self.follows(now) and abs(speed) <= self.limits.max_speed
 
     def _leave_beyond_limits(self, now: int, speed: Callable[[], float]) -> None:
         """Hold the speed if the rest of the trajectory is beyond limits that have changed."""
@@ -469,7 +475,8 @@ def _timed(values: Any) -> TimedSpeeds:
         (_finite(duration), Ramp(_finite(begin), _finite(slope)))
         for duration, begin, slope in ramps
     ]
-    if not all(duration >= 0.0 for duration in (_finite(ahead), *(each[0] for each in made))):
-        raise ValueError("a part of its trajectory lasts less than 0 s")
     start = None if start is None else _whole(start)
-    return TimedSpeeds(start, tuple(made), _finite(final_speed), (_finite(ahead), _finite(first)))
+    timed = TimedSpeeds(start, tuple(made), _finite(final_speed), (_finite(ahead), _finite(first)))
+    if min(ahead, *(duration for duration, _ in made), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
+        raise ValueError("a part of its trajectory lasts less than 0 s, or too long")
+    return timed

@@ -1,5 +1,7 @@
 """Commands from their topics: read at wake-ups, passed to the command path, reported."""
 
+from __future__ import annotations
+
 import math
 import time
 from collections.abc import Iterable
@@ -111,7 +113,7 @@ class PendingCommands:
         if refused:
             others = f" ({len(refused) - 1} more were refused)" if len(refused) > 1 else ""
             name = topics.TRAJECTORY.name
-            self._node.get_logger().warning(f"{name}: {refused[-1]}{others}; nothing has changed")
+            self._node.get_logger().warning(f"{name}, refused: {refused[-1]}{others}")
         news.clear()
         return True
 
@@ -163,7 +165,7 @@ class PendingCommands:
 
     def _count_sources(self) -> int:
         """Number of nodes that publish commands; one that publishes on both topics counts once."""
-        if 0 in self._publishers:
+        if len(self._publishers) < len(TOPICS) or 0 in self._publishers:
             return sum(self._publishers)
         names = [
             {

@@ -279,7 +279,7 @@ class ProfileController(PlainLog):
             schedule = None
         now = self._now
         begin = now if schedule is None else now + round(self._lead * 1e9)
-        if refusal := self._timed.start(now, begin, plan, self._silence, slope):
+        if refusal := self._timed.start(now, plan, self._silence, slope, begin):
             return refusal
         self._sent, self._late = None, 0
         if schedule is None:
@@ -397,7 +397,9 @@ class ProfileController(PlainLog):
                     self._timed.postpone(begin)
                     self._send_trajectory(sent._replace(start=begin))
                 else:
-                    run.drop(f"the drive does not follow the trajectory: {answer}")
+                    refusal = f"the drive does not follow the profile: {answer}"
+                    self._warn(refusal)
+                    run.drop(refusal)
                     self._send(0.0)
 
 

@@ -52,25 +52,30 @@ class TimedRun:
 
     @property
     def elapsed(self) -> float:
-        """Since the profile began [s]."""
-        return self._now * 1e-9 - self.run.began
+        """Time since the profile began [s]; 0 before it begins."""
+        return max(self._now * 1e-9 - self.run.began, 0.0)
 
     def start(
-        self, now: int, begin: int, plan: PlannedCourse, silence: float, deceleration: float
+        self,
+        now: int,
+        plan: PlannedCourse,
+        silence: float,
+        deceleration: float,
+        begin: int | None = None,
     ) -> str:
         """Run a profile from its beginning.
 
         Args:
             now: time [ns].
-            begin: time of the beginning [ns], not before now.
             plan: the profile.
             silence: see ``PlannedCourse.course``.
             deceleration: of an abort [rad/s^2].
+            begin: time of the beginning [ns], not before now; None: now.
 
         Returns:
             Why not, if it may not be; else nothing.
         """
-        course = plan.course(silence)
+        course, begin = plan.course(silence), now if begin is None else begin
         if refusal := self.run.start(now * 1e-9, course, deceleration, begin * 1e-9):
             return refusal
         self._plan, self._put_back = plan, None

@@ -173,10 +173,7 @@ class ProfileRun:
 
     def _run(self, course: Course, now: float) -> bool:
         """One period of it; whether it commands anything."""
-        if now < self.began:
-            self._enter(ProfileState.RUNNING, f"begins at t = {self.began:g} s")
-            return True
-        speed = course.command(now)
+        speed = course.command(max(now, self.began))
         self.why = course.why
         if course.failure:
             self.abort(now, course.failure)

@@ -397,6 +397,7 @@ def test_a_trajectory_in_a_snapshot() -> None:
     assert other.next(15) == p.next(15) and told(other, 15) is None
     assert told(other, 25) == told(p, 25) != None  # noqa: E711
     for damage in ("x", [None, [[-1.0, 0.0, 0.0]], 0.0, [0.0, 0.0]], [1.5, [], 0.0, [0.0, 0.0]],
+                   [None, [], 0.0, [0.0, 0.0]], [0, [[1e300, 0.0, 0.0]], 0.0, [0.0, 0.0]],
                    [0, [], math.nan, [0.0, 0.0]], [0, [[1.0, 0.0]], 0.0, [0.0, 0.0]]):  # fmt: skip
         with pytest.raises(InputError, match="no state of a path of commands"):
             other.restore({**kept, "trajectory": damage})
