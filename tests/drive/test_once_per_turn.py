@@ -50,7 +50,7 @@ def test_as_a_signal_it_does_not_depend_on_the_blocks(length: int) -> None:
     columns = np.array([run["angle"], run["x"], run["y"]])
     turns = OncePerTurn()
     parts = [turns.of(*columns[:, k : k + length]) for k in range(0, len(run), length)]
-    np.testing.assert_allclose(np.concatenate(parts), once_per_turn(run), rtol=1e-9, atol=1e-15)
+    np.testing.assert_array_equal(np.concatenate(parts), once_per_turn(run))
 
 
 def test_as_a_signal_it_is_known_from_the_first_whole_turn_on() -> None:
@@ -64,6 +64,8 @@ def test_as_a_signal_it_is_known_from_the_first_whole_turn_on() -> None:
     jumped = psi + 2.0 * (np.arange(200) >= 100)
     again = np.isnan(OncePerTurn().of(jumped, x, y))
     assert again[100] and not again[99] and not again[100 + 33]
+    lost = np.isnan(OncePerTurn().of(psi, np.where(np.arange(200) == 100, np.inf, x), y))
+    assert lost[100] and not lost[99] and not lost[100 + 33]
     still = OncePerTurn().of(np.concatenate([psi, psi[-1:]]), np.append(x, 0), np.append(y, 0))
     assert np.isnan(still[-1])
 
