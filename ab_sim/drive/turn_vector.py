@@ -17,7 +17,7 @@ COARSEST = 0.25 * TURN
 """Samples further apart than this angle [rad] do not show what comes once per turn."""
 
 
-class OncePerTurn:
+class TurnVector:
     """Finds the vector at each sample, over the turn that ends there, as samples come."""
 
     def __init__(self) -> None:
@@ -66,5 +66,5 @@ def _continued(sums: np.ndarray, parts: np.ndarray) -> np.ndarray:
 
 
 def once_per_turn(run: Trajectory) -> np.ndarray:
-    """Return the vectors of all samples of a run [m]; see ``OncePerTurn``."""
-    return OncePerTurn().of(run["angle"], run["x"], run["y"])
+    """Return the vectors of all samples of a run [m]; see ``TurnVector``."""
+    return TurnVector().of(run["angle"], run["x"], run["y"])
