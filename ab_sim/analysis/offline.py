@@ -19,8 +19,8 @@ from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun
 from ab_sim.drive.leader import Decided
 from ab_sim.drive.observation import Observation
-from ab_sim.drive.once_per_turn import PHASE, SIZE, once_per_turn
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
+from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Columns, Presented, drawn, ends, number
 from ab_sim.scene.model import Scene

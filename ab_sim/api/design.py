@@ -356,6 +356,12 @@ def _range(key: str, given: str | Sequence[object]) -> Range:
 def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:
     if not isinstance(spread, Mapping):
         raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
+    for key, given in spread.items():
+        if not isinstance(given, str | Sequence):
+            raise InputError(
+                f"spread of {key} = {short(given)}: must be a text such as '5%' or "
+                "'uniform:LOW,HIGH', or a list of such texts"
+            )
     return [
         tolerance_of(f"{key}={each}")
         for key, given in spread.items()

@@ -14,8 +14,8 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from ab_sim.drive.once_per_turn import PHASE, SIZE, OncePerTurn
 from ab_sim.drive.trajectory import column_of, whirl_of
+from ab_sim.drive.turn_vector import PHASE, SIZE, TurnVector
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, RecordingError, exact
 from ab_sim.output_file import replacing
@@ -26,7 +26,7 @@ PARQUET, CSV = "parquet", "csv"
 WHIRL = "whirl"
 """A column that is not recorded: W = |u| [m], from where the deck hangs at rest."""
 DERIVED = (WHIRL, SIZE, PHASE)
-"""All such columns; the others are those of ``OncePerTurn``."""
+"""All such columns; the others are those of ``TurnVector``."""
 
 
 @dataclass(frozen=True)
@@ -81,7 +81,7 @@ class Part:
         names, read, seen = self.names(run), 0, 0
         derived = [name for name in names if name in DERIVED and name not in run.channels]
         stored = ["x" if name in derived else name for name in names]
-        needed, turns = ("x", "y", "angle") if derived else (), OncePerTurn()
+        needed, turns = ("x", "y", "angle") if derived else (), TurnVector()
         for block in run.blocks((*stored, *needed, "time")):
             time = block[:, -1]
             if time[0] > self.end:
@@ -106,7 +106,7 @@ class Part:
             raise InputError(f"--every {self.every}: must be at least 1")
 
 
-def _derived(x: Array, y: Array, angle: Array, turns: OncePerTurn) -> dict[str, Array]:
+def _derived(x: Array, y: Array, angle: Array, turns: TurnVector) -> dict[str, Array]:
     """The columns of ``DERIVED``, of further samples."""
     vectors = turns.of(angle, x, y)
     return {WHIRL: whirl_of(x, y), SIZE: np.abs(vectors), PHASE: np.angle(vectors)}

@@ -293,9 +293,9 @@ def merits() -> Iterator[str]:
 
     rows = []
     for each in described_merits():
-        shown = [each.unit.replace("-", ""), each.better, _cell(each.meaning)]
+        shown = [each.unit.replace("-", ""), each.better, each.taken_by, _cell(each.meaning)]
         rows.append([f"`{each.name}`", *shown, f"`{each.equation}`" if each.equation else ""])
-    yield from _table(["key", "unit", "better", "meaning", "equation"], rows)
+    yield from _table(["key", "unit", "better", "taken by", "meaning", "equation"], rows)
 
 
 def commands() -> Iterator[str]:

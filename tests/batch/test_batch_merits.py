@@ -26,6 +26,8 @@ ASK_SCENES = {
     "overlapping_balls",
     "vibration_velocity_rms",
     "vibration_velocity_peak",
+    "vibration_velocity_null",
+    "velocity_rms",
 }
 SPREAD = np.linspace(0.0, 1.0, 19)
 COLUMNS: dict[str, np.ndarray] = {

@@ -19,6 +19,7 @@ from ab_sim.cli.app import app
 from ab_sim.drive.description import describe as describe_scene
 from ab_sim.drive.rows import channels_of
 from ab_sim.drive.trajectory import Trajectory, channels_for, whirl_of
+from ab_sim.drive.turn_vector import once_per_turn
 from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import InputError, RecordingError
@@ -55,12 +56,14 @@ def test_parquet_and_csv_hold_every_bit_and_the_units(
         "export", str(recording), "--parquet", "r.parquet", "--csv", "r.csv", cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
-    assert "25000 samples of 16 channels" in done.stderr
+    assert "25000 samples of 18 channels" in done.stderr
     assert "wrote r.parquet" in done.stderr and "wrote r.csv" in done.stderr
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
-    names = [*run(1)[0], "whirl"]
+    names = [*run(1)[0], "whirl", "once_per_turn", "phase"]
     assert table.column_names == names
-    samples = np.column_stack([samples, whirl_of(samples[:, 5], samples[:, 6])])
+    vectors = once_per_turn(Trajectory(run(1)[0], samples))
+    columns = whirl_of(samples[:, 5], samples[:, 6]), np.abs(vectors), np.angle(vectors)
+    samples = np.column_stack([samples, *columns])
     assert json.loads(table.schema.metadata[b"ab_sim"]) == describe()
     for at, field in enumerate(table.schema):
         column = table[field.name].to_numpy().astype(float)

@@ -7,6 +7,7 @@ import pytest
 import ab_sim as package
 from ab_sim.analysis.merits import described_merits, reported_merits
 from ab_sim.analysis.merits.merit import Better, MeritKind
+from ab_sim.design.judged import merit_columns
 from tests.cli.tool import ab_sim
 
 
@@ -19,7 +20,7 @@ def test_all_are_listed_a_line_each() -> None:
         if line.startswith("│")
     ]
     assert cells == [
-        [each.name, each.unit, each.better, each.meaning, each.equation]
+        [each.name, each.unit, each.better, each.taken_by, each.meaning, each.equation]
         for each in described_merits()
     ]
 
@@ -57,6 +58,15 @@ def test_every_merit_says_what_it_is() -> None:
         assert "\n" not in each.equation
 
 
+def test_sweep_tune_and_robust_take_the_names_that_are_said_to_be_theirs() -> None:
+    for each in described_merits():
+        if each.taken_by == "run only":
+            with pytest.raises(package.InputError, match=f"merit '{each.name}': "):
+                merit_columns([each.name])
+        else:
+            assert [found.key for found in merit_columns([each.name])] == [each.name]
+
+
 def test_what_is_scalar_is_a_number_or_true_or_false_in_every_report() -> None:
     """And what is not, is not; so sweeps know it before they run anything."""
     for scene in ("thesis-hold", "couple-unbalance", "weak-motor"):
@@ -65,5 +75,5 @@ def test_what_is_scalar_is_a_number_or_true_or_false_in_every_report() -> None:
             value = report[merit.key]
             if value is not None:
                 expected = {MeritKind.NUMBER: (float,), MeritKind.TRUTH: (bool,)}
-                assert type(value) in expected.get(merit.kind, (list, dict)), merit.key
-            assert merit.scalar == (merit.kind is not MeritKind.STRUCTURE)
+                assert type(value) in expected.get(merit.kind, (list, dict, str)), merit.key
+            assert merit.scalar == (merit.kind in (MeritKind.NUMBER, MeritKind.TRUTH))

@@ -324,3 +324,8 @@ def test_rows_have_what_was_drawn(monkeypatch: pytest.MonkeyPatch) -> None:
     there = np.isfinite(found["residual_unbalance"])
     assert (found["residual_unbalance"][there] == found["start.speed"][there]).all()
     assert stats.kstest(found["start.speed"], "uniform").pvalue > 0.01
+
+
+def test_a_spread_that_is_a_number_is_one_error() -> None:
+    with pytest.raises(InputError, match="spread of balls.mass = 0.05: must be a text such as"):
+        ab_sim.robust("balanced-start-up", {"balls.mass": 0.05})  # type: ignore[dict-item]

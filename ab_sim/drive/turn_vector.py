@@ -17,7 +17,7 @@ COARSEST = 0.25 * TURN
 """Samples further apart than this angle [rad] do not show what comes once per turn."""
 
 
-class OncePerTurn:
+class TurnVector:
     """Finds the vector at each sample, over the turn that ends there, as samples come."""
 
     def __init__(self) -> None:
@@ -36,19 +36,19 @@ class OncePerTurn:
             angle: psi of further samples, at least one [rad], shape (samples,).
             x, y: displacement on fixed axes [m], the same.
         """
-        first = len(self._path) == 0
-        vectors = (x + 1j * y) * np.exp(-1j * angle)
-        turned = np.abs(np.diff(angle, prepend=angle[0] if first else self._angle))
-        means = 0.5 * (vectors + np.concatenate([vectors[:1], vectors[:-1]]))
-        if not first:
-            means[0] = 0.5 * (self._vector + vectors[0])
+        sound = np.isfinite(x) & np.isfinite(y)
+        vectors = (np.where(sound, x, 0.0) + 1j * np.where(sound, y, 0.0)) * np.exp(-1j * angle)
+        if not len(self._path):
+            self._path, self._sums = np.zeros(1), np.zeros(1, complex)
+            self._angle, self._vector = float(angle[0]), complex(vectors[0])
+        turned = np.abs(np.diff(angle, prepend=self._angle))
+        means = 0.5 * (vectors + np.concatenate([[self._vector], vectors[:-1]]))
         count, self._angle, self._vector = len(self._path), float(angle[-1]), complex(vectors[-1])
-        path = np.concatenate([self._path, (0.0 if first else self._path[-1]) + np.cumsum(turned)])
-        sums = np.concatenate(
-            [self._sums, (0.0 if first else self._sums[-1]) + np.cumsum(turned * means)]
-        )
+        path = _continued(self._path, turned)
+        sums = _continued(self._sums, turned * means)
         ends = path[count:]
-        gaps = np.maximum.accumulate(np.where(turned > COARSEST, ends, self._whole_from))
+        gaps = np.where((turned > COARSEST) | ~sound, ends, self._whole_from)
+        gaps = np.maximum.accumulate(gaps)
         self._whole_from = float(gaps[-1])
         begins = ends - TURN
         # Between samples the integral is taken as a line.
@@ -60,6 +60,11 @@ class OncePerTurn:
         return found
 
 
+def _continued(sums: np.ndarray, parts: np.ndarray) -> np.ndarray:
+    """Sums with those of further parts: one after the other, to the bit as in a single block."""
+    return np.concatenate([sums[:-1], np.cumsum(np.concatenate([sums[-1:], parts]))])
+
+
 def once_per_turn(run: Trajectory) -> np.ndarray:
-    """Return the vectors of all samples of a run [m]; see ``OncePerTurn``."""
-    return OncePerTurn().of(run["angle"], run["x"], run["y"])
+    """Return the vectors of all samples of a run [m]; see ``TurnVector``."""
+    return TurnVector().of(run["angle"], run["x"], run["y"])

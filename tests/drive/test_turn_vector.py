@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import merits_of, run_scene
-from ab_sim.drive.once_per_turn import OncePerTurn, once_per_turn
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.turn_vector import TurnVector, once_per_turn
 from ab_sim.scene import load_scene
 from tests.analysis.made import made
 
@@ -48,23 +48,25 @@ def test_a_turn_that_is_not_there_has_no_phase(scene: Any) -> None:
 def test_as_a_signal_it_does_not_depend_on_the_blocks(length: int) -> None:
     run = circling(0.3, 200.0)
     columns = np.array([run["angle"], run["x"], run["y"]])
-    turns = OncePerTurn()
+    turns = TurnVector()
     parts = [turns.of(*columns[:, k : k + length]) for k in range(0, len(run), length)]
-    np.testing.assert_allclose(np.concatenate(parts), once_per_turn(run), rtol=1e-9, atol=1e-15)
+    np.testing.assert_array_equal(np.concatenate(parts), once_per_turn(run))
 
 
 def test_as_a_signal_it_is_known_from_the_first_whole_turn_on() -> None:
     """Of a motion at the spindle's rate alone; the second turn is not seen through a gap."""
     psi = 200.0 * np.arange(0.0, 0.2, 1e-3)
     x, y = E * np.cos(psi + 0.3), E * np.sin(psi + 0.3)
-    found = OncePerTurn().of(psi, x, y)
+    found = TurnVector().of(psi, x, y)
     known = psi >= 2 * math.pi
     assert np.isnan(found[~known]).all()
     np.testing.assert_allclose(found[known], E * np.exp(0.3j), rtol=1e-9)
     jumped = psi + 2.0 * (np.arange(200) >= 100)
-    again = np.isnan(OncePerTurn().of(jumped, x, y))
+    again = np.isnan(TurnVector().of(jumped, x, y))
     assert again[100] and not again[99] and not again[100 + 33]
-    still = OncePerTurn().of(np.concatenate([psi, psi[-1:]]), np.append(x, 0), np.append(y, 0))
+    lost = np.isnan(TurnVector().of(psi, np.where(np.arange(200) == 100, np.inf, x), y))
+    assert lost[100] and not lost[99] and not lost[100 + 33]
+    still = TurnVector().of(np.concatenate([psi, psi[-1:]]), np.append(x, 0), np.append(y, 0))
     assert np.isnan(still[-1])
 
 
