@@ -35,6 +35,8 @@ from ab_sim.workers import WorkerLost, Workers
 
 NEAR = 0.7
 """Of the critical speed: slower runs tell little of the suspension."""
+UNEXPLAINED = 0.5
+"""R.m.s. of residuals, as a share of the signals', from which a fit explains nothing."""
 FAR_OFF = 300.0
 """Times as large or small as simulated: a wrong unit."""
 
@@ -112,6 +114,7 @@ class _Work:
         free = [j for j in range(len(problem.parameters)) if j not in held]
         try:
             values = _within_a_turn(problem, search.run().values)
+            _check_doubts(problem, values)
             problem = problem.with_noise(self._left(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._left(problem, values))
@@ -171,6 +174,11 @@ class _Work:
         notes += [
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
         ]
+        notes += [
+            each.doubt
+            for each, white in zip(problem.recordings, whiteness, strict=True)
+            if each.doubt and not white.white
+        ]
         return Identification(
             fitted, self._scene, verdict, tuple(reasons), intervals,
             knowledge._replace(open=tuple(opened)), whiteness, tuple(comparisons), tried, outside,
@@ -224,6 +232,20 @@ class _Work:
             rms = float(np.sqrt(np.nanmean(left**2)))
             found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
         return found
+
+
+def _check_doubts(problem: Problem, values: np.ndarray) -> None:
+    """Refuse a recording that looked wrong, if the fit does not explain it either.
+
+    Raises:
+        InputError: as the check of the recording said.
+    """
+    for k, measured in enumerate(problem.recordings):
+        if measured.doubt:
+            shown = problem.simulated(k, values)
+            residuals = measured.signals if shown is None else measured.signals - shown
+            if float(np.sqrt(np.nanmean(residuals**2))) > UNEXPLAINED * measured.rms:
+                raise InputError(measured.doubt)
 
 
 def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
