@@ -11,6 +11,7 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
+    check_held,
     check_sense,
     check_signal,
     check_speed,
@@ -100,11 +101,13 @@ class _Reader:
         angle = self._optional(mapping.angle, "rad", "angle")
         if angle is not None:
             check_finite(time, angle, "angle", name)
+            check_held(angle, "angle", name)
             # Of an encoder that counts one turn only, the turns have to be found.
             angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
             check_speed(time, np.gradient(angle, time), "angle", name)
         if speed is not None:
             check_speed(time, speed, "speed", name)
+            check_held(speed, "speed", name)
         if speed is not None and angle is not None:
             check_agree(time, speed, angle, name)
         schedule = schedule_from(time - time[0], speed, angle, name)

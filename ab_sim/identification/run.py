@@ -27,7 +27,7 @@ from ab_sim.identification.result import (
     RecordingFit,
     TriedEffect,
 )
-from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, Tell, minimise
 from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -171,6 +171,11 @@ class _Work:
             )
         )  # fmt: skip
         fitted, notes = self._fitted_scene(values)
+        notes += [
+            f"{name}: searches from {DRAWS} draws of starts ended in different minima: the best "
+            "one may be wrong; begin with a scene that is nearer, or try another --seed"
+            for name in search.disagreements
+        ]
         notes += [
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
         ]

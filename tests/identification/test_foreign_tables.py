@@ -12,7 +12,7 @@ import pyarrow.parquet
 import pytest
 
 from ab_sim.errors import InputError
-from ab_sim.identification.checks import check_signal, check_time
+from ab_sim.identification.checks import check_held, check_signal, check_time
 from ab_sim.identification.inputs import measured_of
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
 from ab_sim.identification.tables import read_table
@@ -158,3 +158,42 @@ def test_a_coarse_resolution_is_not_taken_for_clipping(size: float, per_turn: fl
         assert "smaller range" in remark
     with pytest.raises(InputError, match="is clipped: .* record with a larger range"):
         check_signal(angle, angle, np.clip(signal, -0.6 * size, 0.6 * size), "signals.0", "bench")
+
+
+RAMP = 0.38 * np.arange(4000)
+FLUTTER = 0.2 * np.random.default_rng(0).standard_normal(4000)
+
+
+def once_per_turn(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """What a tachometer with one pulse a turn shows: the speed at the last pulse."""
+    last = np.searchsorted(angle, 2.0 * np.pi * np.floor(angle / (2.0 * np.pi)))
+    return speed[np.minimum(last, len(speed) - 1)]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.repeat(RAMP, 2),
+        np.repeat(RAMP + FLUTTER, 3),
+        np.minimum(np.repeat(RAMP, 4), 900.0),
+        once_per_turn(0.02 * np.arange(5000.0) ** 2 / 1000, 0.04 * np.arange(5000.0)),
+    ],
+)
+def test_a_held_series_is_named(values: np.ndarray) -> None:
+    with pytest.raises(InputError, match=r"bench: speed: is held: it changes every .* samples"):
+        check_held(values, "speed", "bench")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        RAMP,
+        np.minimum(RAMP, 900.0),
+        np.round(RAMP),
+        np.round(RAMP / 0.3) * 0.3,
+        np.round(RAMP + FLUTTER),
+        np.round(900.0 + FLUTTER),
+    ],
+)
+def test_a_ramp_and_a_coarse_tachometer_are_not_held(values: np.ndarray) -> None:
+    check_held(values, "speed", "bench")
