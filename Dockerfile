@@ -19,7 +19,7 @@ RUN apt-get update && \
 WORKDIR /ab_sim
 
 # .venv first: it changes less often than the rest.
-COPY Makefile setup.py constraints.txt package.xml pyproject.toml README.md LICENSE ./
+COPY Makefile setup.py constraints*.txt package.xml pyproject.toml README.md LICENSE ./
 COPY tools tools
 COPY resource resource
 COPY ab_sim/__init__.py ab_sim/__init__.py

@@ -1,7 +1,10 @@
 # `make demo` and `make test` install what they need into .venv the first time.
 
 PYTHON ?= python3
-VENV := .venv
+ROS := kilted
+VENV := .venv$(filter-out -kilted,-$(ROS))
+ROS_CONSTRAINTS := constraints-$(ROS).txt
+$(if $(wildcard $(ROS_CONSTRAINTS)),,$(error ROS=$(ROS): give kilted or jazzy))
 BIN := $(VENV)/bin
 FROM_DISTRIBUTION := $(VENV)/browser.stamp $(VENV)/cyclonedds.stamp
 FOR_TESTS := $(VENV)/dev.stamp $(VENV)/action.stamp $(FROM_DISTRIBUTION)
@@ -15,7 +18,7 @@ export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 # What is installed is not byte-compiled, which takes 20 s: Python itself does it of what is used.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo action test test-fast coverage lint style types real-time nodes computing docs clean
+.PHONY: help demo action test test-fast coverage lint style types real-time nodes jazzy some-nodes computing docs clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -30,6 +33,8 @@ help:
 	@echo 'make docs    build the documentation site: docs/_build/html/index.html'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
+	@echo 'make demo ROS=jazzy   the demonstration on ROS 2 Jazzy, in .venv-jazzy, instead of Kilted'
+	@echo 'make test ROS=jazzy   all tests that start nodes, on Jazzy; make test runs some of them'
 
 demo: $(VENV)/run.stamp
 	$(BIN)/ab-sim demo
@@ -45,9 +50,13 @@ SHARED = -n 2 --dist loadfile --no-loadscope-reorder
 
 # Tests that start ROS 2 nodes wait most of their time, and must not be kept waiting: those that
 # compute, and mypy, get what they leave of the processor.
+ifeq ($(ROS),kilted)
 test:
 	@$(MAKE) --jobs=2 --no-print-directory style $(FROM_DISTRIBUTION)
-	@$(MAKE) --jobs=3 --no-print-directory types computing nodes
+	@$(MAKE) --jobs=4 --no-print-directory types computing nodes jazzy
+else
+test: nodes
+endif
 
 # What is judged by real time runs beside no other nodes.
 REAL_TIME = tests/cli/test_demo.py
@@ -59,11 +68,25 @@ real-time: $(FOR_TESTS)
 
 # What they say comes when they have ended, by Ctrl-C too: of two that report at once nobody could
 # read either.
-nodes: real-time
+define shown_at_its_end
 	@mkdir -p out
-	@echo 'Tests that start nodes write into out/nodes.txt, which is shown when they have ended.'
-	@trap : INT; $(PYTEST) $(SHARED) -m ros $(NODES) >out/nodes.txt 2>&1; \
-		ended=$$?; cat out/nodes.txt; exit $$ended
+	@echo 'Tests that start nodes write into out/$@.txt, which is shown when they have ended.'
+	@trap : INT; $1 >out/$@.txt 2>&1; ended=$$?; cat out/$@.txt; exit $$ended
+endef
+
+nodes: real-time
+	$(call shown_at_its_end,$(PYTEST) $(SHARED) -m ros $(NODES))
+
+jazzy: real-time
+	$(call shown_at_its_end,$(MAKE) --no-print-directory some-nodes ROS=jazzy)
+
+# Drive, controller and recorder together, and what differs between releases: Fast DDS.
+SOME_NODES := tests/nodes/test_start_up.py::test_recorded_start_up_equals_an_offline_run \
+	tests/nodes/test_discovery.py::test_the_ros2_command_line_finds_a_drive_at_once \
+	tests/nodes/test_discovery.py::test_what_is_said_is_acknowledged_soon
+
+some-nodes: $(VENV)/dev.stamp
+	$(PYTEST) $(SOME_NODES)
 
 computing: $(FOR_TESTS)
 	nice env $(PYTEST) $(SHARED) -m 'not ros'
@@ -83,7 +106,7 @@ docs: $(VENV)/docs.stamp
 	@echo 'docs/_build/html/index.html'
 
 clean:
-	rm -rf $(VENV) docs/_build docs/examples build dist install log *.egg-info ab_interfaces/build ab_interfaces/*.egg-info .mypy_cache .pytest_cache .ruff_cache
+	rm -rf .venv .venv-* docs/_build docs/examples build dist install log *.egg-info ab_interfaces/build ab_interfaces/*.egg-info .mypy_cache .pytest_cache .ruff_cache
 
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)
@@ -93,19 +116,19 @@ coverage: $(VENV)/dev.stamp
 	$(PYTEST) $(SHARED) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes.
-$(VENV)/run.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
+$(VENV)/run.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp
 	@echo 'Installing into $(VENV): 400 MB to download, half a minute or more ...'
-	@tools/install $(BIN)/python --editable '.[ros]'
+	@tools/install $(BIN)/python $(ROS_CONSTRAINTS) --editable '.[ros]'
 	@touch $@
 
-$(VENV)/dev.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
+$(VENV)/dev.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp
 	@echo 'Installing into $(VENV): 490 MB to download, half a minute or more ...'
-	@tools/install $(BIN)/python --editable '.[ros,dev]'
+	@tools/install $(BIN)/python $(ROS_CONSTRAINTS) --editable '.[ros,dev]'
 	@touch $(VENV)/run.stamp $@
 
-$(VENV)/docs.stamp: setup.py constraints.txt tools/install | $(VENV)/venv.stamp
+$(VENV)/docs.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp
 	@echo 'Installing what builds the site into $(VENV) ...'
-	@tools/install $(BIN)/python --editable '.[docs]'
+	@tools/install $(BIN)/python $(ROS_CONSTRAINTS) --editable '.[docs]'
 	@touch $@
 
 $(VENV)/action.stamp: tools/install-action $(wildcard ab_interfaces/*.py ab_interfaces/*/*.action) \

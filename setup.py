@@ -58,7 +58,7 @@ setup(
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
     package_data={
         "ab_sim": [
-            *("py.typed", "nodes/discovery.xml"),
+            *("py.typed", "nodes/*.xml"),
             *("c_code/template_files/*", "c_code/fmi_headers/*.h"),
         ],
         "ab_msgs_py": ["py.typed"],

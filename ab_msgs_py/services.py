@@ -1,5 +1,7 @@
 """Services of the contract, after ROS's simulation_interfaces, with std_srvs types."""
 
+from __future__ import annotations
+
 import json
 from collections.abc import Callable
 from typing import Any, NamedTuple
@@ -66,7 +68,7 @@ class Stepped(NamedTuple):
         return json.dumps(self._asdict())
 
     @classmethod
-    def of(cls, text: str) -> "Stepped":
+    def of(cls, text: str) -> Stepped:
         """Out of an answer.
 
         Raises:

@@ -9,6 +9,7 @@ from ab_msgs_py.block import Block
 from ab_msgs_py.health import Health
 from ab_msgs_py.imu import ImuSample
 from ab_msgs_py.samples import JointSample, PoseSample, VibrationSample, WhirlSample
+from ab_msgs_py.set_points import SetPoints
 from ab_msgs_py.topic import Conversion, Qos, Topic
 
 ALL: list[Topic] = []
@@ -47,6 +48,22 @@ COMMAND = declare(
         qos=_BURSTS,
     )
 )
+TRAJECTORY = declare(
+    Topic(
+        "spindle/trajectory",
+        "trajectory_msgs/msg/JointTrajectory",
+        Conversion(SetPoints.fields, SetPoints.of),
+        "speeds of the spindle over simulated time, from the header's stamp on",
+        "rad/s, rad/s²",
+        source="you, or `profile_controller`",
+        rate="ahead of time, once for each start-up",
+    )
+)
+TRAJECTORY_START, TRAJECTORY_ANSWER = "last trajectory [ns]", "last trajectory"
+"""Keys in a drive's diagnostics: stamp of the last trajectory, and the answer to it."""
+FOLLOWED, PAST = "followed", "begins in the past"
+"""Answer to a trajectory that the drive has accepted, and beginning of that to one that came too
+late; to others, why they are not followed."""
 JOINT_STATES = declare(
     Topic(
         "joint_states",
@@ -192,7 +209,7 @@ DIAGNOSTICS = declare(
         Conversion(Health.fields, Health.all_of),
         "the node's health",
         source="each node",
-        rate="1/s, and at once when a publisher of commands comes or goes",
+        rate="1/s, and at once when a publisher of commands comes or goes, or a trajectory",
     )
 )
 EVENTS = declare(

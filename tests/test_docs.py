@@ -139,6 +139,9 @@ def command(line: str) -> str:
         case ["ros2", "service", "call", service, kind]:
             node, name = service.strip("/").split("/")
             assert re.search(rf"^\| `~/{name}` \| {kind} \| {node} \|", topics(), re.MULTILINE)
+        case ["ros2", "topic", "pub", "--once", topic, kind, message]:
+            assert re.search(rf"^\| `{topic.strip('/')}` \| {kind} \|", topics(), re.MULTILINE)
+            assert isinstance(yaml.safe_load(message), dict)
         case ["ros2", "action", "send_goal", "--feedback", "/profile_controller/run", kind, goal]:
             asked = (ROOT / f"{kind}.action").read_text(encoding="utf-8").partition("\n---\n")[0]
             assert all(

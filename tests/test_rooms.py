@@ -144,9 +144,9 @@ def test_the_messages_know_nobody() -> None:
         assert not any(found.startswith("ab_sim") for found in imports("ab_msgs_py.any", path))
 
 
-def test_no_file_is_longer_than_four_hundred_lines() -> None:
-    """Of the package, its tests, the gallery and the benchmarks."""
+def test_no_file_is_longer_than_five_hundred_lines() -> None:
+    """A longer one may be two ideas: in the package, its tests, the gallery and the benchmarks."""
     root = HOUSE.parent
     files = [p for place in PLACES for p in (root / place).rglob("*.py")]
-    long = {str(p.relative_to(root)): n for p in files if (n := len(p.open().readlines())) > 400}
+    long = {str(p.relative_to(root)): n for p in files if (n := len(p.open().readlines())) > 500}
     assert len(files) > 800 and not long

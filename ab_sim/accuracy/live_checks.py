@@ -20,6 +20,7 @@ import itertools
 import math
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 from ab_sim.accuracy.deviation import Samples, deviation
@@ -29,6 +30,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import DivergedError
 from ab_sim.integrate.registry import parameters_of
 from ab_sim.scene.model import Scene
+from ab_sim.spindle.set_points import TimedSpeeds
 
 WINDOW = 1000
 """Steps of the drive in a window if checks keep up: many turns of the spindle."""
@@ -55,8 +57,8 @@ NONE_YET = ErrorEstimate(0.0, 0.0)
 class _Part(NamedTuple):
     """What the drive did in one call."""
 
-    commands: tuple[tuple[float, float | None], ...]
-    """Given just before: what ``Drive.command`` takes."""
+    commands: tuple[Callable[[Drive], None], ...]
+    """Given just before; each commands a drive."""
     first: int
     """Number of the first step."""
     taken: Trajectory
@@ -127,15 +129,22 @@ class LiveChecks:
         self._halves = 0
         self._spent = self._worked = 0.0
         self._window: deque[_Part] | None = None
-        self._commands: tuple[tuple[float, float | None], ...] = ()
+        self._commands: tuple[Callable[[Drive], None], ...] = ()
         self._begun = self._end = 0
         self._length = SHORTEST
         self._now = NONE_YET
 
     def command(self, speed: float, acceleration: float | None = None) -> None:
         """``Drive.command``."""
-        self._drive.command(speed, acceleration)
-        self._commands = (*self._commands, (speed, acceleration))
+        self._give(lambda drive: drive.command(speed, acceleration))
+
+    def follow(self, speeds: TimedSpeeds, acceleration: float) -> None:
+        """``Drive.follow``."""
+        self._give(lambda drive: drive.follow(speeds, acceleration))
+
+    def _give(self, command: Callable[[Drive], None]) -> None:
+        command(self._drive)
+        self._commands = (*self._commands, command)
 
     def advance(self, steps: int) -> Trajectory:
         """``Drive.advance``."""
@@ -238,8 +247,8 @@ class LiveChecks:
 
     def _check_on(self, window: deque[_Part], last: int) -> None:
         """Go on to the next command, at most to a step of the shadow, and compare."""
-        for asked in window[0].commands:
-            self._shadow.command(*asked)
+        for command in window[0].commands:
+            command(self._shadow)
         window[0] = window[0]._replace(commands=())
         parts = [window[0]]
         for part in itertools.islice(window, 1, None):

@@ -1,20 +1,25 @@
 """Run a scene without ROS, as fast as it goes, with samples at the times asked for."""
 
+import cmath
 import math
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 import ab_sim
 from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.merits import LAST, Merits, merits_of
+from ab_sim.analysis.rest import from_rest
 from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun
 from ab_sim.drive.leader import Decided
 from ab_sim.drive.observation import Observation
+from ab_sim.drive.once_per_turn import PHASE, SIZE, once_per_turn
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Columns, Presented, drawn, ends, number
@@ -75,7 +80,7 @@ class OfflineRun(Presented):
         length, symbol = self.scene.whirl_unit
         time = self.trajectory["time"]
         final = self.merits.final_whirl / length
-        changing = " and changing" if self.merits.changing else ""
+        changing = "" if self.merits.settled else " and changing"
         return {
             "scene": self.scene.name,
             "samples": str(len(self.trajectory)),
@@ -86,18 +91,42 @@ class OfflineRun(Presented):
                 else {f"W/{symbol} at the end": number(final) + changing}
             ),
             "residual unbalance": number(self.merits.residual_unbalance),
+            "verdict": self.merits.verdict,
             "stepper": self.stepper,
         }
 
     def _columns(self) -> Columns:
         return self.trajectory._columns()
 
+    def _once_per_turn(self) -> Iterator[dict[str, float | None]]:
+        """Size [m] and phase [rad] of what comes once per turn, at each sample asked for."""
+        if not self.samples:
+            return
+        time, vectors = (
+            self.trajectory["time"],
+            once_per_turn(from_rest(self.trajectory, self.scene)),
+        )
+        for sample in self.samples:
+            vector = complex(
+                *(np.interp(sample.time, time, w) for w in (vectors.real, vectors.imag))
+            )
+            known = not math.isnan(vector.real)
+            yield {
+                SIZE: abs(vector) if known else None,
+                PHASE: cmath.phase(vector) if known else None,
+            }
+
     def report(self) -> dict[str, object]:
         """Everything as JSON-able values, SI units: ``ab-sim run --help``, ``ab-sim merits``."""
         duration = float(self.trajectory["time"][-1])
         return {
-            "samples": [_sample(observation) for observation in self.samples],
+            "samples": [
+                _sample(observation) | once
+                for observation, once in zip(self.samples, self._once_per_turn(), strict=True)
+            ],
             **self.merits.report(self.scene.rotor.eccentricity),
+            "peak_whirl": self.merits.peak_whirl,
+            "final_whirl": self.merits.final_whirl,
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
             "decisions": list(map(_decided, self.decisions)),

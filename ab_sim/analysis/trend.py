@@ -35,14 +35,14 @@ class Trends:
         self._taken += values.shape[1]
 
     def found(self, floors: np.ndarray) -> np.ndarray:
-        """Which of the runs have a trend, shape (runs,).
+        """Direction of each run's trend, shape (runs,): 1 rises, -1 falls, 0 has none.
 
         Args:
             floors: a change of less than that is rounding, shape (runs,).
         """
         counts = np.diff(self._ends, prepend=0)
         if not counts.all():
-            return np.zeros(self._peaks.shape[1], bool)
+            return np.zeros(self._peaks.shape[1], int)
 
         def level(first: int, end: int) -> np.ndarray:
             # One after the other: so the sum is the same however many runs there are.
@@ -57,4 +57,4 @@ class Trends:
         moved = sign * thirds > CHANGE * whole
         moved &= sign * halves > CHANGE * whole / 2
         moved &= sign * rises > CHANGE * peaks.max(axis=0)
-        return np.asarray(moved & (np.abs(thirds) > floors))
+        return np.where(moved & (np.abs(thirds) > floors), sign, 0.0).astype(int)

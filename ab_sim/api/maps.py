@@ -6,7 +6,7 @@ from ab_sim.analysis.maps.stability import COARSE, StabilityMap
 from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
 from ab_sim.errors import InputError
 from ab_sim.studies import basin as basins
-from ab_sim.studies.basin import BALANCED_TO, Basin
+from ab_sim.studies.basin import Basin
 
 Range = tuple[str, float, float] | tuple[str, float, float, int]
 """Dotted key of a scene or ``speed``, first value, last value, and how many (default 200)."""
@@ -79,7 +79,6 @@ def stability_map(
 def basin(
     scene: SceneLike,
     count: int = 12,
-    limit: float = BALANCED_TO,
     *,
     progress: Progress | None = None,
 ) -> Basin:
@@ -89,10 +88,9 @@ def basin(
     ----------
     scene : Scene, str or Path
         With an unbalance and at least two balls; it is run as it is but for their start angles.
+        Its ``balanced.residual_unbalance`` says what is called balance, as in every run.
     count : int, default 12
         Of angles of either ball, from -pi on over a turn; from 2 to 1000.
-    limit : float, default 0.05
-        Largest residual unbalance, as a share of M0 e, that is called balance.
     progress : callable, optional
         Called with what is done now, how many runs are done, and of how many.
 
@@ -107,7 +105,7 @@ def basin(
     SceneError
         Fewer than two balls, no unbalance, or further balls that start together.
     InputError
-        ``count`` or ``limit`` cannot be used.
+        ``count`` cannot be used.
 
     Examples
     --------
@@ -116,7 +114,7 @@ def basin(
     >>> found.labels.shape, found.shares
     ((3, 3), {0: 1.0})
     """
-    return basins.basin(as_scene(scene), count, limit, tell=progress)
+    return basins.basin(as_scene(scene), count, tell=progress)
 
 
 def _axis(given: Range) -> Axis:

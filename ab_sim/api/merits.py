@@ -48,8 +48,8 @@ def merits_of(
     >>> import ab_sim
     >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.5"])
     >>> run = ab_sim.Drive(scene).advance(500)
-    >>> ab_sim.merits_of(run, scene, ["final_speed", "still_changing"]).report()
-    {'final_speed': 20.0, 'still_changing': False}
+    >>> ab_sim.merits_of(run, scene, ["final_speed", "settled"]).report()
+    {'final_speed': 20.0, 'settled': True}
     """
     if len(trajectory) == 0:
         raise InputError("trajectory: has no samples; a run is judged by at least one")

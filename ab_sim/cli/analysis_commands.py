@@ -12,7 +12,6 @@ from ab_sim.cli.options import (
     EachOption,
     HeldSpeedOption,
     JsonOption,
-    LimitOption,
     MapOption,
     MapPlotOption,
     SceneArgument,
@@ -109,7 +108,6 @@ def stability(
     against: AgainstOption = None,
     each: EachOption = None,
     basin: BasinOption = None,
-    limit: LimitOption = None,
     json: JsonOption = None,
     plot: MapPlotOption = None,
 ) -> None:
@@ -127,7 +125,8 @@ def stability(
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball; `kinds`
     with their shares of the starts that are not left out, which are -1 in labels;
     residual_unbalance and final_whirl [m] of each run, null where there is none. Equal balls that
-    start at one angle never part, and are left out.
+    start at one angle never part, and are left out. Balanced is what the scene calls so, e.g.
+    `--set balanced.residual_unbalance=0.05`.
 
     Without either it does what `ab-sim equilibria` does: states, and where over the speed they lose
     their stability.
@@ -142,7 +141,7 @@ def stability(
         map_command,
     )
 
-    options = {"coarse": coarse, "against": against, "each": each, "limit": limit, "speed": speed}
+    options = {"coarse": coarse, "against": against, "each": each, "speed": speed}
     given = {name for name, value in options.items() if value is not None}
     check_combination(given, axes is not None, basin is not None)
     spacing = 8 if coarse is None else coarse
@@ -151,7 +150,7 @@ def stability(
     elif axes is not None:
         map_command(scene, change or [], speed, axes, spacing, against).run(json, plot)
     elif basin is not None:
-        basin_command(scene, change or [], basin, limit).run(json, plot)
+        basin_command(scene, change or [], basin).run(json, plot)
     else:
         equilibria_command(scene, change or [], speed).run(json, plot)
 

@@ -31,7 +31,11 @@ def circulation_lines(
     if len(found.numbers) < balls:
         yield f"  looked for: bunches of {', '.join(map(str, found.numbers))} balls"
     for each in found.elsewhere:
-        yield f"  all {balls} can circulate {_range(each, 'rad/s', 'at spindle speeds')}"
+        denied = ""
+        if each.low <= abs(found.speed) <= each.high:
+            denied = f"; at {found.speed:g} rad/s the full equations do not bear that out"
+        over = _range(each, "rad/s", "at spindle speeds")
+        yield f"  by the closed form, all {balls} can circulate {over}{denied}"
 
 
 def _line(found: Coexisting, balls: int) -> str:

@@ -74,7 +74,7 @@ TuneSubjectToOption = Annotated[
     list[str] | None,
     typer.Option(
         metavar="BOUND",
-        help="What else must hold: 'final_whirl_over_e<0.2', balanced, 'not still_changing'. "
+        help="What else must hold: 'final_whirl_over_e<0.2', balanced, 'not balls_circulate'. "
         "Repeatable.",
     ),
 ]

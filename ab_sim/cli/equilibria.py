@@ -23,6 +23,7 @@ from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
 from ab_sim.cli.circulating import circulation_lines
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
 from ab_sim.cli.speed import check_speed
@@ -93,7 +94,8 @@ def _other_motions(scene: Scene) -> str | None:
 def _command(scene: Scene, name: str, changes: Sequence[str]) -> str:
     """What shows where a scene's start-ups end: from many angles, or of one ball from its own."""
     act = ["run", name] if scene.balls.count == 1 else ["stability", name, "--basin", "12"]
-    return shlex.join(["ab-sim", *act, *(word for change in changes for word in ("--set", change))])
+    words = [*act, *(word for change in changes for word in ("--set", change))]
+    return f"{own_command()} {shlex.join(words)}"
 
 
 def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:

@@ -8,7 +8,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.ros import require_ros
+from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.output_file import RECORDING, check_ending, check_writable
 from ab_sim.scene import load_scene
@@ -61,6 +63,8 @@ def run_live(
     if record is not None:
         check_ending(record, RECORDING, "--record")
         check_writable(record, "--record", replaced=False)
+    if together := together_at_start(scene):
+        console.print(together, soft_wrap=True)
     require_ros("for a live run")
     from ab_sim.cli.live_display import live_display
     from ab_sim.cli.live_run import LiveRun
@@ -82,7 +86,7 @@ def run_live(
     shutil.rmtree(logs)  # of a run that failed they are what there is to read
     console.print(", ".join(f"{label} {value}" for label, value in figures.items()))
     if record is not None:
-        console.print(f"wrote {file}   (look at it: ab-sim view {file})", soft_wrap=True)
+        console.print(f"wrote {file}   (look at it: {own_command()} view {file})", soft_wrap=True)
 
 
 def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:

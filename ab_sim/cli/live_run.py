@@ -1,5 +1,7 @@
 """The nodes in processes of their own, started, watched and stopped by one command."""
 
+from __future__ import annotations
+
 import contextlib
 import ctypes
 import json
@@ -63,7 +65,8 @@ class LiveRun:
         what = {"changes": json.dumps([*changes] or [""])}
         self._nodes: dict[str, Mapping[str, str]] = {}
         if scene.profile is not None:
-            controller = {"profile": source, "use_sim_time": "true", **what}
+            # The drive stands still until the profile has been sent.
+            controller = {"profile": source, "use_sim_time": "true", "lead_time": "0.0", **what}
             if scene.profile.kind == "adaptive":
                 controller["command_rate"] = repr(1.0 / scene.profile.command_period)
             self._nodes[CONTROLLER] = controller
@@ -82,7 +85,7 @@ class LiveRun:
         self.statuses: list[tuple[float, str]] = []
         """What the profile controller has said, and when [s]."""
 
-    def __enter__(self) -> "LiveRun":
+    def __enter__(self) -> LiveRun:
         try:
             self._stopping = self._context.enter_context(interruption.in_order())
             # Before there are busy threads: the new processes run a line of ours at first.
@@ -144,9 +147,20 @@ class LiveRun:
         """Start the profile, if there is one, and let the drive run."""
         if CONTROLLER in self._nodes:
             self._ask(self._start_profile, trigger_request())
+            if not self._spin_until(self._profile_is_led, ANSWER):
+                raise AbSimError(f"the profile did not reach the drive; see {self._logs}")
         self._began, self._heard = self.time, time.monotonic()
         self._ask(self._pause_drive, switch_request(False))
         self._heard = time.monotonic()
+
+    def _profile_is_led(self) -> bool:
+        """Whether the drive has what the profile begins with."""
+        controller, drive = self.health(CONTROLLER), self.health("drive_sim")
+        if controller.get("state") != "running":
+            return False
+        if controller["sends"] == "speeds":
+            return True
+        return drive.get(topics.TRAJECTORY_ANSWER) == topics.FOLLOWED
 
     def spin(self, seconds: float) -> None:
         """Listen to the nodes for a while.

@@ -11,7 +11,7 @@ from ab_sim.cli.outputs import PlainConsole
 console = PlainConsole()
 WHOLE = 2000
 """Columns; more than any merit needs."""
-LISTED = ("name", "unit", "better", "meaning", "equation")
+LISTED = ("name", "unit", "better", "taken_by", "meaning", "equation")
 
 
 def print_merits(name: str | None, as_json: bool) -> None:

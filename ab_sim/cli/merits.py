@@ -10,6 +10,7 @@ from ab_sim.analysis.merits import BAND, FLOOR, LAST, reported_merits
 from ab_sim.analysis.merits.merit import Merit, Row, WhirlScale
 from ab_sim.analysis.merits.wording import number_text
 from ab_sim.conventions import ANGLES, WHIRL
+from ab_sim.drive.overlap import together_at_start
 from ab_sim.scene import Scene
 
 
@@ -83,6 +84,8 @@ def _caption(scene: Scene) -> str:
         )
         if scene.balls.count:
             yield "Without balls: their mass is taken out too."
+        if together := together_at_start(scene):
+            yield f"{together[0].upper()}{together[1:]}."
         if scene.deck is not None:
             yield "Tilt: of the shaft, about any axis."
         if "gravity" in scene.effects:

@@ -1,4 +1,4 @@
-"""`ab-sim node`: calls services of running nodes, and prints their answers."""
+"""`ab-sim node`: calls services of running nodes and commands drives, and prints the answers."""
 
 import contextlib
 import json
@@ -15,6 +15,7 @@ from ab_sim.cli.ros import require_ros
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short, visible
+from ab_sim.scene.units import has_unit, in_si
 
 AGAIN = 0.5
 """s after which an urgent request is repeated."""
@@ -133,6 +134,56 @@ def get_command(names: Sequence[str], namespace: str, name: str, wait: float) ->
         values = caller.parameters(names)
     for key, value in values.items():
         print(visible(f"{key}: {_written(value)}"))
+
+
+def speed_command(text: str, namespace: str, name: str, wait: float) -> None:
+    """Command a drive's speed, and print what the drive does.
+
+    Raises:
+        InputError, CommandError: bad input, no drive is there, or the speed is beyond its limit.
+        Refused: the drive does not follow commands now.
+    """
+    speed = _speed(text)
+    node = _full_name(namespace, name, wait)
+    from ab_sim.nodes.speed_caller import SpeedCaller
+
+    caller = SpeedCaller(wait)
+    with caller, people.status(f"commanding {node}"):
+        accepted = caller.command(node, speed)
+    limits, start = accepted.limits, accepted.before
+    origin, ramp = "", ""
+    if start is not None:
+        origin = f"from {start:.4g} "
+        ramp = f", {abs(speed - start) / limits.max_acceleration:.3g} s"
+    print(
+        f"accepted: {origin}to {speed:.6g} rad/s, at {limits.max_acceleration:.4g} rad/s^2{ramp}; "
+        f"limit {limits.max_speed:.6g} rad/s"
+    )
+    if accepted.standing:
+        people.print("the drive's time stands still; `resume` lets it go on")
+    if accepted.other_sources:
+        people.print(
+            f"others that publish commands: {accepted.other_sources}; the last to speak leads"
+        )
+
+
+def _speed(text: str) -> float:
+    """Return a speed [rad/s] from text such as `150` or `1500 rpm`.
+
+    Raises:
+        InputError: it is no finite number, or its unit is not one of speed.
+    """
+    if re.match(r"--?[A-Za-z]", text):
+        raise InputError(f"{text}: `ab-sim node command` has no such option")
+    try:
+        speed = in_si(text, "rad/s") if has_unit(text) else float(text)
+    except ValueError as error:
+        must = "must be a number, in rad/s or with a unit, e.g. 150 or '1500 rpm'"
+        said = str(error) if has_unit(text) else must
+        raise InputError(f"SPEED {short(text)}: {said}") from error
+    if not math.isfinite(speed):
+        raise InputError(f"SPEED {text}: must be a finite number")
+    return speed
 
 
 def list_command(wait: float) -> None:

@@ -8,8 +8,8 @@ import typer
 from ab_sim.cli.node_services import DRIVE, SERVICES, ServiceArgument, ServiceCommand
 
 node_commands = typer.Typer(
-    help="Ask running nodes for what their services do: pause, step, start and so on. Exit codes: "
-    "0 done, 1 refused by the node, 2 bad input or nobody there.",
+    help="Command a running drive's speed, or ask nodes to pause, step, start and so on. Exit "
+    "codes: 0 done, 1 refused by the node, 2 bad input or nobody there.",
     no_args_is_help=True,
 )
 NamespaceOption = Annotated[
@@ -61,6 +61,26 @@ def _parameter(name: str, annotation: Any, default: Any) -> inspect.Parameter:
 
 for _service in SERVICES:
     _add(_service)
+
+
+@node_commands.command("command", context_settings={"ignore_unknown_options": True})
+def command_(
+    speed: Annotated[
+        str,
+        typer.Argument(metavar="SPEED", help="Target speed [rad/s], or with a unit, '1500 rpm'."),
+    ],
+    namespace: NamespaceOption = "",
+    node: NodeOption = DRIVE,
+    wait: WaitOption = 5.0,
+) -> None:
+    """Command the spindle's speed, as firmware does, and say what the drive does.
+
+    It publishes one message on the drive's topic spindle/command. The drive accelerates at its
+    limit, and holds the speed until another command.
+    """
+    from ab_sim.cli.node import speed_command
+
+    speed_command(speed, namespace, node, wait)
 
 
 @node_commands.command("set")

@@ -84,10 +84,6 @@ BasinOption = Annotated[
         metavar="N", help="Run the scene from N by N start angles of its first two balls."
     ),
 ]
-LimitOption = Annotated[
-    float | None,
-    typer.Option(help="Of a basin: share of the unbalance that may be left. Default: 0.05."),
-]
 MapPlotOption = Annotated[
     Path | None, typer.Option(metavar="FILE", help="Draw the map: .png, .svg or .pdf.")
 ]

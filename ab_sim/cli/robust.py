@@ -8,14 +8,14 @@ from typing import NamedTuple
 
 from rich.table import Table
 
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, plotted
 from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.words import share_of, wanted_merits
+from ab_sim.cli.words import outcome_notes, share_of, wanted_merits
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.fitted_spread import fitted_tolerances
 from ab_sim.design.intervals import QuantileOfMerit
-from ab_sim.design.judged import CHANGING
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
@@ -110,16 +110,12 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
     criterion = " and ".join(each.text for each in found.criterion)
     yield (
         f"{found.scene.name}: {share.balanced} of {share.runs} drives balance, "
-        f"{share_text(share)}; settled, and {criterion}"
+        f"{share_text(share)}; settled or ringing down, and {criterion}"
     )
     yield ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
     for outcome, reason in found.runs.reasons.items():
         yield f"{outcome} count as not balanced, the first one: {reason}"
-    if CHANGING in found.runs.outcomes:
-        yield (
-            "still changing count as not balanced: a longer duration (--set duration=...) shows "
-            "where they go"
-        )
+    yield from outcome_notes(found.runs)
     yield _more_runs(found)
     yield _quantile_table(found)
     yield from _sobol(found)
@@ -131,7 +127,7 @@ def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[T
         value = None if each.value is None else each.value * found.runs.factor(found.ranked_by)
         yield WholeLine(
             f"run {each.run}, {each.outcome}, {number(value)}: "
-            f"ab-sim run {scene_name} {options}{each.changes}"
+            f"{own_command()} run {scene_name} {options}{each.changes}"
         )
 
 

@@ -7,6 +7,7 @@ from rich.table import Table
 from rich.text import Text
 
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.own_command import own_command
 from ab_sim.scene_files import find_scene, read_scene_file, scene_names
 
 console = PlainConsole()
@@ -44,7 +45,7 @@ def print_scene(name: str) -> None:
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
     console.print(table)
-    console.print(f"`ab-sim check {name}` says what is simulated")
+    console.print(f"to see what is simulated: {own_command()} check {name}")
 
 
 def _text(file: Path, key: str) -> str:

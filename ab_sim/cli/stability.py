@@ -89,8 +89,6 @@ def check_combination(given: Set[str], maps: bool, basin: bool) -> None:
         raise InputError("--against and --each: one at a time")
     if "coarse" in given and not maps:
         raise InputError("--coarse: is of maps; say what to map with --map")
-    if "limit" in given and not basin:
-        raise InputError("--limit: is of basins; ask for one with --basin")
     if "speed" in given and basin:
         raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
 
@@ -112,13 +110,12 @@ def family_command(
     return Command(work, plane.scene.name, KEPT)
 
 
-def basin_command(scene_name: str, changes: list[str], count: int, limit: float | None) -> Command:
+def basin_command(scene_name: str, changes: list[str], count: int) -> Command:
     """How runs end, over start angles of two balls."""
     scene = load_scene(scene_name, changes)
 
     def work(tell: Tell) -> Outcome:
-        left = basins.BALANCED_TO if limit is None else limit
-        found = basins.basin(scene, count, left, processes(None), tell)
+        found = basins.basin(scene, count, processes(None), tell)
         draw = picture("ab_sim.figures.basin_map:basin_figure", found)
         return Outcome([basin_table(found)], found.report, draw)
 

@@ -1,14 +1,14 @@
 """What a live start-up came to: a table beside offline runs, and the figure."""
 
-import sys
 from pathlib import Path
 
 import numpy as np
 from rich.table import Table
 
-from ab_sim.analysis import compare, merits_of, replay, run_scene, time_of_speed
+from ab_sim.analysis import compare, merits_of, run_scene, time_of_speed
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.own_command import own_command
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
@@ -46,16 +46,25 @@ def report_startup(scene: Scene, recording: Path, picture: Path, figures: dict[s
     lost = recorded.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():
         table.add_row(label, value)
-    if recorded.missing == 0:
-        worst = np.max(np.abs(replay(scene, whole).ball_angles - whole.ball_angles), initial=0.0)
-        table.add_row("ball angles against a replay of the commands", f"{worst:.1e} rad")
+    table.add_row("samples against the offline run", _difference(live, offline.trajectory))
     console.print(table)
     title = f"Start-up of {scene.name}, live over ROS 2 topics"
     run_figure(live, scene, picture, comparison, starts, title)
-    command = Path(sys.executable).with_name("ab-sim")
-    command = command.relative_to(Path.cwd()) if command.is_relative_to(Path.cwd()) else command
-    console.print(f"wrote {recording}   (look at it: {command} view {recording})")
+    console.print(f"wrote {recording}   (look at it: {own_command()} view {recording})")
     console.print(f"wrote {picture}")
+
+
+def _difference(live: Trajectory, offline: Trajectory) -> str:
+    """Return how far apart two runs are, at the steps that both have.
+
+    The sample at the start is left out: a live drive took it before it was commanded.
+    """
+    _, ours, theirs = np.intersect1d(live["step"][1:], offline["step"][1:], return_indices=True)
+    ours, theirs = ours + 1, theirs + 1
+    if np.array_equal(live.samples[ours], offline.samples[theirs]):
+        return "the same, to the last bit"
+    worst = np.max(np.abs(live.ball_angles[ours] - offline.ball_angles[theirs]), initial=0.0)
+    return f"ball angles differ by up to {worst:.1e} rad"
 
 
 def _from_profile_start(whole: Trajectory, duration: float) -> Trajectory:

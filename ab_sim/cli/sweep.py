@@ -12,8 +12,8 @@ from ab_sim.analysis.merits.merit import Better, merits_named
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.words import wanted_merits
-from ab_sim.design.judged import CHANGING, CIRCULATES, OUTCOME, SETTLED
+from ab_sim.cli.words import outcome_notes, wanted_merits
+from ab_sim.design.judged import OUTCOME, has_settled
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import Sweep, run_sweep
 from ab_sim.design.variables import variable_of
@@ -76,7 +76,7 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
     for name in ("merit", "least", "median", "largest"):
         table.add_column(name, justify="left" if name == "merit" else "right")
     for merit in found.merits:
-        values = found.shown(merit)[found[OUTCOME] == SETTLED].astype(float)
+        values = found.shown(merit)[has_settled(found[OUTCOME])].astype(float)
         values = values[np.isfinite(values)]
         numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
         table.add_row(found.titled(merit), *([number(each) for each in numbers] or ["-"] * 3))
@@ -86,14 +86,11 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
         if best is not None:
             value = number(float(found.shown(judged.key)[best]))
             said = f"best {found.titled(judged.key)}: {value} in run {best}"
-            yield f"{said}: {_where(found, best)}"
+            yield f"{said}, {found[OUTCOME][best]}: {_where(found, best)}"
     yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
     for outcome, reason in found.reasons.items():
         yield f"{outcome}, the first one: {reason}"
-    if CHANGING in found.outcomes:
-        yield "still changing: a longer duration (--set duration=...) shows where it goes"
-    if CIRCULATES in found.outcomes:
-        yield "circulates: balls go round the race, and do not balance"
+    yield from outcome_notes(found)
 
 
 def _where(found: Sweep, run: int) -> str:

@@ -10,7 +10,7 @@ from ab_sim.analysis.rest import rest_of
 from ab_sim.cli.formulas import chosen_effects
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.progress import progress_bar
-from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start
+from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start, together_at_start
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import System
 from ab_sim.equations.planar import Planar
@@ -79,6 +79,8 @@ def print_check(name: str, changes: list[str]) -> None:
     table.add_row("effects", ", ".join(scene.effects) or "none")
     if scene.critical_speed is not None:
         table.add_row("critical speed", f"{scene.critical_speed:.4g} rad/s")
+    if together := together_at_start(scene):
+        table.add_row("balls together", together)
     if overlaps := overlaps_at_start(scene):
         table.add_row("balls overlap", f"{overlaps}; {WHAT_CHANGES}")
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity

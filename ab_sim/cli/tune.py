@@ -9,11 +9,14 @@ from typing import NamedTuple
 from rich.table import Table
 
 from ab_sim.cli.outputs import write_scene
+from ab_sim.cli.own_command import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.cli.sharing import executor_of
+from ab_sim.cli.words import outcome_notes
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
+from ab_sim.design.judged import OUTCOME
 from ab_sim.design.near_misses import NearMiss, near_misses
 from ab_sim.design.scores import Standard
 from ab_sim.design.search import Effort
@@ -124,6 +127,7 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     standard, draws = found.task.standard, found.task.spreading.draws
     if found.candidate is None:
         yield said
+        yield from _left_out(found)
         yield from map(functools.partial(_missed, found), near_misses(found))
         return
     table = Table(title=f"{found.runs.scene.name}: {standard.aim}")
@@ -137,7 +141,8 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     if draws > 1:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
     factor = found.runs.factor(standard.aim.merit)
-    yield f"{found.runs.titled(standard.aim.merit)}: {_aim_text(found.best, factor)}"
+    verdict = "" if draws > 1 else f", {found.runs[OUTCOME][found.candidate]}"
+    yield f"{found.runs.titled(standard.aim.merit)}: {_aim_text(found.best, factor)}{verdict}"
     if AS_IT_IS in found.as_good:
         yield "that is no better than the scene as it is"
     if NO_PERIOD in found.as_good:
@@ -150,6 +155,15 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
     yield said
+    yield from _left_out(found)
+
+
+def _left_out(found: Tuning) -> Iterator[str]:
+    """Say which candidates do not count, and why."""
+    for name, (count, better) in found.left_out.items():
+        ahead = f", {better} of them better at their end than the best" if better else ""
+        yield f"left out: {count} candidates, {name}{ahead}"
+    yield from outcome_notes(found.runs)
 
 
 def _missed(found: Tuning, miss: NearMiss) -> str:
@@ -170,7 +184,8 @@ def _nothing_found(found: Tuning, scene_name: str) -> str:
     if len(found.candidates) >= task.effort.candidates:  # else it has ended by itself
         said += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
-        said += f"; `ab-sim equilibria {shlex.quote(scene_name)}` says where friction holds balls"
+        command = f"{own_command()} equilibria {shlex.quote(scene_name)}"
+        said += f"; `{command}` says where friction holds balls"
     return said
 
 

@@ -1,9 +1,30 @@
-"""What several commands read from the words of their options."""
+"""What several commands read from the words of their options, and say in the same words."""
+
+from collections.abc import Iterator
 
 from ab_sim.analysis.merits.merit import merits_named
-from ab_sim.design.sweep import DEFAULT_MERITS
+from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
 from ab_sim.errors import InputError
 from ab_sim.quoting import short
+
+_SHOWS = "a longer duration (--set duration=...) shows where it goes"
+_NO_FINAL = f"the whirl has no final value yet, and the run does not count; {_SHOWS}"
+_NOTES = {
+    Verdict.RINGING_DOWN: f"the run counts, its final whirl as an upper bound; {_SHOWS}",
+    Verdict.CHANGING: _NO_FINAL,
+    Verdict.UNSETTLED: _NO_FINAL,
+    Verdict.CIRCULATES: "balls go round the race, and the run does not count",
+}
+
+
+def outcome_notes(found: Sweep) -> Iterator[str]:
+    """Say what outcomes mean, of those that there are; and if balls never part."""
+    for verdict, note in _NOTES.items():
+        if verdict.value in found.outcomes:
+            yield f"{verdict.value}: {note}"
+    if found.together:
+        yield found.together
 
 
 def wanted_merits(text: str | None) -> tuple[str, ...]:

@@ -109,10 +109,8 @@ def _truth(text: str) -> Bound:
 
 def _compared(text: str, name: str) -> Merit[Any]:
     (merit,) = merits_named([name])
-    if merit.kind is MeritKind.STRUCTURE:
-        raise InputError(
-            f"bound {short(text)}: {name} is a list, not a number; `ab-sim merits` says which are"
-        )
+    if not merit.scalar:
+        raise InputError(f"bound {short(text)}: {name} {merit.not_a_number}")
     return merit
 
 

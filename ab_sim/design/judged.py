@@ -3,9 +3,11 @@
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
 
+import numpy as np
 import pyarrow
 
 from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
+from ab_sim.analysis.merits.verdict import SETTLED, Verdict
 from ab_sim.batch.judging import JudgedPart, judged_parts
 from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.batch.run_columns import split_of
@@ -15,14 +17,13 @@ from ab_sim.scene.model import Scene
 
 RUN, OUTCOME, FAILURE = "run", "outcome", "failure"
 """Columns beside keys and merits."""
-FAILED, CIRCULATES, CHANGING, SETTLED = "failed", "circulates", "still changing", "settled"
-ABORTED = "aborted"
-"""How a run ended: it did not; with balls that go round the race; with a whirl that still rises or
-falls, and matters; else. Or its start-up was aborted: at standstill nothing whirls."""
-OUTCOMES = (SETTLED, CHANGING, CIRCULATES, ABORTED, FAILED)
+ABORTED, FAILED = "aborted", "failed"
+"""Outcomes of runs without a verdict: the start-up was aborted, so that nothing whirls at
+standstill; the run did not come to its end."""
+OUTCOMES = (*(verdict.value for verdict in Verdict), ABORTED, FAILED)
 PREPARED_AT_ONCE = 512
 """Runs that do not go in columns, of which there is a scene each in memory."""
-_SAY_HOW_IT_ENDED = ("settled", "circulating_balls")
+_VERDICT = "verdict"
 
 
 class Job(NamedTuple):
@@ -49,6 +50,11 @@ def modules_of(job: Job) -> set[str]:
     return {merit.watch.__module__ for merit in merit_columns(job.merits)}
 
 
+def has_settled(outcomes: Iterable[str]) -> np.ndarray:
+    """Whether runs with these outcomes have a final whirl, or an upper bound of it."""
+    return np.isin(np.asarray(outcomes, str), SETTLED)
+
+
 def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
     """Merits that can be columns.
 
@@ -57,10 +63,8 @@ def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
     """
     found = merits_named(keys)
     for merit in found:
-        if merit.kind is MeritKind.STRUCTURE:
-            raise InputError(
-                f"merit {merit.key!r}: is a list, not a number; `ab-sim merits` says which are"
-            )
+        if not merit.scalar:
+            raise InputError(f"merit {merit.key!r}: {merit.not_a_number}")
     return found
 
 
@@ -78,7 +82,7 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
     values = zip(*(point.values for point in points), strict=True)
     split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
     in_columns = set() if split is None else set(split.rows.tolist())
-    keys = list(dict.fromkeys((*job.merits, *_SAY_HOW_IT_ENDED)))
+    keys = list(dict.fromkeys((*job.merits, _VERDICT)))
     rows = _Rows(job, len(points))
     if split is not None:
         rows.add(judged_parts(split, {}, keys))
@@ -141,15 +145,12 @@ class _Rows:
         """Runs that are judged."""
         for part in parts:
             places = part.runs.tolist()
-            settled, circulating = (part.merits[key] for key in _SAY_HOW_IT_ENDED)
-            outcomes = self.columns[OUTCOME]
-            for place, still, circulate in zip(places, settled, circulating, strict=True):
-                outcomes[place] = (
-                    CIRCULATES if circulate is not None else SETTLED if still else CHANGING
-                )
-            for key in self._merits:
+            kept = {OUTCOME: part.merits[_VERDICT]} | {
+                key: part.merits[key] for key in self._merits
+            }
+            for key, values in kept.items():
                 column = self.columns[key]
-                for place, value in zip(places, part.merits[key], strict=True):
+                for place, value in zip(places, values, strict=True):
                     column[place] = value
             ends = zip(places, part.failures, part.aborts, strict=True)
             for place, failure, aborted in ends:

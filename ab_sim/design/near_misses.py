@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.design.bounds import Bound
-from ab_sim.design.judged import OUTCOME, SETTLED
+from ab_sim.design.judged import OUTCOME, has_settled
 from ab_sim.design.tune import MEASURES, Tuning
 
 
@@ -28,7 +28,7 @@ class NearMiss(NamedTuple):
 
 def near_misses(found: Tuning) -> Iterator[NearMiss]:
     """One for each bound, in their order."""
-    settled = found.runs[OUTCOME] == SETTLED
+    settled = has_settled(found.runs[OUTCOME])
     for bound in found.task.standard.bounds:
         measure = MEASURES.get(bound.merit, bound.merit)
         holds = int((bound.holds(found.runs[bound.merit]) & settled).sum())

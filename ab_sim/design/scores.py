@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow
 
 from ab_sim.design.bounds import Bound
-from ab_sim.design.judged import OUTCOME, SETTLED
+from ab_sim.design.judged import OUTCOME, has_settled
 
 _BEYOND, _NOTHING = 1.0, 3.0
 """Costs of what is out of bounds, by how much; and of what says nothing."""
@@ -61,8 +61,7 @@ def scored(table: pyarrow.Table, standard: Standard) -> Scores:
     sign = 1.0 if standard.aim.smallest else -1.0
     shape = (-1, standard.draws)
     values = merit_values(table, standard.aim.merit).reshape(shape)
-    settled = table[OUTCOME].to_numpy(zero_copy_only=False) == SETTLED
-    settled = settled.reshape(shape) & np.isfinite(values)
+    settled = has_settled(table[OUTCOME].to_pylist()).reshape(shape) & np.isfinite(values)
     inside, beyond = settled.copy(), np.zeros(values.shape)
     for bound in standard.bounds:
         merits = merit_values(table, bound.merit).reshape(shape)

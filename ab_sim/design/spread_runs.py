@@ -19,7 +19,7 @@ from ab_sim.design.intervals import (
     quantile_of,
     share_of,
 )
-from ab_sim.design.judged import OUTCOME, SETTLED, Job, merit_columns
+from ab_sim.design.judged import OUTCOME, Job, has_settled, merit_columns
 from ab_sim.design.points import MOST
 from ab_sim.design.sensitivity import SobolIndex, sobol_of
 from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Spread, WorstRun
@@ -214,7 +214,7 @@ class _Study:
 
     def _balanced(self, rows: pyarrow.Table) -> np.ndarray:
         """Which rows have settled, and meet the criterion."""
-        found = np.array(rows[OUTCOME].to_pylist()) == SETTLED
+        found = has_settled(rows[OUTCOME].to_pylist())
         for bound in self._question.criterion:
             found &= bound.holds(_column(rows, bound.merit))
         return found

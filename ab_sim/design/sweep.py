@@ -3,7 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Iterable
-from contextlib import AbstractContextManager
+from contextlib import AbstractContextManager, suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,18 +15,20 @@ from pyarrow import csv, parquet
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.merits.merit import Better
+from ab_sim.analysis.merits.verdict import BALANCED
 from ab_sim.design.judged import (
     FAILURE,
     OUTCOME,
     OUTCOMES,
     RUN,
-    SETTLED,
     Job,
+    has_settled,
     merit_columns,
     varied_scene,
 )
 from ab_sim.design.points import Points
 from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, SceneError
 from ab_sim.output_file import replacing
 from ab_sim.presentation import Column, Columns, Presented, number, titled
@@ -105,6 +107,18 @@ class Sweep(Presented):
         grid = self.points.get("grid")
         return tuple(map(len, grid.values())) if isinstance(grid, dict) else None
 
+    @property
+    def together(self) -> str:
+        """Warning of equal balls that start at one angle; empty if those of the runs part.
+
+        The first run, the one in the middle and the last one are looked at.
+        """
+        for run in dict.fromkeys([0, len(self.table) // 2, len(self.table) - 1]):
+            with suppress(SceneError):
+                if said := together_at_start(self.scene_of(run)):
+                    return said
+        return ""
+
     def unit(self, name: str) -> str | None:
         """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""
         return self._about(name, UNIT)
@@ -158,13 +172,21 @@ class Sweep(Presented):
     def best(self, merit: str) -> int | None:
         """Number of the settled run in which a merit is best; None if there is none.
 
+        Of a time into the band only balanced runs count, where there is one: an unbalanced drive
+        may settle sooner.
+
         Raises:
             InputError: no value of the merit is better than another one.
         """
-        better = merit_columns([merit])[0].better
+        (judged,) = merit_columns([merit])
+        better = judged.better
         if better is Better.NEITHER:
             raise InputError(f"merit {merit!r}: describes a run; none of its values is better")
-        values = np.where(self[OUTCOME] == SETTLED, self[merit].astype(float), np.nan)
+        count = has_settled(self[OUTCOME])
+        balanced = np.isin(self[OUTCOME].astype(str), BALANCED)
+        if judged.of_balanced and balanced.any():
+            count = balanced
+        values = np.where(count, self[merit].astype(float), np.nan)
         if not np.isfinite(values).any():
             return None
         place = np.nanargmin(values) if better is Better.SMALLER else np.nanargmax(values)

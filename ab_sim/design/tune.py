@@ -13,7 +13,7 @@ import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.merits.merit import Better
 from ab_sim.design.candidates import Candidates, Spreading
-from ab_sim.design.judged import Job, Point, judged, merit_columns
+from ab_sim.design.judged import OUTCOME, Job, Point, has_settled, judged, merit_columns
 from ab_sim.design.points import check_keys
 from ab_sim.design.scores import Aim, Scores, Standard, best_of, joined, scored
 from ab_sim.design.search import Effort, search
@@ -130,6 +130,25 @@ class Tuning(Presented):
         }
 
     @property
+    def left_out(self) -> dict[str, tuple[int, int]]:
+        """Candidates that are left out as they have not settled, by outcome.
+
+        How many, and how many of them show a better aim at their end than the best candidate.
+        Empty where drives are spread: there a share of the runs decides.
+        """
+        if self.task.spreading.draws > 1:
+            return {}
+        sign = 1.0 if self.task.standard.aim.smallest else -1.0
+        values = sign * np.asarray(self.runs[self.task.standard.aim.merit], float)
+        better = values < (np.inf if self.best is None else sign * self.best)
+        outcomes = self.runs[OUTCOME]
+        return {
+            name: (count, int(np.count_nonzero(better & (outcomes == name))))
+            for name, count in self.runs.outcomes.items()
+            if not has_settled([name])[0]
+        }
+
+    @property
     def is_better(self) -> bool:
         """Whether the best is better than the scene as it is, or that does not count."""
         return self.best is not None and AS_IT_IS not in self.as_good
@@ -175,6 +194,10 @@ class Tuning(Presented):
             "values": self.values,
             "best": self.best,
             "is_better": self.is_better,
+            "left_out": {
+                name: {"candidates": count, "better_at_their_end": better}
+                for name, (count, better) in self.left_out.items()
+            },
             "active": self.active,
             "beside": [
                 dict(zip(("key", "value", "merit", "within"), each, strict=True))

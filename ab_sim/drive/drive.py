@@ -22,6 +22,7 @@ from ab_sim.integrate.choose import choose_stepper, top_speed
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import ScheduledSegment, SpeedSchedule, SpeedServo
+from ab_sim.spindle.set_points import TimedSpeeds, joined
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, same_instant, segment_after
 
 AT_ONCE = 10_000
@@ -185,6 +186,21 @@ class Drive:
         """
         self._approach(speed, self.servo.max_acceleration if acceleration is None else acceleration)
         self.leader = None
+
+    def follow(self, speeds: TimedSpeeds, acceleration: float) -> None:
+        """Follow speeds over time from their start on; until then the present schedule holds.
+
+        Args:
+            speeds: a trajectory within the limits, whose start is not past.
+            acceleration: largest [rad/s^2] on the way to its first point.
+
+        Raises:
+            CommandError: as ``command``; nothing has changed.
+        """
+        self._check_stable(speeds.top_speed())
+        self.profile = joined(self.profile, self.time, speeds, acceleration)
+        self._work.smooth[0] = math.nan
+        self._command, self.leader = None, None
 
     def _approach(self, speed: float, slope: float) -> None:
         self._check_stable(self.servo.check(speed))

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.equations.neighbours import start_angles
+from ab_sim.equations.neighbours import APART, never_part, reduced, start_angles
 from ab_sim.scene.model import Scene
 
 WHAT_CHANGES = (
@@ -102,6 +102,20 @@ def overlaps_at_start(scene: Scene) -> str:
         return ""
     watch.look(np.zeros(1), np.array([start_angles(scene)]))
     return overlaps_text(watch.found) if watch.found else "not at the start, but they can"
+
+
+def together_at_start(scene: Scene) -> str:
+    """Warn of equal balls that start at one angle; empty where there are none."""
+    pairs = never_part(scene)
+    if not pairs:
+        return ""
+    balls = sorted({ball for pair in pairs for ball in pair})
+    apart = f"[{', '.join(f'{reduced(APART * ball)[0]:.3g}' for ball in range(scene.balls.count))}]"
+    return (
+        f"equal balls that start at one angle never part, and act as one ball: "
+        f"balls {', '.join(map(str, balls))}; start them apart, "
+        f"--set 'start.ball_angles={apart}'"
+    )
 
 
 def overlaps_text(overlaps: tuple[Overlap, ...] | None) -> str:

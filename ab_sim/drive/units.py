@@ -10,6 +10,8 @@ _UNITS = {
     "command": "rad/s",
     "motor_torque": "N m",
     "whirl": "m",
+    "once_per_turn": "m",
+    "phase": "rad",
 }
 _KINDS = (
     (re.compile(r"[xyz]"), "m"),
@@ -25,7 +27,7 @@ _KINDS = (
 
 
 def unit_of(channel: str) -> str | None:
-    """Unit of a channel of ``Trajectory``, or of its ``whirl``; None if it is none of these."""
+    """Unit of a channel of ``Trajectory``, or of a derived one; None of any other name."""
     if channel in _UNITS:
         return _UNITS[channel]
     return next((unit for kind, unit in _KINDS if kind.fullmatch(channel)), None)

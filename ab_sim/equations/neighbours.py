@@ -15,6 +15,7 @@ l < R, too early where l > R.
 
 import math
 from collections.abc import Sequence
+from itertools import combinations
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -44,16 +45,41 @@ def contacts_of(scene: "Scene") -> np.ndarray:
     return np.array(rows, dtype=float).reshape(-1, 2)
 
 
+APART = math.pi * (3.0 - math.sqrt(5.0))
+"""Golden angle [rad], by which balls start apart unless the scene says otherwise: no two of any
+number of them start at one angle, and they do not balance each other either."""
+
+
 def start_angles(scene: "Scene") -> tuple[float, ...]:
-    """Where the balls start [rad]: as the scene says, else at 0, or packed in a row around 0."""
+    """Where the balls start [rad]: as the scene says, else apart, or packed in a row around 0."""
     if scene.start.ball_angles is not None:
         return scene.start.ball_angles
     if "ball_contact" not in scene.effects:
-        return (0.0,) * scene.balls.count
+        return tuple(reduced(APART * ball)[0] for ball in range(scene.balls.count))
     places = [0.0] * min(scene.balls.count, 1)
     for i in range(1, scene.balls.count):
         places.append(places[-1] + _apart(scene, i - 1, i))
     return tuple(_angle_at(scene, place - 0.5 * places[-1]) for place in places)
+
+
+def equal_pairs(scene: "Scene") -> list[tuple[int, int]]:
+    """Numbers of balls that are equal, in one race and with equal rates at the start."""
+    balls = scene.balls
+    rates = scene.start.ball_rates or (0.0,) * balls.count
+    sizes = [None if math.isnan(radius) else radius for radius in balls.radii]
+    each = list(zip(balls.masses, sizes, balls.races, rates, strict=True))
+    return [(i, j) for i, j in combinations(range(balls.count), 2) if each[i] == each[j]]
+
+
+def at_one_angle(one: float, other: float) -> bool:
+    """Whether two angles [rad] are the same place on the race."""
+    return abs(math.remainder(one - other, 2.0 * math.pi)) < 1e-9
+
+
+def never_part(scene: "Scene") -> list[tuple[int, int]]:
+    """Numbers of equal balls that start at one angle: whatever happens, they stay together."""
+    angles = start_angles(scene)
+    return [(i, j) for i, j in equal_pairs(scene) if at_one_angle(angles[i], angles[j])]
 
 
 def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ...]:

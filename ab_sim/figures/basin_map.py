@@ -16,11 +16,13 @@ from ab_sim.studies.basin import (
     LEFT_OUT,
     NAMES,
     NOT_BALANCED,
+    RINGING_DOWN,
     Basin,
 )
 
 COLOURS = {
     BALANCED: "#2c9a55",
+    RINGING_DOWN: "#9fd3a9",
     NOT_BALANCED: "#d7403a",
     CHANGING: "#f2b447",
     CIRCULATING: "#6a51a3",

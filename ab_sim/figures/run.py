@@ -126,7 +126,7 @@ def _summary(merits: Merits, scene: Scene, comparison: Comparison, aborted: Deci
     parts = [f"final whirl {merits.final_whirl * scale:.3g}{unit}"]
     if (share := comparison.relative_whirl(merits)) is not None:
         parts[0] += f", {share:.3g} times that without balls"
-    if merits.changing:
+    if not merits.settled:
         parts.append("still changing at the end")
     elif merits.in_band_from is None:
         least, most = (whirl * scale for whirl in merits.span)
@@ -202,7 +202,7 @@ def _draw_whirl(
 
 
 def _final(merits: Merits, scale: float, name: str) -> str:
-    changing = ",\nstill changing" if merits.changing else ""
+    changing = "" if merits.settled else ",\nstill changing"
     return f"{merits.final_whirl * scale:.3g}  {name}{changing}"
 
 

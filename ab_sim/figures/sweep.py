@@ -10,13 +10,15 @@ from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 
 from ab_sim.analysis.merits.merit import Better, merits_named
-from ab_sim.design.judged import ABORTED, CHANGING, CIRCULATES, FAILED, OUTCOME
+from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.design.judged import ABORTED, FAILED, OUTCOME
 from ab_sim.design.sweep import Sweep
 from ab_sim.figures.saved import ResultFigure
 
 MARKS = {
-    CHANGING: ("o", "#e88b2d"),
-    CIRCULATES: ("^", "#d7403a"),
+    Verdict.CHANGING.value: ("o", "#e88b2d"),
+    Verdict.UNSETTLED.value: ("o", "#e88b2d"),
+    Verdict.CIRCULATES.value: ("^", "#d7403a"),
     ABORTED: ("v", "#7a4fa3"),
     FAILED: ("x", "#1a1a1a"),
 }
@@ -63,7 +65,7 @@ def _lines(found: Sweep) -> ResultFigure:
         axes.grid(alpha=0.25)
     _scale_axis(found, key, panels[-1], names, "x")
     panels[0].set_title(_title(found), fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
     return figure
 
 
@@ -89,7 +91,7 @@ def _maps(found: Sweep) -> ResultFigure:
         _scale_axis(found, across, axes, names_x, "x", place + columns >= len(merits))
         _scale_axis(found, up, axes, names_y, "y", place % columns == 0)
     figure.suptitle(_title(found), fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
     return figure
 
 
@@ -149,7 +151,7 @@ def _pairs(found: Sweep) -> ResultFigure:
         f"; {', '.join(found.keys[MOST_KEYS:])} not drawn" if len(found.keys) > len(keys) else ""
     )
     figure.suptitle(_title(found) + left_out, fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=5, fontsize=9)
+    figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
     return figure
 
 

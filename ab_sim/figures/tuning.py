@@ -6,11 +6,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
+from ab_sim.design.judged import OUTCOME
 from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Tuning
 from ab_sim.figures.saved import ResultFigure
 from ab_sim.figures.sweep import BEST, LINE, WIDE
 
-OUTSIDE, BEFORE = "#c9c9c9", "#e88b2d"
+OUTSIDE, BEFORE, LEFT_OUT = "#c9c9c9", "#e88b2d", "#7a4fa3"
 DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
@@ -21,13 +22,15 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     rows = math.ceil(len(keys) / columns)
     figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
-    values, within = found.scores.aims * found.runs.factor(aim), found.scores.within
+    values = found.scores.aims * found.runs.factor(aim)
+    ends = _left_out(found)
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
-        _panel(found, axes, place, values, within)
+        _panel(found, axes, place, values, ends)
         axes.set_xlabel(found.runs.titled(key), fontsize=9)
         if place % columns == 0:
             axes.set_ylabel(found.runs.titled(aim), fontsize=9)
-    there = values[np.isfinite(values)]
+    there = np.concatenate([values, ends])
+    there = there[np.isfinite(there)]
     if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
         panels[0].set_yscale("log")
     for axes in panels[len(keys) :]:
@@ -40,13 +43,24 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     return figure
 
 
-def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, within: np.ndarray) -> None:
+def _left_out(found: Tuning) -> np.ndarray:
+    """Aims at the end of candidates that have not settled, NaN of all others, as they are shown."""
+    ends = np.full(len(found.candidates), np.nan)
+    if found.left_out:
+        aim = found.task.standard.aim.merit
+        chosen = np.isin(found.runs[OUTCOME].astype(str), list(found.left_out))
+        ends[chosen] = found.runs.shown(aim)[chosen]
+    return ends
+
+
+def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray) -> None:
     range_, aim = found.task.ranges[place], found.task.standard.aim.merit
     wide, tall = found.runs.factor(range_.key), found.runs.factor(aim)
-    across = found.candidates[:, place] * wide
+    across, within = found.candidates[:, place] * wide, found.scores.within
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
     for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
         axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
+    axes.plot(across, ends, ls="", marker="o", ms=size, mfc="none", mec=LEFT_OUT, mew=0.6)
     for name, before, settled in found.before:
         if before is not None and settled:
             axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=DASHES[name])
@@ -62,14 +76,18 @@ def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, within: np
 
 
 def _legend(found: Tuning) -> list[Line2D]:
-    inside = int(found.scores.within.sum())
+    within, valued = found.scores.within, np.isfinite(found.scores.aims)
+    ends = np.isfinite(_left_out(found))
     kinds = (
-        ("within all bounds", LINE, inside),
-        ("others", OUTSIDE, len(found.candidates) - inside),
+        ("within all bounds", "o", LINE, LINE, within),
+        ("outside a bound", "o", OUTSIDE, OUTSIDE, valued & ~within),
+        ("left out: not settled, at their end", "o", "none", LEFT_OUT, ends),
+        ("left out: without a value, not drawn", "", "none", "none", ~valued & ~ends),
     )
     handles = [
-        Line2D([], [], marker="o", color=colour, ls="", label=f"{name}: {count}")
-        for name, colour, count in kinds
+        Line2D([], [], marker=mark, mfc=face, mec=edge, ls="", label=f"{name}: {count}")
+        for name, mark, face, edge, chosen in kinds
+        if (count := int(np.count_nonzero(chosen)))
     ]
     if found.candidate is not None:
         handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))

@@ -1,5 +1,7 @@
 """What a drive's accelerometers and probes read, every sample of it, as their drivers would."""
 
+from __future__ import annotations
+
 from collections.abc import Iterable
 from typing import Any, NamedTuple
 

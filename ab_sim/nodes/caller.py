@@ -1,5 +1,7 @@
 """Calls the services of a node that runs elsewhere, and says what there is if it is not there."""
 
+from __future__ import annotations
+
 import contextlib
 import os
 import time
@@ -45,7 +47,7 @@ class Caller:
         self._context = contextlib.ExitStack()
         self._clients: dict[str, Client[Any, Any]] = {}
 
-    def __enter__(self) -> "Caller":
+    def __enter__(self) -> Caller:
         self._stopping = self._context.enter_context(interruption.in_order())
         init_ros(["ab-sim"])
         # By ROS's convention a name with an underscore in front is not shown; and two may call.

@@ -1,9 +1,11 @@
 """The path of commands to the spindle: limits, simulated bus, watchdog, emergency stop; no ROS.
 
-A command is checked against the limits in force and delayed by the bus; then it sets the target
-speed, unless an emergency stop is in force. If no command leaves the bus for too long, the watchdog
-sets the target. Time is counted in whole integration steps, so that the same commands at the same
-steps give the same bits, however the steps are grouped.
+A command is a target speed, or a trajectory: speeds over time. It is checked against the limits in
+force and delayed by the bus; then the drive follows it, unless an emergency stop is in force. The
+last one to leave the bus leads, of either kind. If no command leaves the bus for too long, the
+watchdog sets the target; a trajectory counts as a command until its last point. Time is counted in
+whole integration steps, so that the same commands at the same steps give the same bits, however the
+steps are grouped.
 """
 
 import enum
@@ -14,9 +16,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.errors import InputError
+from ab_msgs_py.set_points import SetPoints
+from ab_msgs_py.topics import PAST
+from ab_sim.errors import CommandError, InputError, exact
 from ab_sim.quoting import short
-from ab_sim.spindle import SpeedServo
+from ab_sim.spindle import Ramp, SpeedServo
+from ab_sim.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
+
+ROUNDING = 1e-6
+"""Fraction by which a trajectory may exceed a limit: times of points are rounded to 1 ns."""
 
 
 class WatchdogAction(enum.Enum):
@@ -57,15 +65,32 @@ class SpeedOrder(NamedTuple):
     """rad/s^2."""
 
 
+class TrajectoryOrder(NamedTuple):
+    """Trajectory that the spindle follows from now on."""
+
+    speeds: TimedSpeeds
+    acceleration: float
+    """Largest acceleration on the way to its first point [rad/s^2]."""
+
+
 class CommandOnBus(NamedTuple):
     """A command on the bus."""
 
     due: int
     """Step at which it leaves the bus."""
-    speed: float
-    """rad/s."""
+    wanted: float | TimedSpeeds
+    """Target speed [rad/s], or a trajectory."""
     stamp: int
     """Receive time [ns], by the caller's clock."""
+
+
+class TrajectoryAnswer(NamedTuple):
+    """Answer to a trajectory that was received, or that cannot be followed any further."""
+
+    start: int
+    """Its start [ns], as in the message."""
+    refusal: str = ""
+    """Reason why it is not followed; empty if it is."""
 
 
 class CommandPath:
@@ -82,6 +107,10 @@ class CommandPath:
         self._seed = seed
         self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
+        self.trajectories_rejected = 0
+        """Those among the rejected commands."""
+        self.trajectory_news: list[TrajectoryAnswer] = []
+        """Answers to trajectories, newest last; the caller clears the list."""
         self.acted: list[int] = []
         """Stamps of commands that have left the bus; the caller clears the list."""
         self.forgotten = 0
@@ -101,6 +130,7 @@ class CommandPath:
         if (rules.age_limit, rules.silence) != (before.age_limit, before.silence):
             # The watchdog starts again; until it acts, the target is left unchanged.
             self.silent = False
+        self._limits_changed = True
 
     @property
     def received(self) -> int:
@@ -111,6 +141,7 @@ class CommandPath:
         """Serve another drive; as ``reset``, but an emergency stop stays in force."""
         stopped = self.stopped
         self._scene_limits, self._step = scene_limits, step
+        self._step_ns = round(step * 1e9)
         self.reset()
         if stopped:
             self.emergency_stop()
@@ -122,15 +153,27 @@ class CommandPath:
         self._draw_from(0)
         self._last: int | None = None
         self._target: float | None = None
-        self.silent = self.stopped = False
-        self._last_order: SpeedOrder | None = None
+        self._trajectory: TimedSpeeds | None = None
+        self.silent = self.stopped = self._limits_changed = False
+        self._last_order: SpeedOrder | TrajectoryOrder | None = None
 
     def count_from(self, now: int, then: int) -> None:
         """Renumber the steps: ``now`` becomes ``then``."""
         by = then - now
-        self._bus = deque(command._replace(due=command.due + by) for command in self._bus)
+        self._bus = deque(
+            CommandOnBus(command.due + by, self._moved(command.wanted, by), command.stamp)
+            for command in self._bus
+        )
         if self._last is not None:
             self._last += by
+        if self._trajectory is not None:
+            self._trajectory = self._moved(self._trajectory, by)
+
+    def _moved(self, wanted: Any, by: int) -> Any:
+        """Return a command with its start moved by a number of steps."""
+        if not isinstance(wanted, TimedSpeeds) or wanted.start is None:
+            return wanted
+        return wanted._replace(start=wanted.start + by * self._step_ns)
 
     @property
     def limits(self) -> SpeedServo:
@@ -149,30 +192,91 @@ class CommandPath:
             self.ignored += 1
         else:
             self.accepted += 1
-            rules, before = self.rules, self._bus[-1].due if self._bus else now
-            late = rules.delay
-            if rules.jitter:
-                late += rules.jitter * self._draw()
-            # The bus is a queue: commands keep their order.
-            due = max(now + math.ceil(late / self._step - 1e-9), before)
-            if self._bus and before == due:
+            due = self._due(now)
+            while self._bus and self._bus[-1].due == due:
                 # The earlier one would never act. So the queue stays short while time stands still.
                 self._bus.pop()
             self._bus.append(CommandOnBus(due, float(speed), stamp))
+
+    def receive_trajectory(self, wanted: SetPoints, now: int, stamp: int = 0) -> None:
+        """Accept, reject or ignore a trajectory received at a step."""
+        try:
+            speeds = timed_speeds(wanted, self.limits)
+        except CommandError as error:
+            self.reject_trajectory(wanted.start, str(error))
+            return
+        if self.stopped:
+            self.ignored += 1
+            self.trajectory_news.append(TrajectoryAnswer(wanted.start, "emergency stop"))
+            return
+        due = self._due(now)
+        if speeds.start is not None and speeds.start < due * self._step_ns:
+            late = exact(due * self._step_ns / 1e9)
+            self.reject_trajectory(
+                wanted.start,
+                f"{PAST}: header.stamp = {exact(wanted.start / 1e9)} s, and the drive has it at "
+                f"{late} s; send it earlier, or with stamp 0 to begin as soon as it arrives",
+            )
+            return
+        self.accepted += 1
+        self.trajectory_news.append(TrajectoryAnswer(wanted.start))
+        if self._bus and self._bus[-1].due == due and not isinstance(self._bus[-1].wanted, float):
+            self._bus.pop()  # so that the queue stays short while time stands still
+        self._bus.append(CommandOnBus(due, speeds, stamp))
+
+    def reject_trajectory(self, start: int, refusal: str) -> None:
+        """Count a trajectory that is not followed; ``start`` as in its message [ns]."""
+        self.rejected += 1
+        self.trajectories_rejected += 1
+        self.trajectory_news.append(TrajectoryAnswer(start, refusal))
+
+    def _due(self, now: int) -> int:
+        """Return the step at which a command received at a step leaves the bus."""
+        rules, before = self.rules, self._bus[-1].due if self._bus else now
+        late = rules.delay
+        if rules.jitter:
+            late += rules.jitter * self._draw()
+        # The bus is a queue: commands keep their order.
+        return max(now + math.ceil(late / self._step - 1e-9), before)
 
     def forget_stamps(self) -> None:
         """Clear the stamps of commands on the bus: their delays are not measured any more."""
         self._bus = deque(command._replace(stamp=0) for command in self._bus)
 
     def age(self, now: int) -> float | None:
-        """Age of the last command that has left the bus [s]; None before the first."""
-        return None if self._last is None else (now - self._last) * self._step
+        """Age of the last command that has left the bus [s]; None before the first.
+
+        A trajectory does not age before its last point.
+        """
+        last = self._alive_until
+        return None if last is None else max(now - last, 0) * self._step
+
+    @property
+    def trajectory(self) -> TimedSpeeds | None:
+        """Trajectory that leads; its last speed is held after its last point."""
+        return self._trajectory
+
+    def follows(self, now: int) -> bool:
+        """Whether at a step a trajectory leads that has not come to its last point."""
+        return self._trajectory is not None and self._end_of(self._trajectory) > now
+
+    @property
+    def _alive_until(self) -> int | None:
+        """Step of the last command, or of the last point of the trajectory that leads."""
+        if self._last is None or self._trajectory is None:
+            return self._last
+        return max(self._last, self._end_of(self._trajectory))
+
+    def _end_of(self, trajectory: TimedSpeeds) -> int:
+        """Step at which a trajectory has come to its last point."""
+        assert trajectory.start is not None
+        return math.ceil((trajectory.start / 1e9 + trajectory.lasts) / self._step - 1e-9)
 
     def emergency_stop(self) -> None:
         """Decelerate to standstill; commands are ignored until ``release``."""
         self.dropped += len(self._bus)
         self._bus.clear()
-        self.stopped, self._target = True, 0.0
+        self.stopped, self._target, self._trajectory = True, 0.0, None
 
     def release(self) -> None:
         """End an emergency stop; the target speed is 0 until the next command."""
@@ -181,14 +285,16 @@ class CommandPath:
 
     def state(self) -> dict[str, Any]:
         """The state for a snapshot, as JSON-able values; without counts."""
+        told = self._last_order
         return {
-            "bus": [[command.due, command.speed] for command in self._bus],
+            "bus": [[command.due, _values(command.wanted)] for command in self._bus],
             "draws": self._draws,
             "last": self._last,
             "target": self._target,
+            "trajectory": None if self._trajectory is None else _values(self._trajectory),
             "silent": self.silent,
             "stopped": self.stopped,
-            "told": self._last_order,
+            "told": told if isinstance(told, SpeedOrder) else None,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -198,10 +304,13 @@ class CommandPath:
             InputError: the state is not valid; nothing has changed.
         """
         try:
-            bus = [CommandOnBus(_whole(due), _finite(speed), 0) for due, speed in state["bus"]]
+            bus = [CommandOnBus(_whole(due), _wanted(wanted), 0) for due, wanted in state["bus"]]
             draws = _whole(state["draws"])
             last = None if state["last"] is None else _whole(state["last"])
             target = None if state["target"] is None else _finite(state["target"])
+            trajectory = None if state["trajectory"] is None else _timed(state["trajectory"])
+            if trajectory is not None:
+                _whole(trajectory.start)
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
             last_order = None if state["told"] is None else SpeedOrder(*map(_finite, state["told"]))
         except (LookupError, TypeError, ValueError) as error:
@@ -211,12 +320,13 @@ class CommandPath:
         self._bus.extend(bus)
         self._draw_from(draws)
         self._last, self._target, self._last_order = last, target, last_order
+        self._trajectory = trajectory
         self.silent, self.stopped = silent, stopped
         if stays:
             self.emergency_stop()
 
-    def order(self, now: int, speed: Callable[[], float]) -> SpeedOrder | None:
-        """The order for a step, if it differs from the last one; else None.
+    def order(self, now: int, speed: Callable[[], float]) -> SpeedOrder | TrajectoryOrder | None:
+        """The next order for a step; None if there is no further one.
 
         Args:
             now: the step.
@@ -224,15 +334,68 @@ class CommandPath:
         """
         while self._bus and self._bus[0].due <= now:
             command = self._bus.popleft()
-            self._last, self._target, self.silent = command.due, command.speed, False
             self.acted.append(command.stamp)
+            if isinstance(command.wanted, TimedSpeeds):
+                return self._lead(command.wanted, command.due)
+            self._last, self.silent = command.due, False
+            if not self._held_already(command.wanted, now):
+                self._target, self._trajectory = command.wanted, None
+            if (changed := self._changed()) is not None:
+                return changed
+        if self._limits_changed:
+            self._limits_changed = False
+            self._leave_beyond_limits(now, speed)
         watchdog_step = self._watchdog_step()
         if watchdog_step is not None and watchdog_step <= now:
             self.silent = True
             self.silences += 1
             self._target = speed() if self.rules.silence is WatchdogAction.HOLD else 0.0
-        order = self._present_order()
-        if order == self._last_order:
+            self._trajectory = None
+        return self._changed()
+
+    def _lead(self, wanted: TimedSpeeds, due: int) -> TrajectoryOrder:
+        """Let a trajectory lead that has left the bus."""
+        start = due * self._step_ns if wanted.start is None else wanted.start
+        self._last, self.silent, self._target = due, False, None
+        self._trajectory = wanted._replace(start=start)
+        order = TrajectoryOrder(self._trajectory, self.limits.max_acceleration)
+        self._last_order = order
+        return order
+
+    def _held_already(self, speed: float, now: int) -> bool:
+        """Whether a trajectory has come to its last point, which holds this speed [rad/s].
+
+        Then the trajectory stays in force, so that it does not matter when the command comes.
+        """
+        trajectory = self._trajectory
+        if trajectory is None or trajectory.final_speed != speed:
+            return False
+        return not self.follows(now) and abs(speed) <= self.limits.max_speed
+
+    def _leave_beyond_limits(self, now: int, speed: Callable[[], float]) -> None:
+        """Hold the speed if the rest of the trajectory is beyond limits that have changed."""
+        trajectory = self._trajectory
+        if trajectory is None:
+            return
+        assert trajectory.start is not None
+        passed, limits = now * self._step - trajectory.start / 1e9, self.limits
+        for most, limit, unit in (
+            (trajectory.top_speed(passed), limits.max_speed, "rad/s"),
+            (trajectory.steepest(passed), limits.max_acceleration, "rad/s^2"),
+        ):
+            if most > limit * (1.0 + ROUNDING):
+                self._target, self._trajectory = speed(), None
+                refusal = (
+                    f"left at {exact(now * self._step)} s: it goes up to {exact(most)} {unit}, and "
+                    f"the limit is now {exact(limit)} {unit}; the speed is held"
+                )
+                self.trajectory_news.append(TrajectoryAnswer(trajectory.start, refusal))
+                return
+
+    def _changed(self) -> SpeedOrder | None:
+        """Return the present order if it differs from the last one."""
+        order = None if self._trajectory is not None else self._present_order()
+        if order is None or order == self._last_order:
             return None
         self._last_order = order
         return order
@@ -259,9 +422,10 @@ class CommandPath:
 
     def _watchdog_step(self) -> int | None:
         """Step at which the watchdog acts without a further command; None: never."""
-        if self._last is None or self.silent or self.stopped or math.isinf(self.rules.age_limit):
+        last = self._alive_until
+        if last is None or self.silent or self.stopped or math.isinf(self.rules.age_limit):
             return None
-        return self._last + max(1, math.ceil(self.rules.age_limit / self._step - 1e-9))
+        return last + max(1, math.ceil(self.rules.age_limit / self._step - 1e-9))
 
     def _present_order(self) -> SpeedOrder | None:
         if self._target is None:
@@ -291,3 +455,28 @@ def _finite(value: Any) -> float:
     if not isinstance(value, int | float) or not math.isfinite(value):
         raise ValueError(f"{short(value)} is no finite number")
     return float(value)
+
+
+def _values(wanted: float | TimedSpeeds) -> Any:
+    """Return a command as JSON-able values."""
+    if not isinstance(wanted, TimedSpeeds):
+        return wanted
+    ramps = [[duration, *ramp] for duration, ramp in wanted.ramps]
+    return [wanted.start, ramps, wanted.final_speed, wanted.first]
+
+
+def _wanted(values: Any) -> float | TimedSpeeds:
+    return _timed(values) if isinstance(values, list) else _finite(values)
+
+
+def _timed(values: Any) -> TimedSpeeds:
+    start, ramps, final_speed, (ahead, first) = values
+    made = [
+        (_finite(duration), Ramp(_finite(begin), _finite(slope)))
+        for duration, begin, slope in ramps
+    ]
+    start = None if start is None else _whole(start)
+    timed = TimedSpeeds(start, tuple(made), _finite(final_speed), (_finite(ahead), _finite(first)))
+    if min(ahead, *(duration for duration, _ in made), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
+        raise ValueError("a part of its trajectory lasts less than 0 s, or too long")
+    return timed

@@ -7,7 +7,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.nodes.command_path import CommandPath
+from ab_sim.nodes.command_path import CommandPath, TrajectoryOrder
 
 
 class CommandedDrive:
@@ -43,7 +43,7 @@ class CommandedDrive:
         while self.drive.steps < end:
             if (jerked := self.faults.jerk(self.drive)) is not None:
                 self.restore(jerked)
-            self._apply_order()
+            self._apply_orders()
             now = self.drive.steps
             until = min(end, self.path.next(now), self.faults.next(now))
             yield self._stepped.advance(int(until) - self.drive.steps)
@@ -80,7 +80,12 @@ class CommandedDrive:
         self.checks = checks
         self._stepped = checks or self.drive
 
-    def _apply_order(self) -> None:
-        order = self.path.order(self.drive.steps, lambda: self.drive.observe().omega)
-        if order is not None:
-            self._stepped.command(*order)
+    def _apply_orders(self) -> None:
+        def speed() -> float:
+            return self.drive.observe().omega
+
+        while (order := self.path.order(self.drive.steps, speed)) is not None:
+            if isinstance(order, TrajectoryOrder):
+                self._stepped.follow(*order)
+            else:
+                self._stepped.command(*order)

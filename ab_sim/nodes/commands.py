@@ -1,19 +1,27 @@
-"""Commands from the topic: read at wake-ups, passed to the command path, reported."""
+"""Commands from their topics: read at wake-ups, passed to the command path, reported."""
 
+from __future__ import annotations
+
+import math
 import time
+from collections.abc import Iterable
 from typing import Any
 
 from rclpy.node import Node
 from rclpy.subscription import Subscription
 
-from ab_msgs_py import topics
-from ab_msgs_py.topic import arrived
+from ab_msgs_py import MalformedMessage, topics
+from ab_msgs_py.samples import nanoseconds_of
+from ab_msgs_py.topic import Topic, arrived
 from ab_sim.errors import CommandError, exact
-from ab_sim.nodes.command_path import CommandPath, WatchdogAction
+from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
 from ab_sim.nodes.duration_histogram import DurationHistogram
 
 AT_ONCE = 1000
 """Largest number of commands read at a wake-up, in some 4 ms; the others wait in the queue."""
+PAUSE = 0.1
+"""Time between two reports on trajectories [s]."""
+TOPICS = (topics.COMMAND, topics.TRAJECTORY)
 NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Name that rmw gives the node of a publisher until it has discovered the node."""
 
@@ -29,9 +37,9 @@ def not_called(message: Any) -> None:
 
 
 class PendingCommands:
-    """The commands received since the last wake-up.
+    """The commands received since the last wake-up: target speeds and trajectories.
 
-    The executor does not serve this subscription (``DriveSim.subscriptions``), so that a flood of
+    The executor does not serve these subscriptions (``DriveSim.subscriptions``), so that a flood of
     commands neither delays services nor competes with the loop for Python's lock. Commands that are
     in the queue when a wake-up begins act in that wake-up, up to ``AT_ONCE`` of them. DDS keeps the
     newest ``topics.COMMAND.qos.depth`` that wait; these are all counted.
@@ -43,9 +51,12 @@ class PendingCommands:
 
     def __init__(self, node: Node, path: CommandPath) -> None:
         self._node, self._path = node, path
-        self._subscription: Subscription[Any] | None = None
+        self._subscriptions: tuple[Subscription[Any], ...] = ()
         self._delays = DurationHistogram()
         self._rejections_reported = 0
+        self._answered = -math.inf
+        self._last_trajectory: TrajectoryAnswer | None = None
+        self._publishers: list[int] = []
         self._sources = 0
         self._wrong_type: dict[tuple[int, ...], str] = {}
         """Publishers of another type at the last check: the message for people, by endpoint."""
@@ -53,31 +64,58 @@ class PendingCommands:
         """Publishers whose node had no name yet."""
 
     def listen(self) -> None:
-        """Subscribe to the topic."""
-        self._subscription = topics.COMMAND.subscription(self._node, not_called)
+        """Subscribe to the topics."""
+        self._subscriptions = tuple(topic.subscription(self._node, not_called) for topic in TOPICS)
 
     def close(self) -> None:
-        """Destroy the subscription."""
-        if self._subscription is not None:
-            self._node.destroy_subscription(self._subscription)
-        self._subscription, self._sources = None, 0
+        """Destroy the subscriptions."""
+        for subscription in self._subscriptions:
+            self._node.destroy_subscription(subscription)
+        self._subscriptions, self._publishers, self._sources = (), [], 0
         self._wrong_type.clear()
         self._nameless.clear()
 
     def take(self, now: int, standing: bool) -> None:
-        """Pass the commands received by a step to the command path.
+        """Pass the commands received by a step to the command path, in order of their arrival.
 
         Args:
             now: the step.
             standing: whether time stands still: then the commands' delays are not measured.
         """
-        if self._subscription is not None:
-            # By the steady clock: the system clock may be set in the meantime.
-            steady = time.monotonic_ns() - time.time_ns()
-            for message, received in arrived(self._subscription, AT_ONCE):
-                self._path.receive(
-                    topics.COMMAND.sample(message), now, 0 if standing else received + steady
-                )
+        if not self._subscriptions:
+            return
+        speeds, trajectories = (arrived(own, AT_ONCE) for own in self._subscriptions)
+        commands: Iterable[tuple[Any, int]] = speeds
+        if sent := [*trajectories]:
+            commands = sorted([*speeds, *sent], key=lambda command: command[1])
+        # By the steady clock: the system clock may be set in the meantime.
+        steady = time.monotonic_ns() - time.time_ns()
+        for message, received in commands:
+            stamp = 0 if standing else received + steady
+            if isinstance(message, topics.COMMAND.type):
+                self._path.receive(topics.COMMAND.sample(message), now, stamp)
+                continue
+            try:
+                self._path.receive_trajectory(topics.TRAJECTORY.sample(message), now, stamp)
+            except MalformedMessage as error:
+                self._path.reject_trajectory(nanoseconds_of(message.header.stamp), str(error))
+
+    def trajectories_answered(self) -> bool:
+        """Whether trajectories were answered since the last call; logs refusals.
+
+        At most ten times a second: a flood of bad trajectories must not keep the loop busy.
+        """
+        news, now = self._path.trajectory_news, time.monotonic()
+        if not news or now - self._answered < PAUSE:
+            return False
+        self._answered, self._last_trajectory = now, news[-1]
+        refused = [answer.refusal for answer in news if answer.refusal]
+        if refused:
+            others = f" ({len(refused) - 1} more were refused)" if len(refused) > 1 else ""
+            name = topics.TRAJECTORY.name
+            self._node.get_logger().warning(f"{name}, refused: {refused[-1]}{others}")
+        news.clear()
+        return True
 
     def outputs_published(self) -> None:
         """Record the delays of commands that acted in the outputs just published."""
@@ -89,38 +127,56 @@ class PendingCommands:
 
     def publishers_changed(self) -> bool:
         """Whether the number of publishers has changed since the last call."""
-        before = self._sources
-        if self._subscription is not None:
-            self._sources = self._subscription.get_publisher_count()
-        return before != self._sources
+        before = self._publishers
+        self._publishers = [own.get_publisher_count() for own in self._subscriptions]
+        return before != self._publishers
 
-    def check_publisher_types(self) -> None:
-        """Log publishers of another type on the topic, which DDS ignores silently.
+    def check_publishers(self) -> None:
+        """Count who commands, and log publishers of another type, which DDS ignores silently.
 
         It queries the graph, which is too slow for every wake-up. A publisher is logged when it is
         found. The name of its node may be discovered later: without a name it is logged at the
         second check.
         """
-        if self._subscription is None:
-            return
-        before, topic = self._wrong_type, self._subscription.topic_name
+        self._sources = self._count_sources()
+        before = self._wrong_type
         found = {
-            tuple(info.endpoint_gid): info
-            for info in self._node.get_publishers_info_by_topic(topic)
-            if info.topic_type != topics.COMMAND.type_name
+            tuple(info.endpoint_gid): (topic, info)
+            for topic in TOPICS[: len(self._subscriptions)]
+            for info in self._publishers_of(topic)
+            if info.topic_type != topic.type_name
         }
-        nameless = {gid for gid, info in found.items() if info.node_name == NAMELESS}
+        nameless = {gid for gid, (_, info) in found.items() if info.node_name == NAMELESS}
         self._wrong_type = {
             gid: (
                 f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
-                f"on {topic} and is not heard: commands are {topics.COMMAND.type_name}"
+                f"on {self._node.resolve_topic_name(topic.name)} and is not heard: commands are "
+                f"{topic.type_name}"
             )
-            for gid, info in found.items()
+            for gid, (topic, info) in found.items()
             if gid not in nameless - self._nameless
         }
         self._nameless = nameless
         for endpoint in self._wrong_type.keys() - before.keys():
             self._node.get_logger().warning(self._wrong_type[endpoint])
+
+    def _publishers_of(self, topic: Topic) -> list[Any]:
+        return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic.name))
+
+    def _count_sources(self) -> int:
+        """Number of nodes that publish commands; one that publishes on both topics counts once."""
+        if len(self._publishers) < len(TOPICS) or 0 in self._publishers:
+            return sum(self._publishers)
+        names = [
+            {
+                (info.node_namespace, info.node_name)
+                for info in self._publishers_of(topic)
+                if info.topic_type == topic.type_name
+            }
+            for topic in TOPICS
+        ]
+        # A node whose name is not known yet may be the same on both.
+        return len(set.union(*names)) if all(names) else max(self._publishers)
 
     def warnings(self) -> list[str]:
         """Warnings for the diagnostics."""
@@ -133,9 +189,13 @@ class PendingCommands:
                 f"no command for {rules.age_limit:g} s: {WATCHDOG_TEXTS[rules.silence]}"
             )
         if self._sources > 1:
-            topic = self._node.resolve_topic_name(topics.COMMAND.name)
+            names = " and ".join(
+                self._node.resolve_topic_name(topic.name)
+                for topic, count in zip(TOPICS, self._publishers, strict=True)
+                if count
+            )
             warnings.append(
-                f"{self._sources} publishers on {topic}: the last to speak leads the drive"
+                f"{self._sources} publishers on {names}: the last to speak leads the drive"
             )
         return warnings
 
@@ -143,6 +203,9 @@ class PendingCommands:
         """Values for the diagnostics; counts begin when the scene is configured."""
         path, age = self._path, self._path.age(now)
         state = "emergency stop" if path.stopped else "watchdog" if path.silent else "commands"
+        if path.trajectory is not None:
+            state = "trajectory"
+        answer = self._last_trajectory
         return {
             "sources of commands": str(self._sources),
             "commands accepted": str(path.accepted),
@@ -151,6 +214,8 @@ class PendingCommands:
             "commands dropped from the bus": str(path.dropped),
             "command age [s]": "none yet" if age is None else f"{age:.6g}",
             "led by": state,
+            topics.TRAJECTORY_START: "none yet" if answer is None else str(answer.start),
+            topics.TRAJECTORY_ANSWER: "" if answer is None else answer.refusal or topics.FOLLOWED,
             "watchdog has acted": str(path.silences),
             "speed limit [rad/s]": f"{path.limits.max_speed:g}",
             "acceleration limit [rad/s^2]": f"{path.limits.max_acceleration:g}",
@@ -163,7 +228,8 @@ class PendingCommands:
         It is called once per report: a log message takes a hundred times as long as a command.
         """
         path = self._path
-        count, self._rejections_reported = path.rejected - self._rejections_reported, path.rejected
+        rejected = path.rejected - path.trajectories_rejected
+        count, self._rejections_reported = rejected - self._rejections_reported, rejected
         if not count:
             return ""
         try:

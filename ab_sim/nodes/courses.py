@@ -54,6 +54,13 @@ class PlannedCourse:
         return SpeedSchedule.asked(profile, self._asked.first).steepest
 
     @property
+    def schedule(self) -> SpeedSchedule | None:
+        """Its speed over time; None if what is measured decides."""
+        if isinstance(self._asked.profile, AdaptiveProfile) or waits_for_vibration(self._asked):
+            return None
+        return SpeedSchedule.asked(self._asked.profile, self._asked.first)
+
+    @property
     def hears(self) -> Hears:
         """What it needs to hear."""
         profile, scene = self._asked.profile, self._asked.scene

@@ -1,21 +1,31 @@
 """Who can find our nodes: this machine, and at once, unless the user has said otherwise."""
 
 import os
+from importlib.metadata import version
 from pathlib import Path
 
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
 """ROS's variable, and what it is for us unless the user has set it."""
-PROFILES = Path(__file__).with_suffix(".xml")
-"""How Fast DDS announces us to this machine, and how soon it repeats what got lost."""
-PROFILES_NAMED_BY = "FASTDDS_DEFAULT_PROFILES_FILE"
-EARLIER_NAME = "FASTRTPS_DEFAULT_PROFILES_FILE"
-"""Fast DDS's variable, and its name before Fast DDS 3, which rmw_fastrtps still reads."""
+PROFILES = {
+    2: ("FASTRTPS_DEFAULT_PROFILES_FILE", Path(__file__).with_name("discovery_fast_dds_2.xml")),
+    3: ("FASTDDS_DEFAULT_PROFILES_FILE", Path(__file__).with_suffix(".xml")),
+}
+"""Environment variable and file of profiles for each major version of Fast DDS.
+
+The profiles say how Fast DDS announces us to this machine, and how soon it repeats what got lost.
+Fast DDS 2 refuses the file for 3. With 3, rmw_fastrtps warns if the variable of 2 is set.
+"""
 
 
 def ends_here() -> bool:
     """Whether discovery, as the environment has it, ends at this machine."""
     reach = os.environ.get(DISCOVERY_RANGE, RANGE)
     return reach == RANGE and not os.environ.get("ROS_STATIC_PEERS")
+
+
+def fast_dds() -> int:
+    """Return the major version of Fast DDS: 2 with rclpy 7 (ROS 2 Jazzy), 3 with later ones."""
+    return 2 if int(version("rclpy").partition(".")[0]) <= 7 else 3
 
 
 def prepare() -> None:
@@ -26,5 +36,6 @@ def prepare() -> None:
     machine alone; no other host is sent them.
     """
     os.environ.setdefault(DISCOVERY_RANGE, RANGE)
-    if ends_here() and EARLIER_NAME not in os.environ:
-        os.environ.setdefault(PROFILES_NAMED_BY, str(PROFILES))
+    if ends_here() and not any(variable in os.environ for variable, _ in PROFILES.values()):
+        variable, file = PROFILES[fast_dds()]
+        os.environ[variable] = str(file)

@@ -234,7 +234,10 @@ class DriveControl:
             return True, f"faults in force: {session.fault_publisher.words}"
 
     def _wait_for(self, commands: int) -> str:
-        """Wait for a number of commands since the last request; a refusal after a time-out."""
+        """Wait for a number of commands since the last request; a refusal after a time-out.
+
+        A trajectory stands for the commands until its last point.
+        """
         node, end = self._node, time.monotonic() + PATIENCE
         while True:
             with node.active() as session:
@@ -242,7 +245,8 @@ class DriveControl:
                     return ""
                 session.take_commands()
                 came = session.new_commands
-            if came >= commands:
+                led = session.path.follows(session.now.drive.steps)
+            if led or came >= commands:
                 return ""
             if time.monotonic() > end or node.stopping.is_set():
                 return f"{came} of {commands} commands came within {PATIENCE:g} s; no step taken"

@@ -1,5 +1,7 @@
 """The lifecycle node that has a drive: from configure to cleanup, in real time."""
 
+from __future__ import annotations
+
 import contextlib
 import threading
 import time

@@ -6,6 +6,8 @@ during a step, the executor's thread goes on, and long work runs in a thread of 
 loop waits for its end, a signal or another request.
 """
 
+from __future__ import annotations
+
 import threading
 import time
 from collections.abc import Callable, Iterator
@@ -178,7 +180,7 @@ class ManagedNode(PlainLog, LifecycleNode):
         raise self._failure
 
 
-def _in_a_thread(act: Callable[[], Result]) -> "Future[Result]":
+def _in_a_thread(act: Callable[[], Result]) -> Future[Result]:
     future: Future[Result] = Future()
 
     def work() -> None:

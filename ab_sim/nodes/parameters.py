@@ -4,6 +4,7 @@ import os
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
 from rclpy.node import Node
@@ -12,6 +13,11 @@ from rclpy.parameter import Parameter
 from ab_sim.errors import InputError, nearest
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.scene.units import NO_UNIT
+
+_DEFAULTS: WeakKeyDictionary[Node, dict[str, Any]] = WeakKeyDictionary()
+"""Defaults of the parameters that each node has declared, by name; ROS does not keep them."""
+_ROS_DEFAULTS = {"use_sim_time": False, "start_type_description_service": True}
+"""Of the parameters that ROS declares for every node."""
 
 
 class ParameterSpec(NamedTuple):
@@ -82,6 +88,7 @@ class ParameterSpec(NamedTuple):
             raise InputError(
                 f"parameter {self.name}: must be {self.allowed_text}: {error}"
             ) from error
+        _DEFAULTS.setdefault(node, dict(_ROS_DEFAULTS))[self.name] = self.default
         return self.checked(given)
 
 
@@ -109,10 +116,10 @@ PARAMETERS = "parameters: "
 
 
 def close_parameters(node: Node) -> None:
-    """Refuse values for undeclared parameters, and log the declared ones.
+    """Refuse values for undeclared parameters, and log those that differ from their defaults.
 
     To be called after all parameters were declared. The log is latched, so that a recorder that
-    starts later has the parameters. ROS itself ignores values for undeclared parameters. Overrides
+    starts later has it. ROS itself ignores values for undeclared parameters. Overrides
     of a topic's QoS are declared with the topic: only their form is checked here.
 
     Raises:
@@ -128,8 +135,15 @@ def close_parameters(node: Node) -> None:
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
                 "goes into a file, under their names"
             )
-    listed = (f"{name} = {node.get_parameter(name).value!r}" for name in sorted(known))
-    node.get_logger().info(PARAMETERS + ", ".join(listed))
+    values = {name: node.get_parameter(name).value for name in sorted(known)}
+    defaults = _DEFAULTS.get(node, _ROS_DEFAULTS)
+    changed = [
+        f"{name} = {value!r}"
+        for name, value in values.items()
+        if name not in defaults or value != defaults[name]
+    ]
+    text = f"{', '.join(changed)}; others as by default" if changed else "all as by default"
+    node.get_logger().info(PARAMETERS + text)
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:

@@ -1,10 +1,12 @@
 """The action ``~/run``: one goal at a time runs a profile to its end, and hears of it meanwhile."""
 
+from __future__ import annotations
+
 import math
 import threading
 import time
 from collections.abc import Callable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.action.server import ServerGoalHandle
@@ -19,7 +21,12 @@ GOODBYE = 1.0
 """s for the last result to leave when the node ends, and"""
 LINGER = 0.3
 """s for it to come where it is awaited."""
-Goal = ServerGoalHandle[Any, Any, Any]
+
+if TYPE_CHECKING:
+    Goal = ServerGoalHandle[Any, Any, Any]
+    _AnyActionServer = ActionServer[Any, Any, Any]
+else:  # rclpy 7, of ROS 2 Jazzy, takes no subscripts at run time
+    _AnyActionServer = ActionServer
 
 
 class ProfileAction:
@@ -109,7 +116,7 @@ class ProfileAction:
         self._server.notify_execute(goal, result)
 
 
-class _Server(ActionServer[Any, Any, Any]):
+class _Server(_AnyActionServer):
     """rclpy's, for goals that are executing before there is a callback for their result."""
 
     def notify_execute(

@@ -1,4 +1,6 @@
-"""`profile_controller`: runs a start-up profile by publishing speed commands at a fixed rate."""
+"""`profile_controller`: runs a start-up profile, by a trajectory or by one command per period."""
+
+from __future__ import annotations
 
 import math
 import threading
@@ -7,10 +9,12 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
+from rclpy.publisher import Publisher
 
 from ab_msgs_py import ENDED, Health, Task, services, topics
 from ab_msgs_py.actions import Asked, Outcome
 from ab_msgs_py.services import Answer, serve_trigger
+from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.nodes import profile_words
 from ab_sim.nodes.courses import PlannedCourse
@@ -25,20 +29,26 @@ from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.spindle.profile_run import ProfileState
 from ab_sim.spindle.segments_course import PERIOD, SILENCE
+from ab_sim.spindle.set_points import set_points_of
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
 RECORDER = "recorder"
 """Name of the node that hears commands, and obeys none."""
+LATE = 5
+"""Times that a trajectory may reach the drive too late before the profile is given up."""
 NOT_SIMULATED = (
     "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
 )
 
 
 class ProfileController(PlainLog):
-    """What start-up firmware does: one speed command per period, along the profile.
+    """Start-up firmware: commands the speeds of a profile.
 
-    With ``use_sim_time`` it keeps the simulator's time, else the steady clock's, which nobody sets.
+    With ``use_sim_time`` it keeps the simulator's time. A profile that is known beforehand is then
+    sent ahead of time, as a trajectory, so that it does not matter when messages arrive. Otherwise,
+    and while nobody listens to trajectories, it sends one speed per period, by the steady clock
+    without ``use_sim_time``.
     """
 
     def __init__(self) -> None:
@@ -72,6 +82,15 @@ class ProfileController(PlainLog):
             "s",
             (0.001, 1e4),
         )
+        self._lead = declare(
+            self,
+            "lead_time",
+            0.1,
+            "from ~/start to the beginning of a profile that is sent as a trajectory: in this time "
+            "it must reach the drive; 0 for a drive that stands still; simulated time",
+            "s",
+            (0.0, 10.0),
+        )
         close_parameters(self)
         self._period = 1.0 / rate
         self._judged: PlannedCourse
@@ -83,8 +102,12 @@ class ProfileController(PlainLog):
         self._ticked = time.monotonic()
         self._published = 0
         self._ended = False
+        self._sent: SetPoints | None = None
+        """The trajectory by which the drive is led at present; None: it is led by speeds."""
+        self._late = 0
 
         self._command = topics.COMMAND.publisher(self)
+        self._trajectory = topics.TRAJECTORY.publisher(self)
         self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
         self._diagnostics = topics.DIAGNOSTICS.publisher(self)
         for name, act in (
@@ -100,6 +123,7 @@ class ProfileController(PlainLog):
             # Each message: a timer of ROS keeps a phase of its own, so that the same run would have
             # its commands at other times.
             topics.CLOCK.subscription(self, self._hear_clock)
+            topics.DIAGNOSTICS.subscription(self, self._hear_drive)
         else:
             self.create_timer(self._period, self._tick, clock=steady)
         if auto_start:
@@ -136,7 +160,8 @@ class ProfileController(PlainLog):
             return False, NOT_SIMULATED
         with self._lock:
             snapshot, status = self._timed.snapshot(), self._timed.run.status
-        write_profile_snapshot(path, snapshot)
+            sent = None if self._sent is None else self._sent.start
+        write_profile_snapshot(path, snapshot._replace(trajectory=sent))
         return True, f"{path}: t = {snapshot.time * 1e-9:.9g} s, {status}"
 
     def restore_snapshot(self) -> Answer:
@@ -154,8 +179,12 @@ class ProfileController(PlainLog):
             except InputError as error:
                 raise InputError(f"snapshot {path}: {error}") from error
             self._action.finish(False, lambda: outcome)
+            self._sent = None
             if plan is not None:
                 self._ears.listen(plan.hears)
+                if snapshot.trajectory is not None and plan.schedule is not None:
+                    # The drive's own snapshot has it: it is not sent again.
+                    self._sent = set_points_of(plan.schedule, snapshot.trajectory)
             self._tick()
             there = f"t = {snapshot.time * 1e-9:.9g} s"
             waits = f"; waits for the drive to be put back to {there}" if self._timed.waits else ""
@@ -176,11 +205,13 @@ class ProfileController(PlainLog):
         """Time [ns]; simulated time is 0 before it was heard."""
         return self._heard if self._simulated else time.monotonic_ns()
 
-    @property
-    def _obeyed(self) -> bool:
-        """Whether somebody listens who is no recorder, which obeys none."""
-        subscribers = self.get_subscriptions_info_by_topic(self._command.topic_name)
-        return any(info.node_name != RECORDER for info in subscribers)
+    def _listeners_to(self, publisher: Publisher[Any]) -> set[str]:
+        """Full names of the nodes that listen and are no recorder, which obeys none."""
+        return {
+            f"{info.node_namespace.rstrip('/')}/{info.node_name}"
+            for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
+            if info.node_name != RECORDER
+        }
 
     def report(self, ended: bool = False) -> None:
         """Publish this node's health."""
@@ -188,6 +219,7 @@ class ProfileController(PlainLog):
         values |= {
             "command rate [1/s]": f"{1 / self._period:g}",
             "commands published": str(self._published),
+            "sends": "speeds" if self._sent is None else "a trajectory",
             "listeners": str(self.listeners),
         }
         health = Health(
@@ -242,11 +274,19 @@ class ProfileController(PlainLog):
         """Run a profile from its beginning; why not, if it cannot."""
         if refusal := self._missing(plan):
             return refusal
-        slope = self._slope or plan.steepest
-        refusal = self._timed.start(self._now, plan, self._silence, slope)
-        if not refusal:
+        slope, schedule = self._slope or plan.steepest, plan.schedule
+        if not (self._simulated and schedule and self._listeners_to(self._trajectory)):
+            schedule = None
+        now = self._now
+        begin = now if schedule is None else now + round(self._lead * 1e9)
+        if refusal := self._timed.start(now, plan, self._silence, slope, begin):
+            return refusal
+        self._sent, self._late = None, 0
+        if schedule is None:
             self._send(self._timed.run.commanded)
-        return refusal
+        else:
+            self._send_trajectory(set_points_of(schedule, begin))
+        return ""
 
     def _start_goal(self, asked: Asked) -> str:
         with self._lock:
@@ -269,7 +309,7 @@ class ProfileController(PlainLog):
         if self._simulated and topics.CLOCK.publishers(self) == 0:
             clock = self.resolve_topic_name(topics.CLOCK.name)
             return f"use_sim_time is set, but nobody publishes {clock}"
-        if not self._obeyed:
+        if not self._listeners_to(self._command):
             return f"nobody listens on {self._command.topic_name}: start the drive first"
         return self._ears.missing(plan.hears)
 
@@ -324,9 +364,43 @@ class ProfileController(PlainLog):
         return profile_words.outcome(self._timed.run, self._timed.elapsed, first)
 
     def _send(self, speed: float | None) -> None:
+        if self._sent is not None and self._timed.run.state is ProfileState.RUNNING:
+            return  # the trajectory says it
+        self._sent = None
         if speed is not None:
             self._published += 1
             self._command.publish(topics.COMMAND.message(speed))
+
+    def _send_trajectory(self, trajectory: SetPoints) -> None:
+        self._sent = trajectory
+        self._published += 1
+        self._trajectory.publish(topics.TRAJECTORY.message(trajectory))
+
+    def _hear_drive(self, message: Any) -> None:
+        """Send a trajectory again that came too late, and abort if the drive refuses it."""
+        with self._lock:
+            sent, run = self._sent, self._timed.run
+            if sent is None or run.state is not ProfileState.RUNNING:
+                return
+            for health in topics.DIAGNOSTICS.sample(message):
+                answer = health.values.get(topics.TRAJECTORY_ANSWER, topics.FOLLOWED)
+                if (
+                    health.values.get(topics.TRAJECTORY_START) != str(sent.start)
+                    or answer == topics.FOLLOWED
+                    or health.node not in self._listeners_to(self._trajectory)
+                ):
+                    continue
+                if answer.startswith(topics.PAST) and self._late < LATE:
+                    self._late += 1
+                    begin = self._now + round(max(self._lead, 0.1) * 2**self._late * 1e9)
+                    self._warn(f"the drive had the trajectory too late; again, for {begin / 1e9} s")
+                    self._timed.postpone(begin)
+                    self._send_trajectory(sent._replace(start=begin))
+                else:
+                    refusal = f"the drive does not follow the profile: {answer}"
+                    self._warn(refusal)
+                    run.drop(refusal)
+                    self._send(0.0)
 
 
 def _answered(act: Callable[[], Answer]) -> Callable[[], Answer]:

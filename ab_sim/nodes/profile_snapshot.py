@@ -35,6 +35,8 @@ class ProfileSnapshot(NamedTuple):
     """What the profile follows from: see ``PlannedCourse.made_of``; None before the first."""
     run: Mapping[str, Any]
     """What becomes of it: see ``ProfileRun.state_values``."""
+    trajectory: int | None = None
+    """Start of the trajectory by which the drive is led [ns]; None: it is led by speeds."""
 
 
 def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
@@ -66,6 +68,7 @@ def read_profile_snapshot(path: Path) -> ProfileSnapshot:
             [str(change) for change in content["changes"]],
             None if content["made_of"] is None else dict(content["made_of"]),
             dict(content["run"]),
+            None if content["trajectory"] is None else int(content["trajectory"]),
         )
     except NOT_AS_WRITTEN as error:
         raise InputError(f"snapshot {path}: is damaged: {short(error)}") from error

@@ -4,6 +4,7 @@ import contextlib
 import datetime
 import functools
 import math
+import os
 import tempfile
 import threading
 import time
@@ -13,6 +14,7 @@ from typing import Any
 
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, Topic, topics
 from ab_msgs_py.samples import Event
+from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.inbox import Inbox
@@ -30,6 +32,8 @@ from ab_sim.recording import AROUND
 from ab_sim.recording.drawing import Drawing
 from ab_sim.viewing import Viewer
 
+NICENESS = 5
+"""By how much the recorder's priority is lower than that of the drive (`man nice`)."""
 WRITE_PERIOD = 0.1
 """s between two batches; a recording that is killed or looked at is not older than this."""
 REPORT_PERIOD = 1.0
@@ -95,6 +99,7 @@ class Recorder(PlainLog):
             (topics.DESCRIPTION, self._write_description),
             (topics.BLOCK, self._write_block),
             (topics.COMMAND, self._write_command),
+            (topics.TRAJECTORY, self._write_trajectory),
             (topics.DIAGNOSTICS, self._write_health),
             (topics.PROFILE_STATUS, self._write_status),
             (topics.FAULTS, self._write_faults),
@@ -217,6 +222,9 @@ class Recorder(PlainLog):
     def _write_command(self, speed: float) -> None:
         self._files.scalar("commands_received", self._time, speed)
 
+    def _write_trajectory(self, wanted: SetPoints) -> None:
+        self._files.event(self._time, wanted.text, "INFO", "commands")
+
     def _write_health(self, entries: list[Health]) -> None:
         for health in entries:
             if health.namespace != self.get_namespace():
@@ -311,6 +319,8 @@ def _number(text: str) -> float:
 
 def main() -> None:
     """Entry point of the executable."""
+    # It may be late and the drive may not; viewers are started from here, and inherit this.
+    os.nice(NICENESS)
     share_heaps()
     run_node(Recorder, Recorder.run)
 

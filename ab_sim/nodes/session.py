@@ -227,7 +227,7 @@ class Session:
     def report(self, instead: str = "") -> None:
         """Publish the node's diagnostics; ``instead`` replaces the text on its state."""
         health = self.now.health
-        self._commands.check_publisher_types()
+        self._commands.check_publishers()
         warnings = [
             *self.fault_publisher.warnings(),
             *health.warnings(),
@@ -252,9 +252,13 @@ class Session:
             self._node.get_logger().warning(rejections)
 
     def report_now_and_then(self) -> None:
-        """Publish diagnostics once a second, and when the number of command publishers changes."""
+        """Publish diagnostics once a second, and at once when others wait for them.
+
+        That is when a publisher of commands comes or goes, and after a trajectory.
+        """
         due = self.now.health.period_over(time.monotonic(), self.standing)
-        if self._commands.publishers_changed() or due:
+        answered = self._commands.trajectories_answered()
+        if self._commands.publishers_changed() or answered or due:
             self.report()
         elif self._reported:
             # Not after the same wake-up: each takes much of a period of 1 ms.

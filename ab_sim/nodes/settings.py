@@ -1,5 +1,7 @@
 """Parameters that change while a node runs: validated without side effects, then applied."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping
 from typing import Any
 

@@ -52,10 +52,17 @@ class TimedRun:
 
     @property
     def elapsed(self) -> float:
-        """Since the profile began [s]."""
-        return self._now * 1e-9 - self.run.began
+        """Time since the profile began [s]; 0 before it begins."""
+        return max(self._now * 1e-9 - self.run.began, 0.0)
 
-    def start(self, now: int, plan: PlannedCourse, silence: float, deceleration: float) -> str:
+    def start(
+        self,
+        now: int,
+        plan: PlannedCourse,
+        silence: float,
+        deceleration: float,
+        begin: int | None = None,
+    ) -> str:
         """Run a profile from its beginning.
 
         Args:
@@ -63,15 +70,22 @@ class TimedRun:
             plan: the profile.
             silence: see ``PlannedCourse.course``.
             deceleration: of an abort [rad/s^2].
+            begin: time of the beginning [ns], not before now; None: now.
 
         Returns:
             Why not, if it may not be; else nothing.
         """
-        if refusal := self.run.start(now * 1e-9, plan.course(silence), deceleration):
+        course, begin = plan.course(silence), now if begin is None else begin
+        if refusal := self.run.start(now * 1e-9, course, deceleration, begin * 1e-9):
             return refusal
         self._plan, self._put_back = plan, None
-        self._began = self._now = now
+        self._now, self._began = now, begin
         return ""
+
+    def postpone(self, begin: int) -> None:
+        """Let the profile begin at a later time [ns]."""
+        self._began = begin
+        self.run.shift(begin * 1e-9)
 
     def tick(self, now: int, passed: float) -> float | None:
         """What is to be commanded now [rad/s]; None: nothing.

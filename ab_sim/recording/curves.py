@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import rerun as rr
 
+from ab_sim.conventions import in_one_turn
 from ab_sim.drive.orientation import tilt_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
@@ -17,8 +18,6 @@ from ab_sim.recording.plots import PlottedCurves, lines
 
 FRAMES = "/plot/frames"
 """The entity of curves that have a row for each frame of the pictures, and not for each sample."""
-_BEYOND = 30.0
-"""The turn that is plotted ends so far beyond 0 [deg]: balls at the unbalance are not to leap."""
 _WHIRL, _FELT = "whirl", "felt"
 _ALONE, _TILT, _BALLS, _LEVELS, _DRIVING = "alone", "tilt", "balls", "balls_levels", "driving"
 _SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
@@ -145,8 +144,3 @@ class Curves:
         widths = np.linspace(4.0, 1.5, self.balls).tolist()
         balls = range(self.balls)
         return [f"ball {ball}" for ball in balls], widths, [hue(ball) for ball in balls]
-
-
-def in_one_turn(angles: Array) -> Array:
-    """Angles [rad] in deg, from beyond -330 to 30: the way from the unbalance to its opposite."""
-    return np.asarray(_BEYOND - np.remainder(_BEYOND - np.degrees(angles), 360.0))

@@ -14,6 +14,7 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
+from ab_sim.drive.once_per_turn import PHASE, SIZE, OncePerTurn
 from ab_sim.drive.trajectory import column_of, whirl_of
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, RecordingError, exact
@@ -24,6 +25,8 @@ from ab_sim.recording.stored import StoredRun
 PARQUET, CSV = "parquet", "csv"
 WHIRL = "whirl"
 """A column that is not recorded: W = |u| [m], from where the deck hangs at rest."""
+DERIVED = (WHIRL, SIZE, PHASE)
+"""All such columns; the others are those of ``OncePerTurn``."""
 
 
 @dataclass(frozen=True)
@@ -37,9 +40,9 @@ class Part:
     every: int = 1
     """One of so many of these, beginning with the first."""
     channels: tuple[str, ...] | None = None
-    """In this order; None: all, and ``WHIRL``."""
+    """In this order; None: all, and those of ``DERIVED``."""
     hangs: tuple[float, float] | None = (0.0, 0.0)
-    """x and y [m] of where the deck hangs at rest, from which ``WHIRL`` is measured; None: not
+    """x and y [m] of where the deck hangs at rest, from which ``DERIVED`` is measured; None: not
     known."""
 
     def names(self, run: StoredRun) -> tuple[str, ...]:
@@ -49,13 +52,14 @@ class Part:
             InputError: the recording has no such channel, none at all, or one is asked for twice.
         """
         there = run.channels
-        if {"x", "y"} <= set(there) and WHIRL not in there:
+        if {"x", "y", "angle"} <= set(there):
+            derived = tuple(name for name in DERIVED if name not in there)
             if self.hangs is not None:
-                there = (*there, WHIRL)
-            elif WHIRL in (self.channels or ()):
+                there = (*there, *derived)
+            elif unknown := [name for name in derived if name in (self.channels or ())]:
                 raise InputError(
-                    f"{run.path}: --channels {WHIRL}: is measured from where the deck hangs at "
-                    "rest, and the recording's scene is not known; export x and y"
+                    f"{run.path}: --channels {unknown[0]}: is measured from where the deck hangs "
+                    "at rest, and the recording's scene is not known; export x and y"
                 )
         if not run.channels:
             raise InputError(f"{run.path}: the recording is empty; there is nothing to export")
@@ -75,16 +79,18 @@ class Part:
         Those have shape (rows, channels), and may be none.
         """
         names, read, seen = self.names(run), 0, 0
-        hangs = self.hangs if WHIRL in names and WHIRL not in run.channels else None
-        stored = [name if hangs is None or name != WHIRL else "x" for name in names]
-        for block in run.blocks((*stored, *(("x", "y") if hangs is not None else ()), "time")):
+        derived = [name for name in names if name in DERIVED and name not in run.channels]
+        stored = ["x" if name in derived else name for name in names]
+        needed, turns = ("x", "y", "angle") if derived else (), OncePerTurn()
+        for block in run.blocks((*stored, *needed, "time")):
             time = block[:, -1]
             if time[0] > self.end:
                 return
-            if hangs is not None:
-                across = block[:, -3:-1] - hangs
-                block[:, names.index(WHIRL)] = whirl_of(*across.T)
-                block = np.delete(block, (-3, -2), axis=1)
+            if derived:
+                found = _derived(*(block[:, -4:-1] - (*(self.hangs or (0.0, 0.0)), 0.0)).T, turns)
+                for name in derived:
+                    block[:, names.index(name)] = found[name]
+                block = np.delete(block, (-4, -3, -2), axis=1)
             inside = block[(time >= self.begin) & (time <= self.end), :-1]
             chosen = inside[(-seen) % self.every :: self.every]
             read, seen = read + len(block), seen + len(inside)
@@ -98,6 +104,12 @@ class Part:
             )
         if self.every < 1:
             raise InputError(f"--every {self.every}: must be at least 1")
+
+
+def _derived(x: Array, y: Array, angle: Array, turns: OncePerTurn) -> dict[str, Array]:
+    """The columns of ``DERIVED``, of further samples."""
+    vectors = turns.of(angle, x, y)
+    return {WHIRL: whirl_of(x, y), SIZE: np.abs(vectors), PHASE: np.angle(vectors)}
 
 
 def export(

@@ -70,7 +70,7 @@ class RunData:
             "gaps": extent.gaps,
             "missing": extent.missing,
             "complete": self.run.complete,
-            "events": len(self.run.notes.events),
+            "log_entries": len(self.run.notes.events),
             "merits": merits,
             "vibration_of": self.vibrating,
             "vibration_rms": self.vibration.rms,

@@ -32,7 +32,7 @@ def _told() -> Iterator[tuple[str, Callable[[RunData], str]]]:
         if merit.row is not None and merit.row.in_reports:
             yield merit.row.head("W"), _judged(merit.row)
     yield from (("vibration, rms", _vibration), ("once per turn", _share))
-    yield from (("samples", _samples), ("events", _events), ("real-time factor", _factor))
+    yield from (("samples", _samples), ("log entries", _log_entries), ("real-time factor", _factor))
 
 
 def _judged(row: MeritRow) -> Callable[[RunData], str]:
@@ -57,7 +57,7 @@ def _samples(data: RunData) -> str:
     return f"{extent.rows}{missing}"
 
 
-def _events(data: RunData) -> str:
+def _log_entries(data: RunData) -> str:
     events = data.run.notes.events
     bad = sum(event.level not in ("INFO", "DEBUG", "TRACE") for event in events)
     return f"{len(events)}" + (f", {bad} of them warnings or errors" if bad else "")

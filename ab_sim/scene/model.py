@@ -204,7 +204,7 @@ def _check_lists(scene: Scene) -> None:
     for key, values, what, instead in (
         ("balls.mass", balls.mass, "masses", "or one number for all"),
         ("balls.radius", balls.radius, "radii", "or one number for all"),
-        ("start.ball_angles", angles, "angles", "or leave it out to start all at 0"),
+        ("start.ball_angles", angles, "angles", "or leave it out to start apart"),
         ("start.ball_rates", scene.start.ball_rates, "rates", "or leave it out to start at rest"),
         ("balls.race", balls.race, "races", "or one number for all"),
     ):

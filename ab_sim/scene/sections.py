@@ -165,7 +165,10 @@ class Start(Section):
         "psi, the spindle's angle: direction of the unbalance in space", "rad", default=0.0
     )
     ball_angles: tuple[Angle, ...] | None = quantity(
-        "theta, each ball's angle from the unbalance; default all 0", "rad", default=None
+        "theta, each ball's angle from the unbalance; default the golden angle, 2.4 rad, from ball "
+        "to ball, so that equal balls part; with ball_contact a packed row around 0",
+        "rad",
+        default=None,
     )
     ball_rates: tuple[Number, ...] | None = quantity(
         "theta', each ball's speed relative to the race; default all 0", "rad/s", default=None

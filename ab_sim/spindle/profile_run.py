@@ -62,13 +62,16 @@ class ProfileRun:
         """Wait for something."""
         self._enter(ProfileState.WAITING, what)
 
-    def start(self, now: float, course: Course, deceleration: float) -> str:
+    def start(
+        self, now: float, course: Course, deceleration: float, begin: float | None = None
+    ) -> str:
         """Run a profile from its beginning.
 
         Args:
             now: the time [s].
             course: the profile, which nobody has begun.
             deceleration: of an abort [rad/s^2].
+            begin: time of its beginning [s]; None: now.
 
         Returns:
             Why not, if it may not be; else nothing.
@@ -85,7 +88,7 @@ class ProfileRun:
         self.course, self._deceleration = course, deceleration
         self.command, self.why = course.first, ""
         self.state = ProfileState.RUNNING
-        self.shift(now)
+        self.shift(now if begin is None else begin)
         self.tick(now)
         return ""
 
@@ -170,7 +173,7 @@ class ProfileRun:
 
     def _run(self, course: Course, now: float) -> bool:
         """One period of it; whether it commands anything."""
-        speed = course.command(now)
+        speed = course.command(max(now, self.began))
         self.why = course.why
         if course.failure:
             self.abort(now, course.failure)

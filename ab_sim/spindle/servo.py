@@ -21,20 +21,20 @@ class SpeedServo(NamedTuple):
         """Whether a command [rad/s] may be followed; one that is no number may not."""
         return abs(command) <= self.max_speed
 
-    def check(self, command: float) -> float:
-        """The command itself [rad/s], if it may be followed.
+    def check(self, command: float, name: str = "command") -> float:
+        """Return the command [rad/s], if it may be followed; ``name`` is for the error's text.
 
         Raises:
             CommandError: it is not a finite number or beyond ``max_speed``.
         """
-        command = _as_float("command", command, "rad/s")
+        command = _as_float(name, command, "rad/s")
         if not abs(command) < math.inf:
             raise CommandError(
-                f"command = {command} rad/s: must be a finite number; the speed stays as it was"
+                f"{name} = {command} rad/s: must be a finite number; the speed stays as it was"
             )
         if not self.accepts(command):
             raise CommandError(
-                f"command = {exact(command)} rad/s: must be within +-{exact(self.max_speed)} rad/s "
+                f"{name} = {exact(command)} rad/s: must be within +-{exact(self.max_speed)} rad/s "
                 "(spindle.max_speed of the scene, or a limit set below it); the speed stays as it "
                 "was"
             )

@@ -18,40 +18,34 @@ from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.merits import merits_of
+from ab_sim.analysis.merits.judging import limits_of
+from ab_sim.analysis.merits.verdict import Verdict
 from ab_sim.batch import simulate_batch
-from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import InputError, SceneError, exact
+from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
+from ab_sim.errors import InputError, SceneError
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.workers import Workers
 
-BALANCED_TO = 0.05
-"""Largest residual unbalance, as a share of M0 e, that is called balance."""
-JUDGED_BY = ("still_changing", "circulating_balls", "residual_unbalance", "final_whirl_over_e")
+JUDGED_BY = ("verdict", "residual_unbalance", "final_whirl_over_e")
 SAMPLES = 1000
 """Of a run, at least, that it is judged by."""
 CHUNK = 32
 """Runs that a process is given: whole sets of lanes."""
 
-BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, LEFT_OUT = 1, 0, 2, 3, 4, -1
+BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, RINGING_DOWN = 1, 0, 2, 3, 4, 5
+LEFT_OUT = -1
 NAMES = {
-    BALANCED: "balanced",
-    NOT_BALANCED: "not balanced",
-    CHANGING: "not balanced, still changing",
-    CIRCULATING: "not balanced, balls circulate",
+    BALANCED: Verdict.BALANCED.value,
+    RINGING_DOWN: Verdict.RINGING_DOWN.value,
+    NOT_BALANCED: Verdict.NOT_BALANCED.value,
+    CHANGING: Verdict.CHANGING.value,
+    CIRCULATING: Verdict.CIRCULATES.value,
     DIVERGED: "diverged",
     LEFT_OUT: "left out: equal balls that never part, or overlap",
 }
-
-_OUTCOMES = {
-    "run": NOT_BALANCED,
-    "changing": CHANGING,
-    "circulating": CIRCULATING,
-    "diverged": DIVERGED,
-    "left out": LEFT_OUT,
-}
-"""Labels of what is kept of a run, if more than the limit is left of the unbalance."""
+_LABELS = {name: label for label, name in NAMES.items()}
 
 
 class BasinEnd(NamedTuple):
@@ -74,8 +68,6 @@ class Basin(Presented):
     scene: Scene
     angles: tuple[float, ...]
     """Of either ball [rad], rising from -pi."""
-    limit: float
-    """Largest residual unbalance that is called balance."""
     ends: tuple[tuple[BasinEnd, ...], ...]
     """Rows by the second ball's angle, columns by the first one's."""
 
@@ -92,11 +84,17 @@ class Basin(Presented):
         order = np.argsort(-counts, kind="stable")
         return {int(found[k]): float(counts[k] / labels.size) for k in order}
 
+    @property
+    def limit(self) -> float:
+        """Largest residual unbalance that is called balance: the scene's."""
+        return limits_of(self.scene)[0]
+
     def _facts(self) -> dict[str, str]:
+        balanced = sum(self.shares.get(label, 0.0) for label in (BALANCED, RINGING_DOWN))
         return {
             "scene": self.scene.name,
             "starts": f"{len(self.angles)} x {len(self.angles)}",
-            "balanced": f"{100.0 * self.shares.get(BALANCED, 0.0):.3g} %",
+            "balanced": f"{100.0 * balanced:.3g} %",
             "to within": number(self.limit, "of M0 e"),
         }
 
@@ -131,7 +129,6 @@ class Basin(Presented):
 def basin(
     scene: Scene,
     count: int,
-    limit: float = BALANCED_TO,
     workers: int = 1,
     tell: Tell | None = None,
 ) -> Basin:
@@ -142,7 +139,6 @@ def basin(
     Args:
         scene: as it is but for ``start.ball_angles`` of its first two balls.
         count: of angles of either, from -pi on over a turn.
-        limit: largest residual unbalance that is called balance.
         workers: processes; more than one needs a program with ``if __name__ == "__main__":``.
         tell: called with what is done now, how many runs are done, and of how many. What it raises
             ends the work.
@@ -150,11 +146,11 @@ def basin(
     Raises:
         SceneError: the scene has fewer than two balls, no unbalance, or further balls that are
             equal and start at one angle.
-        InputError: ``count`` or ``limit`` cannot be used.
+        InputError: ``count`` cannot be used.
     """
-    _check(scene, count, limit)
+    _check(scene, count)
     angles = tuple(float(a) for a in np.linspace(-math.pi, math.pi, count, endpoint=False))
-    alike = (0, 1) in set(_equal_pairs(scene))
+    alike = (0, 1) in set(equal_pairs(scene))
     pairs = itertools.product(range(count), range(count))
     points = [(i, j) for i, j in pairs if not alike or i <= j]
     numbers = {"count": count}
@@ -170,10 +166,9 @@ def basin(
 
         ends = dict(zip(points, kept.of(points, run, "runs", tell), strict=True))
     rows = [
-        tuple(_judged(ends.get((i, j)) or ends[j, i], limit) for j in range(count))
-        for i in range(count)
+        tuple(_end(*(ends.get((i, j)) or ends[j, i])) for j in range(count)) for i in range(count)
     ]
-    return Basin(scene, angles, limit, tuple(rows))
+    return Basin(scene, angles, tuple(rows))
 
 
 def basin_points(scene: Scene, count: int) -> dict[str, Any]:
@@ -186,11 +181,9 @@ def basin_points(scene: Scene, count: int) -> dict[str, Any]:
     return {"points": [[*p, e] for p, e in zip(points, _ends(scene, count, points), strict=True)]}
 
 
-def _check(scene: Scene, count: int, limit: float) -> None:
+def _check(scene: Scene, count: int) -> None:
     if not 2 <= count <= 1000:
         raise InputError(f"basin: {count} angles: must be from 2 to 1000")
-    if not 0.0 < limit < math.inf:
-        raise InputError(f"basin: limit {exact(limit)}: must be a positive share of M0 e")
     if scene.balls.count < 2:
         raise SceneError(
             f"balls.count = {scene.balls.count}: a basin is drawn over the start angles of two "
@@ -199,32 +192,17 @@ def _check(scene: Scene, count: int, limit: float) -> None:
     if scene.eccentric_mass * scene.rotor.eccentricity == 0.0:
         raise SceneError("rotor.eccentricity = 0 m: without an unbalance there is none to balance")
     angles = start_angles(scene)
-    for i, j in _equal_pairs(scene):
-        if i > 1 and _same(angles[i], angles[j]):
+    for i, j in equal_pairs(scene):
+        if i > 1 and at_one_angle(angles[i], angles[j]):
             raise SceneError(
                 f"start.ball_angles: the equal balls {i + 1} and {j + 1} start at one angle and "
                 "would never part; let them start at different ones"
             )
 
 
-def _equal_pairs(scene: Scene) -> list[tuple[int, int]]:
-    rates = scene.start.ball_rates or (0.0,) * scene.balls.count
-    own = [
-        (m, None if math.isnan(a) else a, race, rate)
-        for m, a, race, rate in zip(
-            scene.balls.masses, scene.balls.radii, scene.balls.races, rates, strict=True
-        )
-    ]
-    return [(i, j) for i, j in itertools.combinations(range(len(own)), 2) if own[i] == own[j]]
-
-
-def _same(one: float, other: float) -> bool:
-    return abs(math.remainder(one - other, 2.0 * math.pi)) < 1e-9
-
-
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
-    """[outcome, residual unbalance, whirl] of each start; outcomes are those of ``_OUTCOMES``."""
-    found: list[list[Any]] = [["left out", None, None] for _ in points]
+    """[name of the end, residual unbalance, whirl] of each start; names are those of ``NAMES``."""
+    found: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]
     variations = {}
     for k, point in enumerate(points):
         angles = _start(scene, count, point)
@@ -237,12 +215,10 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
     batch = simulate_batch(scene, list(variations.values()), every)
     for k, run in zip(variations, batch.runs, strict=True):
         if run.failure:
-            found[k] = ["diverged", None, None]
+            found[k] = [NAMES[DIVERGED], None, None]
             continue
         merits = merits_of(run.trajectory, run.scene, JUDGED_BY)
-        outcome = "changing" if merits.changing else "run"
-        outcome = "circulating" if merits.circulating else outcome
-        found[k] = [outcome, merits.residual_unbalance, merits.final_whirl]
+        found[k] = [merits.verdict, merits.residual_unbalance, merits.final_whirl]
     return found
 
 
@@ -251,7 +227,7 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
     row, column = point
     turn = 2.0 * math.pi / count
     angles = [-math.pi + turn * column, -math.pi + turn * row, *start_angles(scene)[2:]]
-    if any(_same(angles[i], angles[j]) for i, j in _equal_pairs(scene)):
+    if any(at_one_angle(angles[i], angles[j]) for i, j in equal_pairs(scene)):
         return None
     try:
         changed_scene(scene, {"start.ball_angles": angles}, "basin")
@@ -260,9 +236,5 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
     return angles
 
 
-def _judged(end: list[Any], limit: float) -> BasinEnd:
-    outcome, residual, whirl = end
-    label = _OUTCOMES[outcome]
-    if residual is not None and residual <= limit:
-        label = BALANCED
-    return BasinEnd(label, residual, whirl)
+def _end(name: str, residual: float | None, whirl: float | None) -> BasinEnd:
+    return BasinEnd(_LABELS[name], residual, whirl)

@@ -28,7 +28,7 @@ def _measured(what: str, spent: int, most: int) -> None:
     [
         lambda scene: effect_cost.measure(scene, 1, progress=_measured),
         lambda scene: accuracy_cost.measure(scene, 1, progress=_measured),
-        lambda scene: basin(scene, 2, 0.1, tell=_measured),
+        lambda scene: basin(scene, 2, tell=_measured),
     ],
     ids=["cost", "accuracy", "basin"],
 )

@@ -2,9 +2,10 @@
 
 import pytest
 
-from ab_sim.analysis.circulating import drive_of, lasting_speed, stalled
-from ab_sim.analysis.coexisting import coexisting_circulation
+from ab_sim.analysis.circulating import Reach, drive_of, lasting_speed, stalled
+from ab_sim.analysis.coexisting import CoexistingCirculation, coexisting_circulation
 from ab_sim.analysis.equilibria import equilibria_of
+from ab_sim.cli.circulating import circulation_lines
 from ab_sim.scene import load_scene
 from tests.analysis.circulating.runs import AT, stalling
 
@@ -62,3 +63,16 @@ def test_a_spindle_at_rest_and_scenes_that_are_not_known() -> None:
     for name in ("no-ball", "packed-balls", "feeding-deck"):
         found = coexisting_circulation(load_scene(name), 300.0)
         assert found.not_looked_for and found.report()["states"] == []
+
+
+def test_a_closed_form_that_is_not_borne_out_says_so() -> None:
+    """The two lines do not contradict each other: which of them is the closed form's is said."""
+    reach = Reach(2, 1.46, 1.806, "fold", "fold", 1.0, 1.0)
+    for speed, denied in ((1.8, True), (2.0, False)):
+        found = CoexistingCirculation(speed, None, (2, 1), (), (reach,))
+        first, second = circulation_lines(found, 2, [])
+        assert first == f"no bunch of balls circulates at {speed:g} rad/s"
+        assert second.strip().startswith(
+            "by the closed form, all 2 can circulate at spindle speeds"
+        )
+        assert ("the full equations do not bear that out" in second) is denied

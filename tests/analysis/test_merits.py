@@ -37,7 +37,7 @@ def test_final_whirl_and_time_into_the_band(scene: Any) -> None:
     assert merits.final_whirl == pytest.approx(2 * E, rel=1e-6)
     assert merits.band == pytest.approx(0.2 * E, rel=1e-6)
     assert merits.in_band_from == pytest.approx(math.log(250) / 2, abs=1e-2)
-    assert not merits.changing
+    assert merits.settled
     assert merits.peak_whirl == pytest.approx(52 * E)
 
 
@@ -60,20 +60,20 @@ def test_a_balanced_disc_has_a_band_too(scene: Any) -> None:
 
 def test_a_run_that_ends_too_soon_says_so(scene: Any) -> None:
     merits = merits_of(whirling(lambda t: 50 * E * np.exp(-0.3 * t)), scene())
-    assert merits.changing and merits.in_band_from is None
+    assert not merits.settled and merits.in_band_from is None
     first, second = merits.halves
     assert second / first == pytest.approx(math.exp(-0.15), abs=1e-3)
 
 
-@pytest.mark.parametrize("level", [1e-6, 0.05, 1.0])
+@pytest.mark.parametrize("level", [0.1, 1.0, 100.0])
 @pytest.mark.parametrize("ratio", [0.5, 2.0])
 def test_a_whirl_that_halves_or_doubles_in_the_last_tenth_still_changes(
     scene: Any, level: float, ratio: float
 ) -> None:
-    """However small it is beside the run's band, and with an oscillation on top."""
+    """With an oscillation on top, too."""
     for beat in (0.0, 0.3):
         run = whirling(lambda t, b=beat: E * level * ratio ** (t - 10) * (1 + b * np.sin(60 * t)))
-        assert merits_of(run, scene()).changing
+        assert not merits_of(run, scene()).settled
 
 
 @pytest.mark.parametrize("periods", [1.5, 2.0, 2.5, 3.0, 3.7, 20.0])
@@ -81,16 +81,12 @@ def test_a_whirl_that_halves_or_doubles_in_the_last_tenth_still_changes(
 def test_a_beat_is_no_trend(scene: Any, periods: float, phase: float) -> None:
     """From one and a half periods in the last tenth on, which here is a second."""
     beat = lambda t: E * (2 + np.sin(2 * math.pi * periods * t + phase))  # noqa: E731
-    assert not merits_of(whirling(beat), scene()).changing
-
-
-def test_rounding_is_no_trend(scene: Any) -> None:
-    assert not merits_of(whirling(lambda t: 1e-12 * E * 2**-t), scene()).changing
+    assert merits_of(whirling(beat), scene()).settled
 
 
 def test_a_whirl_that_keeps_varying_is_in_no_band_but_does_not_change(scene: Any) -> None:
     merits = merits_of(whirling(lambda t: E * (2 + np.sin(4 * math.pi * t))), scene())
-    assert not merits.changing and merits.in_band_from is None
+    assert merits.settled and merits.in_band_from is None
     assert merits.span == pytest.approx((E, 3 * E), rel=0.01)
     assert merits.final_whirl == pytest.approx(math.sqrt(4.5) * E, rel=0.01)
 
@@ -172,7 +168,7 @@ def test_the_demo_gets_balanced_by_its_balls_and_its_period() -> None:
     share, through_share = (comparison.relative_whirl(m) for m in (run.merits, through.merits))
     assert share is not None and share < 0.1
     assert through_share is not None and through_share > 0.5
-    assert run.merits.in_band_from is not None and not run.merits.changing
+    assert run.merits.in_band_from is not None and run.merits.settled
     assert run.merits.first_passage_of_opposite is None, "which says nothing of balance"
 
 

@@ -136,6 +136,25 @@ def test_a_disc_alone_whirls_by_the_closed_form(scene: Any, speed: float) -> Non
     assert found == pytest.approx(expected, rel=5e-3)
 
 
+@pytest.mark.parametrize(
+    ("turns", "where"), [(8.0, "below"), (12.0, None), (900.0, None), (1100.0, "above")]
+)
+def test_a_spindle_beside_the_band_has_no_broad_band_velocity(
+    scene: Any, turns: float, where: str | None
+) -> None:
+    """The band leaves out its once-per-turn part; the whole velocity has it."""
+    run = swinging(turns, 1e-4, 20_001, speed=lambda t: 0 * t - 2 * math.pi * turns)
+    keys = [*KEYS, "vibration_velocity_null", "velocity_rms"]
+    merits = merits_of(run, alone(scene), keys)
+    assert merits["velocity_rms"] == pytest.approx(2 / math.sqrt(2), rel=0.2)
+    why = merits["vibration_velocity_null"]
+    if where is None:
+        assert merits["vibration_velocity_rms"] is not None and why is None
+    else:
+        assert merits["vibration_velocity_rms"] is merits["vibration_velocity_peak"] is None
+        assert why == f"the spindle's {turns:g} turns a second are {where} the band"
+
+
 def alone(scene: Any, **changes: Any) -> Any:
     """The thesis' rotor without balls."""
     effects = {"ball_spin": None, "viscous_drag": None, **changes.pop("effects", {})}

@@ -206,13 +206,13 @@ def test_a_run_that_diverges_has_no_merits_and_leaves_the_others_alone(scene: An
     }
     split = columns_of(PreparedRun(base), columns)
     assert split is not None and len(split.rows) == 4
-    batch = simulate_batch(base, columns, merits=["final_whirl_over_e", "still_changing"])
+    batch = simulate_batch(base, columns, merits=["final_whirl_over_e", "settled"])
     kept = simulate_batch(base, columns, merits=["final_whirl_over_e"], samples=True)
     assert [bool(failure) for failure in batch.failures] == [False, True, False, True]
     assert batch.failures == kept.failures
     assert "beyond all bounds at t = " in batch.failures[1] and "diverged 2" in repr(batch)
     assert np.isnan(batch.merits["final_whirl_over_e"]).tolist() == [False, True, False, True]
-    assert batch.merits["still_changing"][1] is None
+    assert batch.merits["settled"][1] is None
     np.testing.assert_array_equal(
         kept.merits["final_whirl_over_e"], batch.merits["final_whirl_over_e"]
     )

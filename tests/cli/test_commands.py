@@ -35,7 +35,7 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     passed = report["first_passage_of_opposite"] - report["variable_speed_period"]
     assert passed == pytest.approx(0.873, rel=1e-3)
     assert report["final_stretch"] == pytest.approx(0.6)
-    assert report["still_changing"] is True and report["in_band_from"] is None
+    assert report["settled"] is False and report["in_band_from"] is None
     through, alone = report["without_variable_speed_period"], report["without_balls"]
     assert through["peak_whirl_over_e"] == pytest.approx(54.56, rel=1e-3), "thesis-baseline's"
     assert alone["residual_unbalance"] == alone["final_whirl_relative_to_no_balls"] == 1.0

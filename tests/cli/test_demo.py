@@ -11,21 +11,13 @@ import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
-from ab_sim.analysis import replay  # noqa: E402
+from ab_sim.analysis import run_scene  # noqa: E402
 from ab_sim.drive.trajectory import Trajectory  # noqa: E402
 from ab_sim.recording import read_recording  # noqa: E402
-from ab_sim.scene import check_scene, load_scene  # noqa: E402
-from ab_sim.spindle.segments_course import PERIOD  # noqa: E402
+from ab_sim.scene import check_scene  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
-
-
-HOLD = load_scene("balanced-start-up").profile.variable_speed_period
-PUNCTUAL, TRIES = 0.03, 3
-"""s that a command may be late at most where the drive's balance is judged: of commands that were
-late now and then, by 0.02 s on average, the peak whirl changed by 6 %, of 0.05 s by 30 %, and not
-all drives were balanced."""
 
 
 class Demo(NamedTuple):
@@ -40,18 +32,8 @@ class Demo(NamedTuple):
 
 @pytest.fixture(scope="module")
 def finished(tmp_path_factory: pytest.TempPathFactory) -> Demo:
-    """The first demo that the machine had time for."""
-    found = []
-    for _ in range(TRIES):
-        over = demo(tmp_path_factory.mktemp("demo") / "out")
-        found.append(latest(over.live))
-        if found[-1] < PUNCTUAL:
-            return over
-    raise AssertionError(f"this machine is too busy for real time: commands came {found} s late")
-
-
-def demo(out: Path) -> Demo:
     """The command, whole."""
+    out = tmp_path_factory.mktemp("demo") / "out"
     root = Path(__file__).resolve().parents[2]
     with own_domain() as domain:
         done = subprocess.run(
@@ -73,40 +55,25 @@ def demo(out: Path) -> Demo:
     return Demo(out, done.stdout, recorded.description["scene"], live)
 
 
-def latest(live: Trajectory) -> float:
-    """How late a command was at most [s]: on ramps each 5 ms has its own, and one ends the hold."""
-    changed = np.flatnonzero(np.diff(live["command"])) + 1
-    gaps = np.diff(live["time"][changed])
-    held = live["command"][changed[:-1]] == HOLD.start_speed
-    assert np.count_nonzero(held) == 1
-    return float(np.max(gaps - np.where(held, HOLD.duration, PERIOD)))
-
-
 def test_says_what_it_did(finished: Demo) -> None:
     for words in (
         "peak W/e", "final W/e", "residual unbalance", "... / without balls",
         "period", "final ball angles", "real-time factor", "worst lateness",
-        "steps dropped", "messages lost", "startup.rrd", "startup.png", "of 9 s",
-        "watch it at http://127.0.0.1:",
+        "steps dropped", "messages lost", "the same, to the last bit", "startup.rrd",
+        "startup.png", "of 9 s", "watch it at http://127.0.0.1:",
     ):  # fmt: skip
         assert words in finished.said
 
 
-def test_recorded_ball_angles_equal_an_offline_run(finished: Demo) -> None:
-    """Against the same command history: 1e-9 rad."""
+def test_the_recording_is_the_offline_run(finished: Demo) -> None:
+    """However busy the machine is: every sample but the first, taken before it was commanded."""
     live = finished.live
     # The demo lasts until a sample of this time is heard, and may stop the drive right there.
     assert live["time"][-1] >= finished.scene["duration"] == 9.0
-    assert len(set(live["command"].tolist())) > 100
-    offline = replay(check_scene(finished.scene, "recording"), live)
-    np.testing.assert_allclose(offline.ball_angles, live.ball_angles, rtol=0, atol=1e-9)
-
-
-def test_the_drive_gets_balanced(finished: Demo) -> None:
-    """Ours offline: 0.107 e in the end. Live, where balls stick differs by a few degrees."""
-    live = finished.live
-    assert live.whirl.max() / 1e-4 == pytest.approx(26.9, rel=0.1)
-    assert live.whirl[-500:].max() / 1e-4 < 0.3, "1.34 without balls"
+    offline = run_scene(check_scene(finished.scene, "recording"))
+    steps = len(offline.trajectory)
+    assert np.array_equal(live.samples[1:steps], offline.trajectory.samples[1:])
+    assert offline.merits.balanced and f"{offline.merits.residual_unbalance:.3g}" in finished.said
 
 
 def test_picture(finished: Demo) -> None:

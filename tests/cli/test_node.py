@@ -79,6 +79,10 @@ def test_a_slip_in_an_option_is_no_word() -> None:
         (("set", "speed_factor"), "'speed_factor': must be NAME=VALUE"),
         (("set", "a=1", "a=2"), "a: is given twice"),
         (("set", "a={"), "the value is not valid YAML"),
+        (("command", "fast"), "SPEED 'fast': must be a number, in rad/s or with a unit"),
+        (("command", "2 kg"), "SPEED '2 kg': is a mass [kg], must be an angular speed [rad/s]"),
+        (("command", "inf"), "SPEED inf: must be a finite number"),
+        (("command", "--sped"), "--sped: `ab-sim node command` has no such option"),
         (("list", "--wait", "0"), "--wait 0: must be more than 0 s"),
         (("puase",), "No such command 'puase'"),
     ],
@@ -95,6 +99,9 @@ def test_nobody_there() -> None:
     done = ab_sim("node", "pause", "--namespace", "nowhere", "--wait", "0.3")
     assert done.returncode == 2
     assert "nobody offers /nowhere/drive_sim/pause (waited 0.3 s)" in done.stderr
+    done = ab_sim("node", "command", "5", "--namespace", "nowhere", "--wait", "0.3")
+    assert done.returncode == 2
+    assert "there is no drive /nowhere/drive_sim (waited 0.3 s)" in done.stderr
 
 
 @pytest.mark.ros

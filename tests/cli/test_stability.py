@@ -57,7 +57,7 @@ def test_borders_for_several_drags(tmp_path: Path) -> None:
 def test_a_basin(tmp_path: Path) -> None:
     done = ab_sim(
         "stability", "thesis-hold", "--set", "effects.rolling_friction=", "--basin", "3",
-        "--limit", "2", "--json", "-", "--plot", "b.png", cwd=tmp_path,
+        "--set", "balanced.residual_unbalance=2", "--json", "-", "--plot", "b.png", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     report = json.loads(done.stdout)

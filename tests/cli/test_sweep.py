@@ -18,7 +18,7 @@ MASSES = "balls.mass=0.5 g..3 g:6"
 def test_a_grid_is_shown_drawn_and_written(tmp_path: Path) -> None:
     done = ab_sim(
         "sweep", "thesis-hold", *SHORT, "--over", MASSES, "--over", "start.speed=0,20,40 rad/s",
-        "--merits", "peak_whirl_over_e,still_changing,final_tilt", "--json", "s.json",
+        "--merits", "peak_whirl_over_e,settled,final_tilt", "--json", "s.json",
         "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr

@@ -17,9 +17,9 @@ from ab_sim.errors import InputError
         ("final_whirl_over_e>=-.5", Bound("final_whirl_over_e", ">=", -0.5)),
         ("in_band_from<500 ms", Bound("in_band_from", "<", 0.5)),
         ("in_band_from > 2", Bound("in_band_from", ">", 2.0)),
-        ("still_changing<1", Bound("still_changing", "<", 1.0)),
-        ("still_changing", Bound("still_changing", ">=", 1.0)),
-        ("not still_changing", Bound("still_changing", "<=", 0.0)),
+        ("settled<1", Bound("settled", "<", 1.0)),
+        ("settled", Bound("settled", ">=", 1.0)),
+        ("not settled", Bound("settled", "<=", 0.0)),
     ],
 )
 def test_bounds_as_they_are_written(text: str, bound: Bound) -> None:
@@ -63,7 +63,7 @@ def test_a_bound_holds_or_not(op: str, expected: list[int]) -> None:
     found = bound.holds([0.1, 0.5, 0.7, None])
     assert found.dtype == bool and found.tolist() == [bool(each) for each in expected]
     assert not bound.holds(math.nan) and bound.upper == op.startswith("<")
-    assert Bound("still_changing", ">=", 1.0).holds(np.array([True, False])).tolist() == [
+    assert Bound("settled", ">=", 1.0).holds(np.array([True, False])).tolist() == [
         True,
         False,
     ]

@@ -14,9 +14,10 @@ from scipy import stats
 
 import ab_sim
 from ab_sim.analysis.merits import merits_of
+from ab_sim.analysis.merits.verdict import Verdict
 from ab_sim.design import judged, work
 from ab_sim.design.bounds import bound_of
-from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, OUTCOME, SETTLED, Job, Point
+from ab_sim.design.judged import FAILED, OUTCOME, Job, Point, has_settled
 from ab_sim.design.spread import Spread
 from ab_sim.design.spread_runs import SpreadQuestion, run_spread
 from ab_sim.design.sweep import open_sweep
@@ -52,7 +53,7 @@ def spread(scene: str, question: SpreadQuestion, *changes: str, over: Sequence[s
 def test_its_runs_are_single_runs_to_the_bit(scene: str, change: str) -> None:
     asked = SpreadQuestion(24, pairs=4)
     found = spread(scene, asked, change, "duration=0.3")
-    assert set(found.runs.outcomes) <= {SETTLED, CHANGING, CIRCULATES}
+    assert set(found.runs.outcomes) <= {each.value for each in Verdict}
     for run in range(0, 24, 5):
         own = found.scene_of(run)
         steps = round(own.duration / own.solver.step)
@@ -69,8 +70,8 @@ def fake(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         speed = given["start.speed"]
         whirl = speed + given.get("start.angle", 0.0)
         merits = {"residual_unbalance": speed, "final_whirl_over_e": whirl}
-        outcome = FAILED if speed > 0.999 else SETTLED
-        rows.append({"run": point.run, **(merits if outcome == SETTLED else {}), OUTCOME: outcome})
+        outcome = FAILED if speed > 0.999 else Verdict.BALANCED.value
+        rows.append({"run": point.run, **({} if outcome == FAILED else merits), OUTCOME: outcome})
     return pyarrow.Table.from_pylist(rows, judged.schema_of(job))
 
 
@@ -100,7 +101,7 @@ def test_the_share_until_a_precision_covers(monkeypatch: pytest.MonkeyPatch) -> 
 def test_failed_and_restless_runs_are_not_balanced(monkeypatch: pytest.MonkeyPatch) -> None:
     def restless(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         rows = fake(job, points).to_pylist()
-        odd = [{**row, OUTCOME: CHANGING} if row["run"] % 2 else row for row in rows]
+        odd = [{**row, OUTCOME: Verdict.CHANGING.value} if row["run"] % 2 else row for row in rows]
         return pyarrow.Table.from_pylist(odd, judged.schema_of(job))
 
     monkeypatch.setattr(work, "judged", restless)
@@ -265,7 +266,7 @@ def test_all_or_none_balanced(limit: str, share: float) -> None:
     asked = asked._replace(against=ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
     found = spread("thesis-hold", asked, "duration=0.2", "effects.viscous_drag.coefficient=9")
     if share:
-        settled = found["outcome"] == SETTLED
+        settled = has_settled(found["outcome"])
         assert (found.balanced == settled).all()
     else:
         assert not found.balanced.any()

@@ -10,9 +10,10 @@ from pyarrow import csv
 
 import ab_sim
 from ab_sim.analysis.merits import merits_of, reported_merits
+from ab_sim.analysis.merits.verdict import Verdict
 from ab_sim.batch import judging
 from ab_sim.design import judged, work
-from ab_sim.design.judged import CHANGING, CIRCULATES, FAILED, SETTLED
+from ab_sim.design.judged import FAILED
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import Sweep, open_sweep, run_sweep
 from ab_sim.design.variables import variable_of
@@ -20,7 +21,7 @@ from ab_sim.drive.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.workers import Workers
 
-MERITS = ("final_whirl_over_e", "peak_whirl_over_e", "still_changing", "peak_tilt", "in_band_from")
+MERITS = ("final_whirl_over_e", "peak_whirl_over_e", "settled", "peak_tilt", "in_band_from")
 EVERY = tuple(merit.key for merit in reported_merits() if merit.scalar)
 SMOOTH = ("effects.rolling_friction=", "duration=0.4")
 OVER = {
@@ -48,7 +49,7 @@ def swept(
 @pytest.mark.parametrize("scene", OVER)
 def test_its_runs_are_single_runs_to_the_bit(scene: str) -> None:
     found = swept(scene, OVER[scene], "lhs:40", "duration=0.3", merits=EVERY)
-    assert set(found.outcomes) <= {SETTLED, CHANGING, CIRCULATES}
+    assert set(found.outcomes) <= {each.value for each in Verdict}
     for run in range(40):
         own = found.scene_of(run)
         expected = merits_of(Drive(own).advance(300), own, EVERY)
@@ -167,7 +168,7 @@ def test_circulating_balls_are_an_outcome() -> None:
     """The case of issue 32: six balls that stall at the critical speed, and turn at 307 rad/s."""
     texts = ("effects.viscous_drag.coefficient=0.1,2",)
     found = swept("balanced-start-up", texts, None, "balls.mass=0.003", "duration=9")
-    assert found.table["outcome"].to_pylist()[0] == CIRCULATES
+    assert found.table["outcome"].to_pylist()[0] == Verdict.CIRCULATES.value
     assert found.best("final_whirl_over_e") != 0
 
 

@@ -8,9 +8,10 @@ import pyarrow.parquet
 import pytest
 
 import ab_sim
+from ab_sim.analysis.merits.verdict import Verdict
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
-from ab_sim.design.judged import CHANGING, FAILED, SETTLED
+from ab_sim.design.judged import FAILED, has_settled
 from ab_sim.design.scores import Aim, Standard, best_of, scored
 from ab_sim.design.search import Effort, search
 from ab_sim.design.tune import NO_PERIOD, Task, Tuning, aim_of, run_tuning
@@ -78,7 +79,7 @@ def test_it_is_at_least_as_good_as_a_grid(case: str) -> None:
         {each.partition("=")[0]: f"{each.partition('=')[2]}:{side}" for each in vary},
         [aim, *(bound_of(each).merit for each in bounds)],
     )
-    good = grid["outcome"] == SETTLED
+    good = has_settled(grid["outcome"])
     for each in bounds:
         good &= bound_of(each).holds(grid[bound_of(each).merit])
     best = np.nanmin(np.where(good, grid[aim], np.nan))
@@ -207,7 +208,7 @@ def test_scores_of_spread_drives_are_what_a_share_of_them_reaches() -> None:
     table = pyarrow.table({
         "peak_whirl_over_e": [1.0, 2.0, 3.0, 4.0, 2.0, 2.0, 2.0, 9.0, 1.0, 1.0, 1.0, None],
         "final_whirl_over_e": [0.1, 0.1, 0.1, 0.1, 0.1, 0.1, 0.3, 0.1, 0.1, 0.1, 0.1, None],
-        "outcome": [SETTLED] * 10 + [CHANGING, FAILED],
+        "outcome": [Verdict.BALANCED.value] * 10 + [Verdict.CHANGING.value, FAILED],
     })  # fmt: skip
     aim, bounds = aim_of("peak_whirl_over_e", None), (bound_of("final_whirl_over_e<0.2"),)
     most = scored(table, Standard(aim, bounds, 4, 0.75))

@@ -165,12 +165,16 @@ class Fleet:
 
     def command(self, *speeds: float) -> None:
         """Publish commands to a drive that listens."""
-        if "command" not in self._publishers:
-            self._publishers["command"] = topics.COMMAND.publisher(self.node)
-        publisher = self._publishers["command"]
-        self.until(lambda: self._all_hear(publisher), "the drive listens to commands")
-        for speed in speeds:
-            publisher.publish(topics.COMMAND.message(speed))
+        self.publish(topics.COMMAND, *map(topics.COMMAND.message, speeds))
+
+    def publish(self, topic: Topic, *messages: Any) -> None:
+        """Publish messages on a topic of commands to a drive that listens."""
+        if topic.name not in self._publishers:
+            self._publishers[topic.name] = topic.publisher(self.node)
+        publisher = self._publishers[topic.name]
+        self.until(lambda: self._all_hear(publisher), f"the drive listens to {topic.name}")
+        for message in messages:
+            publisher.publish(message)
 
     def _all_hear(self, publisher: Any) -> bool:
         """Whether a drive is among those who are known to listen, and each of them is reached."""

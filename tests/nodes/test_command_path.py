@@ -1,13 +1,21 @@
 """Commands on their way to the spindle: limits, bus, watchdog, emergency stop; counted in steps."""
 
+import json
 import math
 from typing import Any
 
 import pytest
 
+from ab_msgs_py.set_points import SetPoint, SetPoints
 from ab_sim.errors import InputError
-from ab_sim.nodes.command_path import CommandPath, Rules, SpeedOrder, WatchdogAction
-from ab_sim.spindle import SpeedServo
+from ab_sim.nodes.command_path import (
+    CommandPath,
+    Rules,
+    SpeedOrder,
+    TrajectoryOrder,
+    WatchdogAction,
+)
+from ab_sim.spindle import Ramp, SpeedServo
 
 SCENE_LIMITS = SpeedServo(400.0, 100.0)
 STEP = 1e-3
@@ -17,7 +25,7 @@ def path(seed: int = 0, **rules: object) -> CommandPath:
     return CommandPath(SCENE_LIMITS, STEP, Rules(**rules), seed)  # type: ignore[arg-type]
 
 
-def told(p: CommandPath, now: int, speed: float = 77.0) -> SpeedOrder | None:
+def told(p: CommandPath, now: int, speed: float = 77.0) -> SpeedOrder | TrajectoryOrder | None:
     return p.order(now, lambda: speed)
 
 
@@ -95,6 +103,7 @@ def test_a_bus_is_slow_and_keeps_the_order() -> None:
     followed: dict[float, int] = {}
     for now in range(300):
         if (order := told(p, now)) is not None:
+            assert isinstance(order, SpeedOrder)
             followed[order.speed] = now
     late = [now - speed for speed, now in followed.items()]
     assert min(late) >= 5 and max(late) <= 25 and len(set(late)) > 3
@@ -245,3 +254,159 @@ def test_jitter_is_the_seeds() -> None:
         return [told(p, now) for now in range(30)]
 
     assert run(1) == run(1) != run(2)
+
+
+SECOND = 10**9
+RISE = SetPoints(0, (SetPoint(0, 0.0), SetPoint(SECOND, 80.0)))
+"""From standstill to 80 rad/s in 1 s, as soon as it arrives."""
+
+
+def at(start: int) -> SetPoints:
+    """The same from a step on."""
+    return RISE._replace(start=start * 10**6)
+
+
+def refusals(p: CommandPath) -> list[str]:
+    return [answer.refusal for answer in p.trajectory_news]
+
+
+def test_a_trajectory_is_an_order_once() -> None:
+    p = path(max_acceleration=90.0)
+    p.receive_trajectory(at(300), 5)
+    order = told(p, 5)
+    assert isinstance(order, TrajectoryOrder) and order.acceleration == 90.0
+    assert order.speeds.start == 300 * 10**6 and order.speeds.ramps == ((1.0, Ramp(0.0, 80.0)),)
+    assert told(p, 5) is told(p, 400) is None and p.trajectory == order.speeds
+    assert (p.accepted, p.rejected) == (1, 0) and p.trajectory_news == [(300 * 10**6, "")]
+
+
+def test_a_trajectory_without_a_stamp_begins_when_it_leaves_the_bus() -> None:
+    p = path(delay=7e-3)
+    p.receive_trajectory(RISE, 5)
+    assert told(p, 11) is None
+    order = told(p, 12)
+    assert isinstance(order, TrajectoryOrder) and order.speeds.start == 12 * 10**6
+
+
+def test_what_is_past_changes_nothing() -> None:
+    p = path()
+    p.receive(50.0, 0)
+    assert told(p, 0) == (50.0, 100.0)
+    p.receive_trajectory(at(9), 10)
+    p.receive_trajectory(RISE._replace(start=-1), 10)
+    assert told(p, 10) is None and p.trajectory is None and p.rejected == 2
+    assert all(text.startswith("begins in the past: header.stamp = ") for text in refusals(p))
+    slow = path(delay=5e-3)
+    slow.receive_trajectory(at(12), 10)
+    slow.receive_trajectory(at(15), 10)
+    assert [not text for text in refusals(slow)] == [False, True], "the bus takes its time"
+
+
+def test_beyond_the_limits_changes_nothing() -> None:
+    for rules in ({"max_speed": 79.0}, {"max_acceleration": 79.0}):
+        p = path(**rules)
+        p.receive_trajectory(RISE, 0)
+        assert told(p, 0) is None and (p.accepted, p.rejected) == (0, 1) and refusals(p) != [""]
+        assert p.trajectories_rejected == 1
+
+
+def test_the_message_that_came_last_leads() -> None:
+    p = path()
+    p.receive_trajectory(RISE, 0)
+    told(p, 0)
+    p.receive(30.0, 500)
+    assert told(p, 500) == (30.0, 100.0) and p.trajectory is None
+    p.receive_trajectory(at(700), 600)
+    assert isinstance(told(p, 600), TrajectoryOrder)
+    p.receive(30.0, 650)
+    assert told(p, 650) == (30.0, 100.0), "also before its start"
+    p.receive(35.0, 660)
+    p.receive_trajectory(at(900), 660)
+    first, second = told(p, 660), told(p, 660)
+    assert first == (35.0, 100.0) and isinstance(second, TrajectoryOrder), "both, until its start"
+    assert told(p, 660) is None
+
+
+def test_a_speed_that_a_trajectory_holds_already_changes_nothing() -> None:
+    p = path()
+    p.receive_trajectory(RISE, 0)
+    told(p, 0)
+    p.receive(80.0, 999)
+    assert told(p, 999) == (80.0, 100.0), "one step before its last point it takes over"
+    p.receive_trajectory(at(2000), 1500)
+    told(p, 1500)
+    p.receive(80.0, 3000)
+    assert told(p, 3000) is None and p.trajectory is not None
+    p.receive(80.5, 3001)
+    assert told(p, 3001) == (80.5, 100.0)
+
+
+def test_a_trajectory_lives_until_its_last_point() -> None:
+    p = path(age_limit=0.1, silence=WatchdogAction.STOP)
+    p.receive_trajectory(at(200), 0)
+    told(p, 0)
+    assert p.age(700) == 0.0 and p.age(1250) == pytest.approx(0.05)
+    assert p.next(0) == 1300 and told(p, 1299) is None
+    assert told(p, 1300) == (0.0, 100.0) and p.silent and p.trajectory is None
+    p.receive_trajectory(at(2000), 1900)
+    assert isinstance(told(p, 1900), TrajectoryOrder) and not p.silent
+
+
+def test_an_emergency_stop_ends_a_trajectory() -> None:
+    p = path()
+    p.receive_trajectory(RISE, 0)
+    told(p, 0)
+    p.emergency_stop()
+    assert told(p, 500) == (0.0, 100.0) and p.trajectory is None
+    p.receive_trajectory(at(900), 600)
+    assert told(p, 600) is None and p.ignored == 1 and refusals(p)[-1] == "emergency stop"
+
+
+def test_a_limit_below_what_is_ahead_holds_the_speed() -> None:
+    p = path()
+    p.receive_trajectory(RISE, 0)
+    told(p, 0)
+    p.rules = Rules(max_speed=80.0, max_acceleration=80.0)
+    assert told(p, 100) is None, "nothing of it is beyond that"
+    p.rules = Rules(max_speed=60.0)
+    assert told(p, 500, speed=40.0) == (40.0, 100.0)
+    assert "left at 0.5 s: it goes up to 80 rad/s, and the limit is now 60" in refusals(p)[-1]
+    p.receive_trajectory(RISE._replace(points=(SetPoint(0, 0.0), SetPoint(SECOND, 50.0))), 600)
+    told(p, 600)
+    p.rules = Rules(max_acceleration=20.0)
+    told(p, 700, speed=5.0)
+    assert "50 rad/s^2, and the limit is now 20 rad/s^2" in refusals(p)[-1]
+
+
+def test_many_trajectories_at_once_stay_one() -> None:
+    p = path()
+    for start in range(100, 200):
+        p.receive(1.0, 5)
+        p.receive_trajectory(at(start), 5)
+    assert len(p.state()["bus"]) == 2
+
+
+def test_a_trajectory_in_a_snapshot() -> None:
+    p, other = path(delay=0.01, age_limit=0.1), path(delay=0.01, age_limit=0.1)
+    p.receive_trajectory(at(100), 0)
+    told(p, 10)
+    p.receive_trajectory(at(300), 15)
+    kept = json.loads(json.dumps(p.state()))
+    other.restore(kept)
+    assert other.state() == p.state() and other.trajectory == p.trajectory
+    assert other.next(15) == p.next(15) and told(other, 15) is None
+    assert told(other, 25) == told(p, 25) != None  # noqa: E711
+    for damage in ("x", [None, [[-1.0, 0.0, 0.0]], 0.0, [0.0, 0.0]], [1.5, [], 0.0, [0.0, 0.0]],
+                   [None, [], 0.0, [0.0, 0.0]], [0, [[1e300, 0.0, 0.0]], 0.0, [0.0, 0.0]],
+                   [0, [], math.nan, [0.0, 0.0]], [0, [[1.0, 0.0]], 0.0, [0.0, 0.0]]):  # fmt: skip
+        with pytest.raises(InputError, match="no state of a path of commands"):
+            other.restore({**kept, "trajectory": damage})
+
+
+def test_time_that_begins_again_moves_a_trajectory() -> None:
+    p = path(age_limit=0.1)
+    p.receive_trajectory(RISE, 0)
+    told(p, 0)
+    p.count_from(400, 0)
+    assert p.trajectory is not None and p.trajectory.start == -400 * 10**6
+    assert p.next(0) == 700

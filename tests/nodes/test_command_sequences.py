@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from ab_msgs_py.set_points import SetPoint, SetPoints
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath, Rules, WatchdogAction
@@ -33,8 +34,20 @@ any_rules = st.builds(
     st.floats(0.0, 0.05),
     st.floats(0.0, 0.05),
 )
+any_points = st.lists(
+    st.builds(
+        SetPoint,
+        st.integers(0, 60_000_000),
+        any_speed,
+        st.one_of(st.none(), st.floats(-1e4, 1e4)),
+    ),
+    min_size=1,
+    max_size=5,
+).map(lambda points: tuple(sorted(points, key=lambda point: point.time)))
+any_trajectory = st.builds(SetPoints, st.integers(-1, 120_000_000), any_points)
 events = st.one_of(
     st.tuples(st.just("command"), any_speed),
+    st.tuples(st.just("trajectory"), any_trajectory),
     st.tuples(st.just("advance"), st.integers(1, 12)),
     st.tuples(st.just("rules"), any_rules),
     st.tuples(st.sampled_from(["stop", "release", "reset"]), st.none()),
@@ -49,6 +62,8 @@ def play(happening: list[tuple[str, object]], grouping: int | None = None) -> Tr
     for what, value in happening:
         if what == "command":
             led.path.receive(value, DRIVE.steps)  # type: ignore[arg-type]
+        elif what == "trajectory":
+            led.path.receive_trajectory(value, DRIVE.steps)  # type: ignore[arg-type]
         elif what == "rules":
             led.path.rules = value  # type: ignore[assignment]
         elif what == "stop":
@@ -81,14 +96,32 @@ def test_whatever_is_commanded_outputs_are_finite(happening: list[tuple[str, obj
     sound(happening)
 
 
+def trajectory(rng: random.Random) -> SetPoints:
+    """Most can be followed: up to 1.1 times the largest acceleration, from any speed."""
+    speed, time, points = rng.uniform(-50.0, 50.0), 0, []
+    for _ in range(rng.randint(1, 6)):
+        points.append(SetPoint(time, speed))
+        time += round(10 ** rng.uniform(0.0, 8.0))
+        slope = 1.1 * SCENE.spindle.max_acceleration * rng.uniform(-1.0, 1.0)
+        speed += slope * (time - points[-1].time) * 1e-9
+    return SetPoints(rng.choice([0, 10**6 * rng.randint(-1, 200)]), tuple(points))
+
+
 def drawn(rng: random.Random) -> list[tuple[str, object]]:
     """As ``events``, but drawn much faster."""
     most = SCENE.spindle.max_speed
     odd = (math.nan, math.inf, -math.inf, 0.0, -0.0, 5e-324, 1e308, most, -most)
     happening: list[tuple[str, object]] = []
     for _ in range(rng.randint(1, 12)):
-        what = rng.choice(["command"] * 4 + ["advance"] * 4 + ["rules", "stop", "release", "reset"])
+        what = rng.choice(
+            ["command"] * 3
+            + ["trajectory"] * 3
+            + ["advance"] * 5
+            + ["rules", "stop", "release", "reset"]
+        )
         value: object = None
+        if what == "trajectory":
+            value = trajectory(rng)
         if what == "command":
             value = rng.choice([rng.choice(odd), 1.1 * rng.uniform(-most, most)])
         elif what == "advance":

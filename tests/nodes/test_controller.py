@@ -1,6 +1,7 @@
 """Profiles under way, and `ab-sim node` that starts and aborts them: one drive for all of it."""
 
 import json
+import math
 import re
 import sys
 from collections.abc import Iterator
@@ -150,7 +151,7 @@ def test_an_abort_is_a_ramp(session: Fleet) -> None:
 
 def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     """The run under way goes on; what cannot be run is refused, and changes nothing."""
-    node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 80}]}"
+    node, calm = "profile_controller", "{kind: segments, segments: [{to: 8, acceleration: 40}]}"
     # Slowly: requests are many, and the first segment is to last for all of them.
     assert session.set("drive_sim", speed_factor=0.1)[0]
     session.until(lambda: session.call(f"{node}/start")[0], "it starts")
@@ -173,6 +174,45 @@ def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     session.until(lambda: speed_of(session) == 8.0, "and its speed is held")
     statuses = [text_of(m) for m in session.heard["profile_controller/status"]]
     assert statuses[-2].startswith("running: segment 1 of 1, from 0 to 8 rad/s")
+    assert session.value(node, "sends") == "a trajectory"
+
+
+def test_a_profile_that_the_drive_cannot_follow_is_aborted(session: Fleet) -> None:
+    """50 rad/s^2 is what the scene's spindle can do; the reason is the drive's."""
+    node, steep = "profile_controller", "{kind: segments, segments: [{to: 20, acceleration: 80}]}"
+    assert session.call(f"{node}/abort")[0]
+    session.until(lambda: status_of(session) == "aborted", "standstill is commanded")
+    session.until(lambda: speed_of(session) == 0.0, "the drive stands")
+    assert session.set(node, profile=steep) == (True, "")
+    before = len(session.heard["profile_controller/status"])
+    session.until(lambda: session.call(f"{node}/start")[0], "it starts")
+    session.until(
+        lambda: len(session.heard["profile_controller/status"]) > before + 1, "it is judged"
+    )
+    assert status_of(session) == "aborted" and speed_of(session) == 0.0
+    session.reads(node, "80 rad/s^2, and at most 50 rad/s^2 are allowed")
+    session.reads("drive_sim", "spindle/trajectory, refused: points[0]: ")
+
+
+def test_commanding_a_speed(session: Fleet, asked: Asked) -> None:
+    assert session.set("drive_sim", speed_factor=1.0, speed_limit=100.0)[0]
+    asked("reset-state")
+    assert asked("command", "20") == (
+        "accepted: from 0 to 20 rad/s, at 50 rad/s^2, 0.4 s; limit 100 rad/s\n"
+    )
+    session.until(lambda: speed_of(session) == 20.0, "it has followed")
+    assert "command = 101 rad/s: must be within +-100 rad/s" in asked("command", "101", code=2)
+    assert "there is no drive /left/drive_sim" in asked(
+        "command", "9", "--namespace", "left", "--wait", "5", code=2
+    )
+    asked("emergency-stop")
+    assert "ignored after an emergency stop" in asked("command", "9", code=1)
+    asked("reset-emergency-stop")
+    assert "to -1.0472 rad/s" in asked("command", "-10 rpm")
+    session.until(lambda: speed_of(session) == pytest.approx(-math.pi / 3), "and backwards")
+    asked("deactivate")
+    assert "inactive: time stands still" in asked("command", "9", code=1)
+    asked("activate")
 
 
 def test_a_drive_that_is_not_ab_sim(fleet: Fleet, tmp_path: Path) -> None:

@@ -8,6 +8,7 @@ import sys
 import time
 from collections.abc import Iterator
 from pathlib import Path
+from xml.etree import ElementTree
 
 import pytest
 
@@ -86,7 +87,8 @@ class Started:
         self, where: list[str], *command: str, reach: str | None = None
     ) -> subprocess.Popen[str]:
         """Start Python somewhere; what it prints can be read line by line."""
-        ours = (RANGE, discovery.PROFILES_NAMED_BY)  # of a node that this process has been
+        # of a node that this process has been
+        ours = {RANGE, *(variable for variable, _ in discovery.PROFILES.values())}
         environment = {k: v for k, v in os.environ.items() if k not in ours}
         environment |= {"ROS_DOMAIN_ID": str(self._domain), "PYTHONUNBUFFERED": "1"}
         if reach is not None:
@@ -196,12 +198,20 @@ def test_only_this_machine_is_told_often(
 ) -> None:
     monkeypatch.setattr(os, "environ", dict(given))
     discovery.prepare()
-    wanted = {discovery.PROFILES_NAMED_BY: str(discovery.PROFILES)} if often else {}
+    variable, file = discovery.PROFILES[discovery.fast_dds()]
+    wanted = {variable: str(file)} if often else {}
     assert os.environ == {RANGE: "LOCALHOST"} | given | wanted
 
 
-@pytest.mark.parametrize("name", [discovery.PROFILES_NAMED_BY, discovery.EARLIER_NAME])
-def test_profiles_of_the_user_stay(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
-    monkeypatch.setattr(os, "environ", {name: "mine"})
+@pytest.mark.parametrize("variable", [variable for variable, _ in discovery.PROFILES.values()])
+def test_profiles_of_the_user_stay(monkeypatch: pytest.MonkeyPatch, variable: str) -> None:
+    monkeypatch.setattr(os, "environ", {variable: "mine"})
     discovery.prepare()
-    assert os.environ == {RANGE: "LOCALHOST", name: "mine"}
+    assert os.environ == {RANGE: "LOCALHOST", variable: "mine"}
+
+
+def test_both_versions_of_fast_dds_have_the_same_profiles() -> None:
+    (_, two), (_, three) = discovery.PROFILES.values()
+    trees = [ElementTree.fromstring(file.read_text()) for file in (two, three)]
+    in_two, in_three = (ElementTree.tostring(tree, encoding="unicode") for tree in trees)
+    assert in_two.replace("heartbeatPeriod", "heartbeat_period") == in_three

@@ -1,16 +1,22 @@
 """Basins: runs from a grid of start angles, and the starts that are none."""
 
-import math
-
 import numpy as np
 import pytest
 
-from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.offline import run_scene
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.studies.basin import BALANCED, CIRCULATING, LEFT_OUT, NOT_BALANCED, basin
+from ab_sim.scene.sections import Balanced
+from ab_sim.studies.basin import (
+    BALANCED,
+    CHANGING,
+    CIRCULATING,
+    LEFT_OUT,
+    NAMES,
+    RINGING_DOWN,
+    basin,
+)
 from tests.conftest import SceneMaker
 
 SHORT = {
@@ -20,25 +26,23 @@ SHORT = {
 }
 
 
-def label_of_run(scene: Scene, one: float, other: float, limit: float) -> int:
-    """By the run alone, exchanged or not."""
+def label_of_run(scene: Scene, one: float, other: float) -> int:
+    """By the run's own verdict, exchanged or not."""
     changed = changed_scene(scene, {"start.ball_angles": [one, other]}, "test")
-    residual = merits_of(run_scene(changed).trajectory, changed).residual_unbalance
-    assert residual is not None
-    return BALANCED if residual <= limit else NOT_BALANCED
+    verdict = run_scene(changed).merits.verdict
+    return next(label for label, name in NAMES.items() if name == verdict)
 
 
 def test_equal_balls_may_be_exchanged_and_the_diagonal_is_left_out(scene: SceneMaker) -> None:
-    made = scene(**SHORT)
-    limit = 0.3
-    found = basin(made, 8, limit)
-    labels = np.where(found.labels == 2, NOT_BALANCED, found.labels)
+    made = scene(**SHORT, balanced={"residual_unbalance": 0.3})
+    found = basin(made, 8)
+    labels = found.labels
     np.testing.assert_array_equal(labels, labels.T)
     assert (np.diag(labels) == LEFT_OUT).all() and (labels == LEFT_OUT).sum() == 8
-    assert {*labels.ravel().tolist()} == {BALANCED, NOT_BALANCED, LEFT_OUT}
+    assert {LEFT_OUT, CHANGING} < {*labels.ravel().tolist()} and found.limit == 0.3
     # Those below the diagonal were not run: run some.
     for i, j in ((5, 1), (7, 2), (3, 0), (6, 5)):
-        assert labels[i, j] == label_of_run(made, found.angles[j], found.angles[i], limit)
+        assert labels[i, j] == label_of_run(made, found.angles[j], found.angles[i])
     assert sum(found.shares.values()) == pytest.approx(1.0)
 
 
@@ -50,13 +54,15 @@ def test_balls_that_differ_are_all_run(scene: SceneMaker) -> None:
     assert not np.allclose(residual, residual.T)
 
 
-def test_what_was_run_is_kept_whatever_the_limit(scene: SceneMaker) -> None:
-    made = scene(**SHORT)
-    first, told = basin(made, 4, 0.3), []
-    again = basin(made, 4, 10.0, tell=lambda what, done, total: told.append((done, total)))
-    assert told == [(10, 10)]
-    assert first.report()["residual_unbalance"] == again.report()["residual_unbalance"]
-    assert {*again.shares} == {BALANCED}
+def test_it_has_the_verdicts_and_the_limit_of_every_run(scene: SceneMaker) -> None:
+    """One definition: the default limit is that of `run`, and the scene sets another one."""
+    assert basin(scene(**SHORT), 4).limit == Balanced().residual_unbalance
+    wide = basin(scene(**SHORT, balanced={"residual_unbalance": 10.0}), 4)
+    assert {*wide.shares} <= {BALANCED, RINGING_DOWN, CHANGING}
+    again, told = [], []
+    for found in (wide, basin(wide.scene, 4, tell=lambda *now: told.append(now[1:]))):
+        again.append(found.report())
+    assert again[0] == again[1] and told == [(10, 10)], "kept"
 
 
 def test_balls_that_circulate_are_an_end_of_their_own(scene: SceneMaker) -> None:
@@ -75,19 +81,17 @@ def test_balls_that_circulate_are_an_end_of_their_own(scene: SceneMaker) -> None
 
 
 @pytest.mark.parametrize(
-    ("changes", "count", "limit", "words"),
+    ("changes", "count", "words"),
     [
-        ({"balls": {"count": 1}}, 4, 0.05, "balls.count = 1: a basin is drawn over"),
-        ({"rotor": {"eccentricity": 0.0}}, 4, 0.05, "rotor.eccentricity = 0 m"),
-        ({"balls": {"count": 4}}, 4, 0.05, "the equal balls 3 and 4 start at one angle"),
-        ({}, 1, 0.05, "basin: 1 angles: must be from 2 to 1000"),
-        ({}, 4, math.nan, "limit nan: must be a positive share"),
-        ({}, 4, 0.0, "limit 0: must be a positive share"),
+        ({"balls": {"count": 1}}, 4, "balls.count = 1: a basin is drawn over"),
+        ({"rotor": {"eccentricity": 0.0}}, 4, "rotor.eccentricity = 0 m"),
+        ({"balls": {"count": 4}}, 4, "the equal balls 3 and 4 start at one angle"),
+        ({}, 1, "basin: 1 angles: must be from 2 to 1000"),
     ],
 )
 def test_what_has_no_basin(
-    scene: SceneMaker, changes: dict[str, dict[str, float]], count: int, limit: float, words: str
+    scene: SceneMaker, changes: dict[str, dict[str, float]], count: int, words: str
 ) -> None:
     with pytest.raises((InputError, SceneError)) as error:
-        basin(scene(**changes), count, limit)
+        basin(scene(**changes), count)
     assert words in str(error.value)

@@ -4,8 +4,10 @@ import numpy as np
 
 from ab_sim.analysis.merits.judging import JudgedRuns
 from ab_sim.analysis.merits.spindle import SpindleStartWatch, SpindleTargetWatch
+from ab_sim.analysis.merits.verdict import BALANCED, verdicts
 from ab_sim.analysis.merits.watches import (
     BandWatch,
+    EarlierWhirlWatch,
     FinalCirculationWatch,
     FinalWhirlWatch,
     LastSampleWatch,
@@ -64,16 +66,17 @@ class GradeConclusion:
         """m/s: the speed of the turning mass' centre about the shaft."""
 
 
-class BalancedConclusion:
-    """Whether the balls balance the rotor in the end."""
+class VerdictConclusion:
+    """Whether a run has settled, and the balls balance the rotor in the end."""
 
-    AFTER = (ResidualWatch, FinalWhirlWatch, FinalCirculationWatch)
+    AFTER = (ResidualWatch, FinalWhirlWatch, EarlierWhirlWatch, FinalCirculationWatch)
 
     def __init__(
         self,
         runs: JudgedRuns,
         residual: ResidualWatch,
         final: FinalWhirlWatch,
+        earlier: EarlierWhirlWatch,
         circulation: FinalCirculationWatch,
     ) -> None:
         numbers = runs.numbers
@@ -85,9 +88,15 @@ class BalancedConclusion:
         # A couple that there is not, or does not count, is NaN.
         within &= ~(couple > numbers.most_couple)
         circulates = np.array([found is not None for found in circulation.found])
-        balanced = (within & final.settled & ~circulates).tolist()
-        self.found = [
-            None if left is None else yes
-            for left, yes in zip(residual.unbalance, balanced, strict=True)
+        unbalanced = np.array([left is not None for left in residual.unbalance])
+        has_balls = numbers.moments.shape[1] > 0
+        ringing_down = (final.largest <= earlier.largest) & ~residual.rises
+        self.found = verdicts(
+            within, final.settled, ringing_down, circulates, unbalanced & has_balls
+        )
+        """In words; see ``Verdict``."""
+        self.balanced = [
+            name in BALANCED if has_unbalance else None
+            for name, has_unbalance in zip(self.found, unbalanced.tolist(), strict=True)
         ]
         """None without an unbalance."""

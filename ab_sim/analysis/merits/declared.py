@@ -4,24 +4,27 @@ Each is declared here or in ``declared_motion``, and nowhere else, in the order 
 """
 
 from ab_sim.analysis.merits.conclusions import (
-    BalancedConclusion,
     GradeConclusion,
     SettlingConclusion,
     StartUpConclusion,
+    VerdictConclusion,
 )
 from ab_sim.analysis.merits.declared_motion import MotionMerits
 from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, Place, Row
 from ab_sim.analysis.merits.spindle import NEAR, SlipWatch, TorqueWatch
+from ab_sim.analysis.merits.verdict import Verdict
 from ab_sim.analysis.merits.vibration import HIGHEST, LOWEST, BroadBandWatch
-from ab_sim.analysis.merits.watches import FLOOR, FinalCirculationWatch
-from ab_sim.analysis.merits.wording import balanced_text, milli_text, seconds_text
+from ab_sim.analysis.merits.watches import EARLIER, FinalCirculationWatch
+from ab_sim.analysis.merits.wording import milli_text, seconds_text
 
 _VIBRATION = (
-    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1; what is slower than "
-    f"{LOWEST:g} turns a second is not in it) where the sensors sit, along each of their axes; "
-    "without sensors at C, along x and y, in space z"
+    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) where the sensors sit, "
+    "along each of their axes; without sensors at C, along x and y, in space z"
 )
-_TOO_SPARSE = "null where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+_TOO_SPARSE = (
+    "null where the spindle turns faster or slower than the band, so that what comes once per turn "
+    "is not in it, and where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+)
 _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
@@ -42,6 +45,7 @@ class Merits(MotionMerits):
         lambda start_up: start_up.in_band,
         better=Better.SMALLER,
         stepwise=True,
+        of_balanced=True,
     )
     start_up_time = Merit[float | None](
         "start_up_time",
@@ -60,6 +64,7 @@ class Merits(MotionMerits):
         ),
         better=Better.SMALLER,
         stepwise=True,
+        of_balanced=True,
     )
     settling_period = Merit[float | None](
         "settling_period",
@@ -90,7 +95,29 @@ class Merits(MotionMerits):
         f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
         BroadBandWatch,
         lambda vibration: vibration.final,
-        Row("vibration, rms [mm/s]", lambda m, _: milli_text(m.vibration_velocity_rms)),
+        Row(
+            f"vibration, rms, {LOWEST:g} to {HIGHEST:g} Hz [mm/s]",
+            lambda m, _: m.vibration_velocity_null or milli_text(m.vibration_velocity_rms),
+        ),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_null = Merit[str | None](
+        "vibration_velocity_null",
+        "-",
+        "why vibration_velocity_rms is null; null where it is not",
+        "a text",
+        BroadBandWatch,
+        lambda vibration: vibration.why_not,
+        kind=MeritKind.WORDS,
+    )
+    velocity_rms = Merit[float](
+        "velocity_rms",
+        "mm/s",
+        "vibration_velocity_rms without its filters: of the velocity at all frequencies",
+        "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
+        BroadBandWatch,
+        lambda vibration: vibration.whole,
+        Row("vibration, rms, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
         better=Better.SMALLER,
     )
     vibration_velocity_peak = Merit[float | None](
@@ -149,21 +176,32 @@ class Merits(MotionMerits):
         "-",
         "whether residual_unbalance is at most the scene's balanced.residual_unbalance (default "
         "0.1: what rolling friction leaves of a rotor that balls have balanced), no ball "
-        f"circulates, and the whirl is not still changing unless it is within {100 * FLOOR:g} % of "
-        "M0 e / M; residual_couple counts only where the scene has balanced.residual_couple; null "
-        "without an unbalance",
-        "residual_unbalance <= limit, and no circulating_balls, and (not still_changing or W_f <= "
-        f"{100 * FLOOR:g} % M0 e / M)",
-        BalancedConclusion,
+        "circulates, and the whirl has settled or rings down; residual_couple counts only where "
+        "the scene has balanced.residual_couple; null without an unbalance",
+        "residual_unbalance <= limit, and no circulating_balls, and (settled or rings down: max W "
+        f"over t >= t_l at most that over the {EARLIER} stretches before, and residual_unbalance "
+        "does not rise)",
+        VerdictConclusion,
+        lambda verdict: verdict.balanced,
+        better=Better.LARGER,
+        kind=MeritKind.TRUTH,
+    )
+    verdict = Merit[str](
+        "verdict",
+        "-",
+        f"{', '.join(each.value for each in Verdict)}: the last two without balls or without an "
+        "unbalance; of a run that rings down the final whirl is an upper bound",
+        "from balanced, settled and circulating_balls",
+        VerdictConclusion,
         lambda verdict: verdict.found,
         Row(
             "verdict",
-            lambda m, _: balanced_text(m.balanced),
+            lambda m, _: m.verdict,
             lambda scene: scene.balls.count > 0,
             place=Place.END,
             note="Balanced: residual unbalance at most balanced.residual_unbalance of the scene "
-            "(default 0.1), W not changing any more, no ball circulates.",
+            "(default 0.1), no ball circulates, and W has settled or rings down: it does not grow, "
+            "nor does the residual unbalance.",
         ),
-        better=Better.LARGER,
-        kind=MeritKind.TRUTH,
+        kind=MeritKind.WORDS,
     )

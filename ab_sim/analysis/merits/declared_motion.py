@@ -5,10 +5,12 @@ from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, MeritValues, 
 from ab_sim.analysis.merits.watches import (
     BAND,
     FLOOR,
+    TURNS,
     BandWatch,
     FinalCirculationWatch,
     FinalWhirlWatch,
     LastSampleWatch,
+    OncePerTurnWatch,
     PassageWatch,
     PeakWatch,
     ResidualWatch,
@@ -19,6 +21,7 @@ from ab_sim.analysis.merits.watches import (
 from ab_sim.analysis.merits.wording import (
     angles_text,
     circulating_text,
+    degrees_text,
     final_text,
     in_band_text,
     milli_text,
@@ -70,7 +73,7 @@ class MotionMerits(MeritValues):
         lambda final: final.mean_squares.values,
         Row(
             "final {W}",
-            lambda m, scale: final_text(m.final_whirl, m.halves, m.changing, scale),
+            lambda m, scale: final_text(m.final_whirl, m.halves, m.settled, scale),
         ),
         relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
         better=Better.SMALLER,
@@ -78,14 +81,15 @@ class MotionMerits(MeritValues):
     settled = Merit[bool](
         "settled",
         "-",
-        "whether the whirl does not change any more over the last stretch, or is within "
-        f"{100 * FLOOR:g} % of M0 e / M",
-        f"not still_changing or W_f <= {100 * FLOOR:g} % M0 e / M",
+        "whether the whirl does not change any more over the last stretch: it neither rises nor "
+        f"falls by a tenth of itself or more, or it is within {100 * FLOOR:g} % of M0 e / M",
+        f"W_f <= {100 * FLOOR:g} % M0 e / M, or of thirds and halves of t >= t_l not all one way: "
+        "sqrt(mean(W^2)) from the first to the last third by more than 10 %, from half to half by "
+        "more than 5 %, max W from third to third by more than 10 %",
         FinalWhirlWatch,
         lambda final: final.settled,
         better=Better.LARGER,
         kind=MeritKind.TRUTH,
-        reported=False,
     )
     halves = Merit[tuple[float, float]](
         "final_whirl_of_halves",
@@ -96,19 +100,6 @@ class MotionMerits(MeritValues):
         lambda final: final.halves,
         reported=False,
         kind=MeritKind.STRUCTURE,
-    )
-    changing = Merit[bool](
-        "still_changing",
-        "-",
-        "whether the whirl still rises or falls over the last stretch, by a tenth of itself or "
-        "more: then its final value is none",
-        "of thirds and halves of t >= t_l: sqrt(mean(W^2)) from the first to the last "
-        "third by more than 10 %, from half to half by more than 5 %, max W from third to "
-        "third by more than 10 %, all one way",
-        FinalWhirlWatch,
-        lambda final: final.changing,
-        better=Better.SMALLER,
-        kind=MeritKind.TRUTH,
     )
     span = Merit[tuple[float, float]](
         "final_whirl_span",
@@ -133,8 +124,9 @@ class MotionMerits(MeritValues):
     in_band_from = Merit[float | None](
         "in_band_from",
         "s",
-        "from when on the whirl stays within that band; null if it leaves it near the end",
-        "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l",
+        "from when on the whirl stays within that band; null if it leaves it near the end, or has "
+        "not settled",
+        "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l or not settled",
         BandWatch,
         lambda band: band.found,
         Row(
@@ -144,6 +136,29 @@ class MotionMerits(MeritValues):
         ),
         better=Better.SMALLER,
         stepwise=True,
+        of_balanced=True,
+    )
+    once_per_turn = Merit[float | None](
+        "once_per_turn_over_e",
+        "e",
+        "size of the part of the whirl that comes once per turn, over the last stretch; null where "
+        f"that has fewer than {TURNS} turns or samples more than a quarter of a turn apart",
+        "abs(U) / e, U = sum h_k (x_k + i y_k) exp(-i psi_k) over t >= t_l, h Hann's window, "
+        "sum h_k = 1",
+        OncePerTurnWatch,
+        lambda once: once.size,
+        better=Better.SMALLER,
+    )
+    phase = Merit[float | None](
+        "phase",
+        "rad",
+        "angle from the unbalance to that part of the displacement, -pi to pi, positive in the "
+        "sense in which angles grow: 0 far below the critical speed, +-pi far above it; null where "
+        "there is none",
+        "arg(U)",
+        OncePerTurnWatch,
+        lambda once: once.phase,
+        Row("phase of W", lambda m, _: degrees_text(m.phase), place=Place.END),
     )
     residual_unbalance = Merit[float | None](
         "residual_unbalance",

@@ -6,7 +6,7 @@ A run is judged by those of ``declared.Merits``, and by what a program registers
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from enum import Enum, IntEnum
-from typing import Any, Generic, NamedTuple, TypeVar, cast, overload
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, NoReturn, TypeVar, cast, overload
 
 import numpy as np
 
@@ -33,6 +33,7 @@ class MeritKind(str, Enum):
 
     NUMBER = "number"
     TRUTH = "true or false"
+    WORDS = "words"
     STRUCTURE = "structure"
     """A list or more; it cannot be averaged, or drawn over a parameter."""
 
@@ -100,9 +101,11 @@ class MeritInWords(NamedTuple):
     better: str
     """smaller, larger or neither."""
     kind: str
-    """number, true or false, structure."""
+    """number, true or false, words, structure."""
     meaning: str
     equation: str
+    taken_by: str
+    """Commands that take the name: all, or run alone."""
 
 
 def _as_it_is(value: Any) -> object:
@@ -138,6 +141,8 @@ class Merit(Generic[T]):
     """Whether it stands in reports; others serve texts and pictures."""
     stepwise: bool = False
     """Whether it is the time of a sample, which jumps from one to the next."""
+    of_balanced: bool = False
+    """Whether its values are worth comparing among balanced runs only."""
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         register(self)
@@ -159,12 +164,19 @@ class Merit(Generic[T]):
     @property
     def scalar(self) -> bool:
         """Whether reports give a number, true or false, or null: what can be compared by size."""
-        return self.kind is not MeritKind.STRUCTURE
+        return self.kind in (MeritKind.NUMBER, MeritKind.TRUTH)
+
+    @property
+    def not_a_number(self) -> str:
+        """Why a merit that is not ``scalar`` cannot be compared or drawn, in words."""
+        what = "a text" if self.kind is MeritKind.WORDS else "a list"
+        return f"is {what}, not a number; `ab-sim merits` says which are"
 
     def described(self) -> list[MeritInWords]:
         """In words: itself, and then its share in that of the run without balls, if it has one."""
         better, kind = self.better.value, self.kind.value
-        own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation)
+        taken_by = "sweep, tune, robust" if self.scalar else "run only"
+        own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation, taken_by)
         if self.relative is None:
             return [own]
         meaning = (
@@ -172,7 +184,10 @@ class Merit(Generic[T]):
             "if that is 0 or cannot run"
         )
         equation = f"{self.key} / {self.key} without balls"
-        return [own, MeritInWords(self.relative.key, "1", better, kind, meaning, equation)]
+        return [
+            own,
+            MeritInWords(self.relative.key, "1", better, kind, meaning, equation, "run only"),
+        ]
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
         """A value as JSON-able one: a whirl in e [m], None if that is 0."""
@@ -251,6 +266,12 @@ def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
 def _named(key: str) -> Merit[Any]:
     if key in _merits:
         return _merits[key]
+    for merit in _merits.values():
+        if merit.relative is not None and merit.relative.key == key:
+            raise InputError(
+                f"merit {key!r}: compares with a run without balls, which only `ab-sim run` makes; "
+                f"use {merit.key}"
+            )
     raise _unknown(key, [merit.key for merit in reported_merits()])
 
 
@@ -299,8 +320,14 @@ class MeritValues:
         return isinstance(other, MeritValues) and self.values == other.values
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{key}={value!r}" for key, value in self.report().items())
-        return f"{type(self).__name__}({said})"
+        # By keys, which are not the attributes' names, and in the keys' units.
+        return f"{type(self).__name__}({self.report()!r})"
+
+    if not TYPE_CHECKING:  # to which each name would be an attribute
+
+        def __getattr__(self, name: str) -> NoReturn:
+            hint = f"; write merits[{name!r}]" if name in _merits else ""
+            raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}{hint}")
 
     def report(self, eccentricity: float | None = None) -> dict[str, object]:
         """As JSON-able values, by key: whirl in eccentricities.

@@ -26,11 +26,16 @@ class Residuals:
         self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
         self._mean = MeanSquares(len(parts))
 
-    def take(self, angles: np.ndarray) -> None:
-        """The balls' angles at further samples, shape (runs, samples, balls), C-contiguous."""
+    def take(self, angles: np.ndarray) -> np.ndarray:
+        """Take the balls' angles at further samples; return the squares there.
+
+        Args:
+            angles: shape (runs, samples, balls), C-contiguous.
+        """
         squares = np.empty(angles.shape[:2])
         compiled(squares_left)(self._own, self._real, self._imaginary, angles, squares)
         self._mean.take_squares(squares)
+        return squares
 
     @property
     def values(self) -> np.ndarray:

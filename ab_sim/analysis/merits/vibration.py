@@ -107,7 +107,8 @@ class BroadBand:
         if not self._places:  # C, on the deck's axes
             self._places = [(np.zeros(3), 0.0)]
         self._band = BandPass()
-        self._squares, self._count = np.zeros(1), 0
+        self._squares, self._whole, self._count = np.zeros(1), np.zeros(1), 0
+        self._fastest = self._fastest_late = 0.0
         self._peak, self._last = 0.0, np.empty((0, 2))
         self._shown_late = self._shown = True
         self._begun = self._begun_late = 0
@@ -123,27 +124,44 @@ class BroadBand:
         self._shown &= bool(near.all())
         self._shown_late &= bool(near[max(len(near) - late, 0) :].all())
         self._last = at[-1:]
-        passed = self._band.passed(steps, times, self._velocities(samples))
+        velocities, speed = self._velocities(samples), np.abs(samples["speed"])
+        self._fastest = max(self._fastest, float(speed.max()))
+        passed = self._band.passed(steps, times, velocities)
         begun = np.array(self._band.begun)
         self._begun += len(begun)
         self._begun_late += int(np.count_nonzero(begun >= len(steps) - late))
         self._peak = max(self._peak, float(np.max(np.abs(passed))))
         if late:
+            self._fastest_late = max(self._fastest_late, float(speed[-late:].max()))
             self._squares = self._squares + np.sum(passed[-late:] ** 2, axis=0)
+            self._whole = self._whole + np.sum(velocities[-late:] ** 2, axis=0)
             self._count += late
+
+    @property
+    def why_not(self) -> str | None:
+        """Why there is no final value; None if there is one."""
+        if not self._shown_late or self._begun_late > BEGUN + EVENLY * self._count:
+            return "samples are uneven or too far apart"
+        return _beside_the_band(self._fastest_late)
 
     @property
     def final(self) -> float | None:
         """Root mean square over the last stretch, of the axis where it is largest [m/s]."""
-        if not self._shown_late or self._begun_late > BEGUN + EVENLY * self._count:
+        if self.why_not is not None:
             return None
         return math.sqrt(float(np.max(self._squares)) / self._count)
+
+    @property
+    def whole(self) -> float:
+        """The same of the velocity at all frequencies [m/s]."""
+        return math.sqrt(float(np.max(self._whole)) / self._count)
 
     @property
     def peak(self) -> float | None:
         """Largest magnitude of the run along any axis [m/s]."""
         evenly = self._begun <= BEGUN + EVENLY * self._samples
-        return self._peak if self._shown and evenly else None
+        inside = _beside_the_band(self._fastest) is None
+        return self._peak if self._shown and evenly and inside else None
 
     def _velocities(self, samples: Trajectory) -> np.ndarray:
         """Along all axes of all places [m/s], shape (samples, axes)."""
@@ -160,6 +178,19 @@ class BroadBand:
         return np.column_stack(columns)
 
 
+def _beside_the_band(speed: float) -> str | None:
+    """Say why the band leaves out what comes once per turn; None if it does not.
+
+    Args:
+        speed: the spindle's largest [rad/s]; a spindle at rest has no such part.
+    """
+    turns = speed / (2.0 * math.pi)
+    if turns == 0.0 or LOWEST <= turns <= HIGHEST:
+        return None
+    where = "above" if turns > HIGHEST else "below"
+    return f"the spindle's {turns:.4g} turns a second are {where} the band"
+
+
 class BroadBandWatch(EachRun[BroadBand]):
     """The largest vibration velocity along the axes of the scene's sensors."""
 
@@ -169,6 +200,16 @@ class BroadBandWatch(EachRun[BroadBand]):
     def final(self) -> list[float | None]:
         """See ``BroadBand``."""
         return [each.final for each in self.each]
+
+    @property
+    def whole(self) -> list[float]:
+        """See ``BroadBand``."""
+        return [each.whole for each in self.each]
+
+    @property
+    def why_not(self) -> list[str | None]:
+        """See ``BroadBand``."""
+        return [each.why_not for each in self.each]
 
     @property
     def peak(self) -> list[float | None]:

@@ -3,6 +3,7 @@
 What they have found has an entry for each run.
 """
 
+import cmath
 from collections.abc import Sequence
 from functools import cached_property
 
@@ -13,17 +14,23 @@ from ab_sim.analysis.merits.judging import JudgedRuns, Piece
 from ab_sim.analysis.merits.mean_squares import MeanSquares
 from ab_sim.analysis.merits.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
-from ab_sim.analysis.trend import Trends
+from ab_sim.analysis.trend import CHANGE, Trends
+from ab_sim.compiling import Floats, Table, compiled
+from ab_sim.drive.once_per_turn import COARSEST, TURN
 from ab_sim.drive.overlap import Overlap, OverlapWatch
 from ab_sim.scene.model import Scene
+from ab_sim.tracing.cosine import cos_sin
 
 BAND = 0.1
 """Half the width of the band around the final whirl, as a share of it ..."""
 FLOOR = 0.05
 """... and at least this share of M0 e / M, which is the disc's own whirl far above the critical
 speed, without balls."""
-ROUNDING = 1e-9
-"""A change of the whirl by less than this share of M0 e / M is none."""
+TURNS = 2
+"""Turns of the spindle that a last stretch must have to show what comes once per turn."""
+EARLIER = 3
+"""How many stretches before the last one show whether a whirl that still changes rings down: of a
+whirl that beats the last one alone may show the rise."""
 _AROUND = ("time", "x", "y", "vx", "vy")
 """Channels that a peak between samples is found from."""
 
@@ -97,6 +104,11 @@ class FinalWhirlWatch:
         self._most = np.maximum(self._most, whirl.max(axis=1))
 
     @property
+    def largest(self) -> np.ndarray:
+        """m, shape (runs,)."""
+        return self._most
+
+    @property
     def span(self) -> list[tuple[float, float]]:
         """Least and largest [m]."""
         return list(zip(self._least.tolist(), self._most.tolist(), strict=True))
@@ -108,23 +120,37 @@ class FinalWhirlWatch:
         last = second if self._taken > 1 else first
         return list(zip(first.values.tolist(), last.values.tolist(), strict=True))
 
-    @property
-    def changing(self) -> np.ndarray:
-        """Whether it still rises or falls."""
-        return self._trends.found(ROUNDING * self._disc_alone)
-
-    @property
+    @cached_property
     def settled(self) -> np.ndarray:
-        """Whether it does not, or is so small that it does not matter.
+        """Whether it does not change any more, or is too small to matter.
 
         A whirl that dies away changes by a tenth of itself however small it has become.
         """
-        return ~self.changing | (self.mean_squares.values <= FLOOR * self._disc_alone)
+        small = self.mean_squares.values <= FLOOR * self._disc_alone
+        return np.asarray(small | (self._trends.found(np.zeros(small.shape)) == 0))
 
     @property
     def band(self) -> np.ndarray:
         """Half the width of the band around it [m]."""
         return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
+
+
+class EarlierWhirlWatch:
+    """The largest whirl of the stretches before the last one."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._end, self._done = runs.samples - runs.last, 0
+        self._begin = self._end - EARLIER * runs.last
+        self.largest = np.full(len(runs), -np.inf)
+        """m."""
+
+    def take(self, piece: Piece) -> None:
+        """The next samples."""
+        first, end = (max(at - self._done, 0) for at in (self._begin, self._end))
+        self._done += len(piece)
+        whirl = piece.whirl[:, first:end]
+        if whirl.size:
+            self.largest = np.maximum(self.largest, whirl.max(axis=1))
 
 
 class BandWatch:
@@ -134,6 +160,7 @@ class BandWatch:
 
     def __init__(self, runs: JudgedRuns, final: FinalWhirlWatch) -> None:
         self._final, self._band = final.mean_squares.values[:, None], final.band[:, None]
+        self._settled = final.settled
         self._latest, self._done = runs.samples - runs.last, 0
         self._begins = np.zeros(len(runs), int)
         self._times = np.full(len(runs), np.nan)
@@ -157,8 +184,11 @@ class BandWatch:
 
     @property
     def found(self) -> list[float | None]:
-        """The time of the sample after the last one outside [s]; None if that comes too late."""
-        stays = (self._begins <= self._latest).tolist()
+        """The time of the sample after the last one outside [s].
+
+        None if that comes too late, or the whirl has not settled: then its band is not the last.
+        """
+        stays = ((self._begins <= self._latest) & self._settled).tolist()
         times = zip(self._times.tolist(), stays, strict=True)
         return [time if stay else None for time, stay in times]
 
@@ -173,6 +203,7 @@ class ResidualWatch:
         numbers = runs.numbers
         self._own = numbers.unbalance
         self._unbalance = Residuals(numbers.moments, numbers.unbalance)
+        self._trends, self._most = Trends(len(runs), runs.last), numbers.most_unbalance
         self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
 
     def take(self, piece: Piece) -> None:
@@ -180,7 +211,8 @@ class ResidualWatch:
         if piece.late == 0:
             return
         angles = np.ascontiguousarray(piece.late_ball_angles)
-        self._unbalance.take(angles)
+        squares = self._unbalance.take(angles)
+        self._trends.take(np.sqrt(squares), squares)
         if self._couple.any:
             self._couple.take(angles)
 
@@ -188,6 +220,11 @@ class ResidualWatch:
     def unbalance(self) -> list[float | None]:
         """Its share that is left; None where there is none."""
         return self._unbalance.found
+
+    @property
+    def rises(self) -> np.ndarray:
+        """Whether what is left of the unbalance rises, by a share of what may be left."""
+        return np.asarray(self._trends.found(CHANGE * self._most) > 0)
 
     @property
     def couple(self) -> list[float | None]:
@@ -241,6 +278,70 @@ class PassageWatch:
         for run in self._left:
             self.found[run] = first_passage_of_opposite(piece.joined.trajectories[run])
         self._left = [run for run in self._left if self.found[run] is None]
+
+
+class OncePerTurnWatch:
+    """The part of the last stretch's whirl that comes once per turn, on the rotor's axes.
+
+    Hann's window over the stretch lets through little of what comes otherwise, however the turns
+    fit into it.
+    """
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._sums, self._turned = np.zeros((len(runs), 2)), np.zeros(len(runs))
+        self._shown = np.ones(len(runs), bool)
+        self._last, self._taken = runs.last, 0
+        self._before: np.ndarray | None = None
+
+    def take(self, piece: Piece) -> None:
+        """The next samples."""
+        if piece.late == 0:
+            return
+        first = len(piece) - piece.late
+        x, y, angle = (np.ascontiguousarray(piece[name][:, first:]) for name in ("x", "y", "angle"))
+        share = (self._taken + np.arange(piece.late) + 0.5) / self._last
+        weights = (1.0 - np.cos(2.0 * np.pi * share)) / self._last
+        compiled(add_on_rotor_axes)(weights, x, y, angle, self._sums)
+        turned = np.abs(np.diff(angle, axis=1, prepend=self._angles_before(angle)))
+        self._turned += turned.sum(axis=1)
+        self._shown &= turned.max(axis=1) <= COARSEST
+        self._taken, self._before = self._taken + piece.late, angle[:, -1:]
+
+    def _angles_before(self, angle: np.ndarray) -> np.ndarray:
+        return angle[:, :1] if self._before is None else self._before
+
+    @property
+    def vectors(self) -> list[complex | None]:
+        """In m; None with less than ``TURNS`` turns, or samples too far apart to show them."""
+        shown = self._shown & (self._turned >= TURNS * TURN)
+        each = zip(self._sums.tolist(), shown.tolist(), strict=True)
+        return [complex(*parts) if known else None for parts, known in each]
+
+    @property
+    def size(self) -> list[float | None]:
+        """m."""
+        return [None if vector is None else abs(vector) for vector in self.vectors]
+
+    @property
+    def phase(self) -> list[float | None]:
+        """From the unbalance [rad]; None where there is no size."""
+        return [cmath.phase(vector) if vector else None for vector in self.vectors]
+
+
+def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
+    """Add up weighted displacements on axes that turn with the rotor; to be compiled.
+
+    Args:
+        weights: of the samples, shape (samples,).
+        x, y: displacements of runs on fixed axes [m], shape (runs, samples).
+        angle: psi [rad], the same.
+        sums: of each run along the rotor's axes [m], shape (runs, 2); added to.
+    """
+    for run in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            c, s = cos_sin(angle[run, k])
+            sums[run, 0] += weights[k] * (x[run, k] * c + y[run, k] * s)
+            sums[run, 1] += weights[k] * (y[run, k] * c - x[run, k] * s)
 
 
 class LastSampleWatch:

@@ -4,20 +4,30 @@ import math
 
 from ab_sim.analysis.circulation import Circulation
 from ab_sim.analysis.merits.merit import NOTHING, WhirlScale
+from ab_sim.conventions import in_one_turn
 
 
 def peak_text(whirl: float, time: float, scale: WhirlScale) -> str:
     """Largest whirl, and when."""
-    return f"{whirl * scale.factor:.4g}{scale.suffix} at {time:.3f} s"
+    return f"{whirl * scale.factor:.4g}{scale.suffix}{_length(whirl, scale)} at {time:.3f} s"
 
 
-def final_text(whirl: float, halves: tuple[float, float], changing: bool, scale: WhirlScale) -> str:
+def final_text(whirl: float, halves: tuple[float, float], settled: bool, scale: WhirlScale) -> str:
     """Final whirl, or that it is none yet."""
-    text = f"{whirl * scale.factor:.3g}{scale.suffix}"
-    if changing:
+    text = f"{whirl * scale.factor:.3g}{scale.suffix}{_length(whirl, scale)}"
+    if not settled:
         first, second = (half * scale.factor for half in halves)
-        text += f", still changing ({first:.3g}, then {second:.3g})"
+        text += (
+            f", still {'falling' if second < first else 'rising'} ({first:.3g}, then {second:.3g})"
+        )
     return text
+
+
+def _length(whirl: float, scale: WhirlScale) -> str:
+    """A whirl that is shown in e as a length, too, in brackets."""
+    if scale.unit != "e":
+        return ""
+    return f" ({1e3 * whirl:.3g} mm)" if whirl >= 1e-4 else f" ({1e6 * whirl:.3g} um)"
 
 
 def number_text(value: float | None) -> str:
@@ -30,14 +40,14 @@ def milli_text(value: float | None) -> str:
     return NOTHING if value is None else f"{1e3 * value:.3g}"
 
 
+def degrees_text(value: float | None) -> str:
+    """An angle in whole degrees."""
+    return NOTHING if value is None else f"{math.degrees(value):.0f} deg"
+
+
 def seconds_text(value: float | None) -> str:
     """A time in hundredths of a second."""
     return NOTHING if value is None else f"{value:.2f} s"
-
-
-def balanced_text(balanced: bool | None) -> str:
-    """Whether balls balance the rotor."""
-    return NOTHING if balanced is None else "balanced" if balanced else "not balanced"
 
 
 def in_band_text(
@@ -69,5 +79,5 @@ def angles_text(angles: tuple[float, ...], circulating: Circulation | None) -> s
     round_ = () if circulating is None else circulating.balls
     if len(round_) == len(angles):
         return "none rests"
-    texts = ["-" if k in round_ else f"{math.degrees(a):.1f}" for k, a in enumerate(angles)]
+    texts = ["-" if k in round_ else f"{in_one_turn(a):.1f}" for k, a in enumerate(angles)]
     return ", ".join(texts) + " deg"

@@ -14,6 +14,7 @@ import numpy as np
 import ab_sim
 from ab_sim.analysis.recovery.response import BAND, Recovery, recover, speed_change_of
 from ab_sim.analysis.results import Results
+from ab_sim.equations.neighbours import never_part, start_angles
 from ab_sim.errors import SceneError
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.load import changed_scene
@@ -179,7 +180,7 @@ def recovery_over_drag(
         change.to_speed,
         band,
         scene.balls.count,
-        _together(scene),
+        bool(never_part(scene)),
         drag,
         found[0],
         tuple(drags),
@@ -208,8 +209,8 @@ def with_drag(scene: Scene, drag: float) -> Scene:
 
 def in_one_ball(scene: Scene) -> Scene:
     """The scene with one ball of all balls' mass, where they start in the mean."""
-    balls, angles = scene.balls, scene.start.ball_angles or (0.0,) * scene.balls.count
-    mean = np.array(balls.masses) @ np.exp(1j * np.array(angles))
+    balls = scene.balls
+    mean = np.array(balls.masses) @ np.exp(1j * np.array(start_angles(scene)))
     radius = balls.radius[0] if isinstance(balls.radius, tuple) else balls.radius
     changes: dict[str, Any] = {
         "name": f"{scene.name}, one ball",
@@ -220,11 +221,6 @@ def in_one_ball(scene: Scene) -> Scene:
     if radius is not None:
         changes["balls"]["radius"] = radius
     return changed_scene(scene, changes, "one ball")
-
-
-def _together(scene: Scene) -> bool:
-    angles = scene.start.ball_angles or (0.0,) * scene.balls.count
-    return len({*zip(angles, scene.balls.masses, scene.balls.radii, strict=True)}) < len(angles)
 
 
 def _named(scene: Scene) -> str:

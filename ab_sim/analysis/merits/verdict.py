@@ -1,0 +1,50 @@
+"""The one verdict on a run: whether it has settled, and whether the balls balance the rotor."""
+
+from enum import Enum
+
+import numpy as np
+
+
+class Verdict(str, Enum):
+    """End of a run, in the words of every command, file and picture."""
+
+    BALANCED = "balanced"
+    RINGING_DOWN = "balanced, ringing down"
+    """The balls balance the rotor, and the whirl still falls: its final value is an upper bound."""
+    NOT_BALANCED = "not balanced"
+    CHANGING = "not balanced, still changing"
+    CIRCULATES = "not balanced, balls circulate"
+    SETTLED = "settled"
+    """Without balls, or without an unbalance, there is nothing to balance."""
+    UNSETTLED = "still changing"
+
+
+BALANCED = (Verdict.BALANCED.value, Verdict.RINGING_DOWN.value)
+"""Verdicts on runs whose balls balance the rotor."""
+SETTLED = (*BALANCED, Verdict.NOT_BALANCED.value, Verdict.SETTLED.value)
+"""Verdicts on runs whose final whirl says where they go, or is an upper bound of it."""
+
+
+def verdicts(
+    within: np.ndarray,
+    settled: np.ndarray,
+    ringing_down: np.ndarray,
+    circulates: np.ndarray,
+    can_balance: np.ndarray,
+) -> list[str]:
+    """Judge runs, from booleans of shape (runs,).
+
+    Args:
+        within: whether at most as much of the unbalance is left as the scene allows.
+        settled: whether the whirl does not change any more.
+        ringing_down: whether it is no larger than before, and the residual unbalance does not rise.
+        circulates: whether a ball goes round the race.
+        can_balance: whether there are an unbalance and balls.
+    """
+    found = np.where(settled, Verdict.NOT_BALANCED.value, Verdict.CHANGING.value)
+    found = np.where(within & ringing_down, Verdict.RINGING_DOWN.value, found)
+    found = np.where(within & settled, Verdict.BALANCED.value, found)
+    without = np.where(settled, Verdict.SETTLED.value, Verdict.UNSETTLED.value)
+    found = np.where(can_balance, found, without)
+    names: list[str] = np.where(circulates, Verdict.CIRCULATES.value, found).tolist()
+    return names

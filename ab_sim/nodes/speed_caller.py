@@ -1,0 +1,115 @@
+"""Commands a drive's speed once, as any publisher does, and reports what the drive did with it."""
+
+from typing import Any, NamedTuple
+
+from rclpy.duration import Duration
+
+from ab_msgs_py import Health, topics
+from ab_sim.errors import AbSimError, InputError, Refused
+from ab_sim.nodes.caller import ANSWER, Caller
+from ab_sim.nodes.session import INACTIVE
+from ab_sim.spindle import SpeedServo
+
+COUNTS = ("commands accepted", "commands rejected", "commands ignored")
+ROUNDED = 1.0 + 1e-5
+"""Diagnostics give limits to six digits: the drive itself judges a command this close to one."""
+
+
+class AcceptedSpeed(NamedTuple):
+    """A command that the drive has accepted."""
+
+    before: float | None
+    """Spindle speed when it was sent [rad/s]; None if the drive publishes none."""
+    limits: SpeedServo
+    health: Health
+    """The drive's, after the command."""
+
+    @property
+    def standing(self) -> bool:
+        """Whether the drive's time stands still."""
+        return self.health.message.startswith("paused")
+
+    @property
+    def other_sources(self) -> int:
+        """Number of other nodes that publish commands."""
+        return max(int(self.health.values["sources of commands"]) - 1, 0)
+
+
+class SpeedCaller(Caller):
+    """A caller that commands a speed, too."""
+
+    def command(self, node: str, speed: float) -> AcceptedSpeed:
+        """Publish a speed [rad/s] as soon as a drive listens, and wait for the drive's answer.
+
+        Args:
+            node: full name of the drive's node.
+            speed: target speed of the spindle [rad/s].
+
+        Raises:
+            InputError: there is no such drive, or the speed is beyond its limit.
+            Refused: the drive does not listen, or ignores commands.
+            AbSimError: the drive does not answer.
+        """
+        healths: list[Health] = []
+        speeds: list[float] = []
+
+        def receive(message: Any) -> None:
+            healths.extend(h for h in topics.DIAGNOSTICS.sample(message) if h.node == node)
+
+        namespace = node.rpartition("/")[0]
+        topic, joints = (
+            each._replace(name=each.within(namespace))
+            for each in (topics.COMMAND, topics.JOINT_STATES)
+        )
+        topics.DIAGNOSTICS.subscription(self._node, receive)
+        joints.subscription(
+            self._node, lambda message: speeds.append(joints.sample(message).spindle_speed)
+        )
+        publisher = topic.publisher(self._node)
+
+        if not self._until(lambda: healths and _counts(healths[-1]), self._timeout):
+            raise InputError(self._no_drive_text(node, healths))
+        if healths[-1].message == INACTIVE:
+            raise Refused(f"{node}: {INACTIVE}; nothing was commanded")
+        if not self._until(publisher.get_subscription_count, self._timeout):
+            raise Refused(f"{node} does not listen on {topic.name} (waited {self._timeout:g} s)")
+        limits = _limits(healths[-1])
+        if abs(speed) > limits.max_speed * ROUNDED:
+            limits.check(speed)
+        if healths[-1].values["led by"] == "emergency stop":
+            raise Refused(
+                f"{node}: commands are ignored after an emergency stop, until reset-emergency-stop"
+            )
+        before, known = _counts(healths[-1]), len(healths)
+        standing_at = speeds[-1] if speeds else None
+        publisher.publish(topic.message(speed))
+        publisher.wait_for_all_acked(Duration(seconds=ANSWER))
+        if not self._until(lambda: len(healths) > known and _counts(healths[-1]) != before, ANSWER):
+            raise AbSimError(f"{node} did not report the command within {ANSWER:g} s")
+        health = healths[-1]
+        accepted, *others = (now - then for now, then in zip(_counts(health), before, strict=True))
+        if not accepted and any(others):
+            raise Refused(f"{node} has not followed the command: {health.message}")
+        return AcceptedSpeed(standing_at, _limits(health), health)
+
+    def _no_drive_text(self, node: str, healths: list[Health]) -> str:
+        if healths:
+            return f"{node} takes no commands; it says: {healths[-1].message}"
+        found = self.nodes()
+        there = f"found {', '.join(sorted(found))}" if found else self.no_nodes_text
+        return (
+            f"there is no drive {node} (waited {self._timeout:g} s); {there}; start one, or say "
+            "whom you mean by --namespace and --node"
+        )
+
+
+def _counts(health: Health) -> tuple[int, ...]:
+    """How many commands the drive has accepted, rejected, ignored; empty if it takes none."""
+    return tuple(int(health.values[key]) for key in COUNTS if key in health.values)
+
+
+def _limits(health: Health) -> SpeedServo:
+    speed, acceleration = (
+        float(health.values[key]) for key in ("speed limit [rad/s]", "acceleration limit [rad/s^2]")
+    )
+    return SpeedServo(speed, acceleration)
