@@ -7,10 +7,11 @@ the rooms whose results use it, import neither.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import import_module
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol, cast
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, cast
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -123,6 +124,19 @@ def number(value: float | None, unit: str = "") -> str:
     if value is None:
         return "-"
     return f"{value:.4g} {unit}".rstrip()
+
+
+def finite_or_none(value: Any) -> Any:
+    """A report's values with None in the place of every number that is not finite: JSON has none.
+
+    Args:
+        value: a number, text, or lists and mappings of them.
+    """
+    if isinstance(value, dict):
+        return {key: finite_or_none(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite_or_none(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def ends(first: float, last: float, unit: str) -> str:

@@ -20,6 +20,7 @@ from ab_sim.recording import drawable
 _WALL = 10**18
 """ns; later stamps (after the year 2001) are wall-clock times: times count from the first."""
 _SPINDLE = "spindle"
+_JOINTS = "joints"
 
 
 class _Series:
@@ -41,11 +42,28 @@ class _Series:
         return np.array(self.flat).reshape(-1, len(self.channels))
 
 
+def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
+    """Values at other stamps [ns], on straight lines; NaN beyond an interval after the last one."""
+    own = np.array(series.stamps)
+    if len(own) < 2:
+        return np.where(stamps[:, None] == own, series.values[0], np.nan)
+    before = np.clip(np.searchsorted(own, stamps, side="right") - 1, 0, len(own) - 2)
+    share = ((stamps - own[before]) / (own[before + 1] - own[before]))[:, None]
+    first, second = series.values[before], series.values[before + 1]
+    # At a stamp of its own the value is exactly the one that was heard.
+    values = np.where(share == 1.0, second, first + share * (second - first))
+    late = own[-1] + np.median(np.diff(own))
+    values[(stamps < own[0]) | (stamps > late)] = np.nan
+    return values
+
+
 class ForeignBag(IgnoredMessages):
     """Joins the topics of such a bag to one table.
 
-    There is a row for every stamp of the series with most samples. Other series have their last
-    value up to that stamp, and NaN before their first. The command of a row is the one that was in
+    There is a row for every stamp of the series with most samples. Angles and rates of joints are
+    interpolated between their stamps, and extrapolated by at most one of their intervals; held
+    values would be late by half an interval. Other series have their last value up to that stamp.
+    Earlier rows, and later ones of joints, are NaN. The command of a row is the one that was in
     force before its stamp.
 
     Args:
@@ -105,6 +123,8 @@ class ForeignBag(IgnoredMessages):
             until = stamps - 1 if series is self._commands else stamps
             at = np.searchsorted(np.array(series.stamps), until, side="right") - 1
             values = np.where(at[:, None] < 0, np.nan, series.values[at])
+            if series is self._series.get(_JOINTS) and series is not longest:
+                values = _interpolated(stamps, series)
             names += series.channels
             columns += list(values.T)
         self.channels, self.samples = tuple(names), np.column_stack(columns)
@@ -141,7 +161,7 @@ class ForeignBag(IgnoredMessages):
                     found[name] = float(field[at])
         if not found:
             raise ValueError("names no joint that has a value")
-        self._add("joints", tuple(found), nanoseconds_of(message.header.stamp), [*found.values()])
+        self._add(_JOINTS, tuple(found), nanoseconds_of(message.header.stamp), [*found.values()])
 
     def _vibration(self, sample: VibrationSample) -> None:
         frame = sample.frame

@@ -45,7 +45,8 @@ def import_bag(
     With ``vibration/block`` they are to the bit what a recorder that had listened would have
     written; without, there is one with a row at every stamp of the topic that has most messages of
     ``joint_states``, ``vibration`` and ``whirl``, and the channels of all of them and of the
-    commands, each as it was last heard of until then. Where positions are unknown nothing is drawn.
+    commands: joints interpolated, the others as last heard until then. Where positions are unknown
+    nothing is drawn.
 
     Args:
         path: of the bag, see `Bag`.

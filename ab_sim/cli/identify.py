@@ -65,9 +65,11 @@ def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions
         recordings, held_out = read_files(files, scene)
         found = run_identification(scene, recordings, question, held_out, tell, shared)
 
-        def write() -> None:
+        def write_fitted() -> None:
             if given.out is not None:
                 write_scene(found.scene_text(), given.out)
+
+        def write_page() -> None:
             if given.html is not None:
                 from ab_sim.reports.identification import identification_page
 
@@ -78,7 +80,7 @@ def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions
                         f"--html {given.html}: cannot be written: {error.strerror}"
                     ) from error
 
-        return Outcome(_shown(found), found.report, plotted(found), write)
+        return Outcome(_shown(found), found.report, plotted(found), (write_fitted, write_page))
 
     outputs = ((given.out, SCENE, "--out"), (given.html, PAGE, "--html"))
     left = "nothing was fitted yet"

@@ -74,7 +74,7 @@ def run_command(
                     f"that is said of it, lasts {report['duration']:g} s"
                 )
 
-        return Outcome(shown(), lambda: report, draw, write)
+        return Outcome(shown(), lambda: report, draw, (write,))
 
     return Command(work, "run", outputs=[(rrd, RECORDING, "--rrd")], aside=True)
 

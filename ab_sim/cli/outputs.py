@@ -15,6 +15,7 @@ from ab_sim.output_file import (
     check_writable,
     write_whole,
 )
+from ab_sim.presentation import finite_or_none
 from ab_sim.quoting import visible
 
 
@@ -62,12 +63,12 @@ def say_written(files: list[Path]) -> None:
 
 
 def write_json(report: dict[str, Any], file: str) -> None:
-    """Write a report to a file, or with ``-`` to standard output.
+    """Write a report to a file, or with ``-`` to standard output; numbers not finite are null.
 
     Raises:
         InputError: the file cannot be written; names it and the reason.
     """
-    text = json.dumps(report, indent=1, allow_nan=False)
+    text = json.dumps(finite_or_none(report), indent=1, allow_nan=False)
     if file == "-":
         print(text)
         return

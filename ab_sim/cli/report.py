@@ -33,7 +33,7 @@ def report_command(recordings: Sequence[Path], png: Path | None, html: Path | No
         return Outcome(
             [report_table(runs), *(f"{data.name}: {note}" for data in runs for note in data.notes)],
             lambda: {"runs": [data.report() for data in runs]},
-            write=lambda: _draw(runs, png, html),
+            writes=(lambda: _draw(runs, png, None), lambda: _draw(runs, None, html)),
         )
 
     return Command(work, outputs=[(png, PNG, "--png"), (html, PAGE, "--html")])

@@ -2,6 +2,7 @@
 
 import functools
 from collections.abc import Iterator, Sequence
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -85,16 +86,15 @@ def robust_command(
         found = run_spread(scene, tolerances, question, executors, tell)
         written: list[Path] = []
 
-        def write() -> None:
-            for file in (given.parquet, given.csv):
-                if file is not None:
-                    found.write(file)
+        def write_worst() -> None:
             if given.worst is not None:
                 written.extend(found.write_worst(given.worst))
 
+        tables = [file for file in (given.parquet, given.csv) if file is not None]
+        writes = (*(partial(found.write, file) for file in tables), write_worst)
         shown = found.in_units(given.units)
         words = _shown(shown, scene_name, changes)
-        return Outcome(words, found.report, plotted(shown), write, written)
+        return Outcome(words, found.report, plotted(shown), writes, written)
 
     outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)

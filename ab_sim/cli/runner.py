@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -32,8 +33,8 @@ class Outcome(NamedTuple):
     """Makes what the JSON has."""
     draw: Draw | None = None
     """Draws into a picture; None: there is nothing to draw."""
-    write: Callable[[], None] | None = None
-    """Writes the command's ``outputs``; None: the work has done so."""
+    writes: Sequence[Callable[[], None]] = ()
+    """Writers of the command's ``outputs``; none: the work has written them."""
     written: Sequence[Path] = ()
     """What else the work has written."""
     missing: Sequence[Path] = ()
@@ -62,19 +63,26 @@ class Command(NamedTuple):
         files = check_files((report, REPORT, "--json"), (plot, PICTURE, "--plot"), *self.outputs)
         with self._progress() as tell:
             found = self.work(tell)
+        writes = list(found.writes)
+        if plot is not None and found.draw is None:
+            files.remove(plot)
+        elif plot is not None:
+            writes.insert(0, partial(found.draw, plot))
         if json is not None:
-            write_json(found.report(), json)
-        if plot is not None:
-            if found.draw is None:
-                files.remove(plot)
-            else:
-                found.draw(plot)
-        if found.write is not None:
-            found.write()
+            writes.insert(0, lambda: write_json(found.report(), json))
+        # Work of hours is not lost because one file of several cannot be written.
+        failures: list[Exception] = []
+        for write in writes:
+            try:
+                write()
+            except Exception as error:
+                failures.append(error)
         console = people if self.aside or json == "-" else PlainConsole()
         written = [file for file in (*found.written, *files) if file not in found.missing]
         for each in found.shown:
             console.print(each, soft_wrap=isinstance(each, WholeLine))
+        if failures:
+            raise failures[0]
         say_written(written)
         if found.failure is not None:
             raise NothingFound(found.failure)

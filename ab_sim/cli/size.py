@@ -54,7 +54,7 @@ def size_command(
         draw = plotted(found)
         missing = () if file is None or found.found else (file,)
         failure = sizing_failure(found) if found.chosen is None else None
-        return Outcome(_shown(found), found.report, draw, write, (), missing, failure)
+        return Outcome(_shown(found), found.report, draw, (write,), (), missing, failure)
 
     return Command(work, "size", KEPT, ((file, SCENE, "--scene"),))
 

@@ -1,6 +1,7 @@
 """`ab-sim sweep`."""
 
 from collections.abc import Iterator
+from functools import partial
 from pathlib import Path
 from typing import NamedTuple
 
@@ -62,13 +63,9 @@ def sweep_command(
     def work(tell: Tell) -> Outcome:
         found = run_sweep(scene, points, wanted, executor, tell)
 
-        def write() -> None:
-            for file in (table, comma):
-                if file is not None:
-                    found.write(file)
-
+        writes = [partial(found.write, file) for file in (table, comma) if file is not None]
         shown = found.in_units(given.units)
-        return Outcome(_shown(shown), found.report, plotted(shown), write)
+        return Outcome(_shown(shown), found.report, plotted(shown), writes)
 
     outputs = ((table, PARQUET, "--parquet"), (comma, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)

@@ -83,9 +83,11 @@ def tune_command(
     def work(tell: Tell) -> Outcome:
         found = run_tuning(task, executor, tell)
 
-        def write() -> None:
+        def write_table() -> None:
             if table is not None:
                 found.runs.write(table)
+
+        def write_best() -> None:
             if best is not None and found.scene is not None:
                 write_scene(found.scene_text(), best)
 
@@ -93,7 +95,8 @@ def tune_command(
         missing = () if best is None or found.scene is not None else (best,)
         failure = _nothing_found(shown, scene_name) if shown.candidate is None else None
         draw = plotted(shown)
-        return Outcome(_shown(shown), found.report, draw, write, (), missing, failure)
+        writes = (write_table, write_best)
+        return Outcome(_shown(shown), found.report, draw, writes, (), missing, failure)
 
     outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)

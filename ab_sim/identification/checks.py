@@ -1,6 +1,7 @@
 """What is wrong with a recording, in one message each, before anything is fitted to it."""
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -8,6 +9,8 @@ from ab_sim.errors import InputError, exact
 
 FEWEST = 50
 """Samples."""
+SOME = 0.05
+"""Share of repeated times from which rounding is their likely reason."""
 FEWEST_TURNS = 2.0
 PER_TURN = 4.0
 """Samples that a turn of the spindle needs at its fastest."""
@@ -18,6 +21,13 @@ MOST_LEFT_OUT = 0.05
 FLAT = 3
 """Samples in a row at the largest value that look clipped; so many such places are."""
 CLIPPED = 3
+AT_PEAK = 4.0
+"""Ratio of samples at the largest value to those at the value next to it, from which it is
+clipped."""
+LONG, HELD, REGULAR, OFF_WHOLE = 0.05, 1.7, 0.9, 0.05
+"""Share of a series without change that counts as constant; mean number of equal samples from
+which it is held; share of equal intervals between changes from which they are regular; distance
+from a whole number of steps of a resolution."""
 STAYS = 2.0
 """Turns of the spindle for which a reading may stay as it is, where it is off its mean."""
 OFF_MEAN = 0.1
@@ -48,7 +58,9 @@ def check_time(time: np.ndarray, name: str) -> None:
         raise InputError(f"{name}: time: row {row} is no finite number; remove it")
     steps = np.diff(time)
     if (steps == 0.0).all():
-        raise InputError(f"{name}: time: never changes; is it the right column?")
+        raise InputError(
+            f"{name}: time: never changes; is it the right column, and has it enough digits?"
+        )
     if (steps < 0.0).any():
         row = int(np.flatnonzero(steps < 0.0)[0]) + 1
         raise InputError(
@@ -58,9 +70,18 @@ def check_time(time: np.ndarray, name: str) -> None:
         )
     if (steps == 0.0).any():
         row = int(np.flatnonzero(steps == 0.0)[0]) + 1
+        _, repeats = np.unique(time, return_counts=True)
+        common = int(np.median(repeats))
+        digits = "its stamps have too few digits: write more, or give sampling: in the mapping"
+        if common > 2 or (np.mean(repeats > 1) > SOME and (repeats != common).any()):
+            remedy = digits
+        elif common == 2:
+            remedy = f"either {digits}; or there are two drives in one file: give each its own file"
+        else:
+            remedy = "keep one sample for each time"
         raise InputError(
-            f"{name}: time: {exact(float(time[row]))} s stands there twice, at row {row}; are "
-            "there two drives in one file? keep one sample for each time"
+            f"{name}: time: {exact(float(time[row]))} s stands there twice, at row {row}, and "
+            f"{int((repeats > 1).sum())} of {len(repeats)} times more than once; {remedy}"
         )
     usual = float(np.median(steps))
     row = int(np.argmax(steps))
@@ -85,6 +106,36 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
             f"s, and so are {len(rows)} of {len(values)}, but runs have to follow the spindle; is "
             "its sensor connected? fill them in, or cut the recording there"
         )
+
+
+def check_held(values: np.ndarray, what: str, name: str) -> None:
+    """Refuse a series that repeats each value until the next one: late by half an interval.
+
+    A coarse resolution repeats values as well. But its changes are of one or two steps of it, and
+    not regular in time.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    jumps = np.abs(np.diff(values))
+    changes = np.flatnonzero(jumps)
+    lengths = np.diff(changes)
+    # At a speed that is held nothing changes for long.
+    lengths = lengths[lengths < LONG * len(values)]
+    if len(lengths) < FEWEST or lengths.sum() < HELD * len(lengths):
+        return
+    usual = float(np.median(lengths))
+    step = float(np.min(np.diff(np.unique(values))))
+    steps = jumps[changes] / step
+    whole = np.mean(np.abs(steps - np.rint(steps)) < OFF_WHOLE) > REGULAR
+    coarse = whole and float(np.median(steps)) < HELD
+    if coarse and np.mean(lengths == usual) < REGULAR:
+        return
+    raise InputError(
+        f"{name}: {what}: is held: it changes every {usual:g} samples only, and repeats its last "
+        "value until then, which is late by half of that; interpolate it between its changes, or "
+        "record it at every sample"
+    )
 
 
 def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> None:
@@ -154,7 +205,7 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
 
 def check_signal(
     time: np.ndarray, angle: np.ndarray, signal: np.ndarray, what: str, name: str
-) -> None:
+) -> str:
     """Refuse a signal that says nothing, or not what the sensor felt.
 
     Args:
@@ -163,6 +214,9 @@ def check_signal(
         signal: NaN where there is none.
         what: the column.
         name: of the recording.
+
+    Returns:
+        Remark on its resolution; empty if it is fine.
 
     Raises:
         InputError: as of ``check_time``.
@@ -186,26 +240,44 @@ def check_signal(
             "the right column?"
         )
     _check_stays(time, angle, values, what, name)
-    _check_clipped(time, values, what, name)
+    return _check_clipped(time, values, what, name)
 
 
-def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
-    """Refuse a reading that stays at a value again and again, and goes no further meanwhile."""
+def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -> str:
+    """Refuse a reading that stays at a value again and again, and goes no further meanwhile.
+
+    One of coarse resolution stays at its peaks, too. But then it is not at the peak's level much
+    more often than at the level next to it: 2.4 times for a sine.
+    """
     middle, size = float(values.mean()), float(values.std())
     starts, ends = _stretches(np.diff(values) == 0.0)
     long = ends - starts >= FLAT - 1
     starts, ends = starts[long], ends[long]
     levels, counts = np.unique(values[starts], return_counts=True)
+    coarse = 0.0
     for level in levels[counts >= CLIPPED].tolist():
         places = np.flatnonzero(values[starts] == level)
         meanwhile = values[starts[places[0]] : ends[places[-1]] + 1]
         # A quiet deck's readings stay near the mean.
-        if abs(level - middle) > OFF_MEAN * size and level in (meanwhile.min(), meanwhile.max()):
+        if abs(level - middle) <= OFF_MEAN * size:
+            continue
+        if level not in (meanwhile.min(), meanwhile.max()):
+            continue
+        others = meanwhile[meanwhile != level]
+        beside = others[np.argmin(np.abs(others - level))]
+        if np.sum(meanwhile == level) > AT_PEAK * np.sum(meanwhile == beside):
             raise InputError(
                 f"{name}: {what}: is clipped: it stays at {exact(level)} for {FLAT} samples or "
                 f"more at {len(places)} places, the first at "
                 f"{time[starts[places[0]]]:.4g} s; record with a larger range"
             )
+        coarse = float(abs(beside - level))
+    if coarse:
+        return (
+            f"{what}: its resolution is coarse: readings are {coarse:.3g} apart, "
+            f"{100.0 * coarse / size:.2g} % of their r.m.s.; record with a smaller range"
+        )
+    return ""
 
 
 def _check_stays(
@@ -232,17 +304,26 @@ def _stretches(which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)
 
 
-def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> str:
-    """Refuse a whirl that is not the spindle's: wrong rate, wrong unit of speed, swapped axes.
+class Sense(NamedTuple):
+    """Remarks on a whirl."""
+
+    note: str = ""
+    """Text for the user in any case; empty if there is nothing to say."""
+    doubt: str = ""
+    """Error message if no fit explains the whirl; empty if it follows the spindle."""
+
+
+def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> Sense:
+    """Refuse a whirl against the spindle, and doubt one that follows another multiple of its speed.
+
+    A wrong rate and a wrong unit of the speed look like that. So does a lightly damped deck that
+    rings at its natural frequency next to a held spindle, which a fit tells apart.
 
     Args:
         angle: of the spindle at each sample [rad].
         whirl: the two signals as x + i y, finite; of one signal, real.
         with_balls: whether there are balls: those that circulate whirl slower than the spindle.
         name: of the recording.
-
-    Returns:
-        What has to be said of it; empty if nothing.
 
     Raises:
         InputError: as of ``check_time``.
@@ -259,16 +340,16 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
             )
     strength, factor = _best_factor(centred, angle, window)
     if strength < 0.3 or abs(factor - 1.0) < TURNS_OFF:
-        return ""
+        return Sense()
     said = (
         f"the vibration follows {factor:.3g} times the spindle's speed, where an unbalance follows "
         "it once"
     )
     if with_balls and CIRCULATING < factor < 1.0:
-        return f"{said}: balls circulate, or the sampling rate is wrong"
-    raise InputError(
-        f"{name}: {said}; see whether the sampling rate and the unit of the speed (rad/s, rpm, Hz) "
-        "are right"
+        return Sense(note=f"{said}: balls circulate, or the sampling rate is wrong")
+    return Sense(
+        doubt=f"{name}: {said}, and no fit explains that; see whether the sampling rate and the "
+        "unit of the speed (rad/s, rpm, Hz) are right"
     )
 
 

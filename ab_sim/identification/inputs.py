@@ -11,6 +11,7 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
+    check_held,
     check_sense,
     check_signal,
     check_speed,
@@ -20,9 +21,11 @@ from ab_sim.identification.mapping import (
     AXES,
     ColumnOf,
     Mapping,
+    SignalColumn,
     factor_of,
     kind_of_unit,
     number_of,
+    sensitivity_factor,
     usual_mapping,
 )
 from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, UNITS, Measured
@@ -88,6 +91,8 @@ class _Reader:
             [self._numbers(each, UNITS[kind], f"signals.{k}")
              for k, each in enumerate(mapping.signals)]
         )  # fmt: skip
+        # One that is infinite is as little known as one that is not there.
+        signals[np.isinf(signals)] = np.nan
         time = self._time(len(signals))
         check_time(time, name)
         own, step = self._run(time)
@@ -96,11 +101,13 @@ class _Reader:
         angle = self._optional(mapping.angle, "rad", "angle")
         if angle is not None:
             check_finite(time, angle, "angle", name)
+            check_held(angle, "angle", name)
             # Of an encoder that counts one turn only, the turns have to be found.
             angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
             check_speed(time, np.gradient(angle, time), "angle", name)
         if speed is not None:
             check_speed(time, speed, "speed", name)
+            check_held(speed, "speed", name)
         if speed is not None and angle is not None:
             check_agree(time, speed, angle, name)
         schedule = schedule_from(time - time[0], speed, angle, name)
@@ -108,8 +115,10 @@ class _Reader:
             schedule = schedule.moved(float(time[0]))
         axes = self._axes()
         turned = schedule.angles(time)
-        for k, each in enumerate(mapping.signals):
+        remarks = [
             check_signal(time, turned, signals[:, k], f"signals.{k} ({each.column})", name)
+            for k, each in enumerate(mapping.signals)
+        ]
         there = np.isfinite(signals).all(axis=1)
         if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
             whirl: np.ndarray = signals[there, 0]
@@ -120,7 +129,8 @@ class _Reader:
         balls = mapping.balls if with_balls is None else with_balls
         if with_balls is None and (known := self._table.description.get("balls")) is not None:
             balls = bool(known)
-        note = check_sense(turned[there], whirl, balls, name)
+        sense = check_sense(turned[there], whirl, balls, name)
+        remarks.append(sense.note)
         sensor = self._sensor()
         kept = time > 1e-12
         if sensor is not None and step is not None:
@@ -143,11 +153,12 @@ class _Reader:
             delay=number_of(mapping.delay, "s", f"{name}: delay"),
             free=tuple(free),
             trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
+            doubt=sense.doubt,
             at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
             notes=(
                 *self._table.notes,
                 *self._left_out(time[kept], signals[kept]),
-                *((note,) if note else ()),
+                *filter(None, remarks),
             ),
         )
 
@@ -158,7 +169,8 @@ class _Reader:
             missing = int((~np.isfinite(column)).sum())
             if missing:
                 notes.append(
-                    f"{missing} of {len(column)} samples of {each.column} missing, left out"
+                    f"{missing} of {len(column)} samples of {each.column} missing or no finite "
+                    "numbers, left out"
                 )
         steps = np.diff(time)
         lost = int(np.sum(np.rint(steps / np.median(steps)) - 1.0))
@@ -171,7 +183,11 @@ class _Reader:
     def _kind(self) -> str:
         kind = self._mapping.kind_of_signals
         if kind is None:
-            units = [self._table.units.get(each.column) for each in self._mapping.signals]
+            units = [
+                self._table.units.get(each.column)
+                for each in self._mapping.signals
+                if each.sensitivity is None
+            ]
             kind = next((kind_of_unit(unit) for unit in units if unit), None)
         if kind is None:
             said = self._mapping.signals[0]
@@ -185,8 +201,11 @@ class _Reader:
         return kind
 
     def _numbers(self, asked: ColumnOf, si: str, said: str) -> np.ndarray:
-        unit = asked.unit if asked.unit is not None else self._table.units.get(asked.column)
-        factor = factor_of(unit, si, f"{self._name}: {said}")
+        unit = self._table.unit_of(asked.column, asked.unit)
+        if isinstance(asked, SignalColumn) and asked.sensitivity is not None:
+            factor = sensitivity_factor(asked.sensitivity, unit, si, f"{self._name}: {said}")
+        else:
+            factor = factor_of(unit, si, f"{self._name}: {said}")
         return factor * self._table.column(asked.column, said)
 
     def _optional(self, asked: ColumnOf | None, si: str, said: str) -> np.ndarray | None:

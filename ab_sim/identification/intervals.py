@@ -49,11 +49,8 @@ class Estimate(NamedTuple):
         return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values; an end that is infinite is null."""
-        found = self._asdict()
-        for key in ("low", "high", "deviation"):
-            found[key] = found[key] if np.isfinite(found[key]) else None
-        return found
+        """Fields by name."""
+        return self._asdict()
 
 
 class ProfilePoints(NamedTuple):

@@ -40,7 +40,7 @@ class OpenDirection(NamedTuple):
         """As JSON-able values."""
         return {
             "parameters": dict(self.parts),
-            "deviation": self.deviation if np.isfinite(self.deviation) else None,
+            "deviation": self.deviation,
             "words": self.words,
             "advice": self.advice,
             "held": self.held,

@@ -1,5 +1,6 @@
 """What the columns of somebody else's table are: a mapping, as YAML."""
 
+import math
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -13,6 +14,13 @@ from ab_sim.quoting import short
 from ab_sim.scene.section import Section
 from ab_sim.scene.units import has_unit, in_si
 
+SPELLINGS = {
+    **dict.fromkeys((("1/min", "rad/s"), ("min^-1", "rad/s"), ("u/min", "rad/s")), "rpm"),
+    **dict.fromkeys((("rpm", "rad/s"), ("r/min", "rad/s"), ("rev/min", "rad/s")), "rpm"),
+    **dict.fromkeys((("g", "m/s^2"), ("gn", "m/s^2")), "g_0"),
+    ("mg", "m/s^2"): "mg_0",
+}
+"""Units as instruments write them, in lower case, with what they measure, and as pint does."""
 AXES = (0.0, 1.5707963267948966)
 """Directions of the first and the second signal, unless told: the deck's x and y."""
 
@@ -31,6 +39,10 @@ class SignalColumn(ColumnOf):
 
     direction: str | float | None = Field(
         default=None, description="of its axis, from the deck's x; default: x, then y"
+    )
+    sensitivity: str | None = Field(
+        default=None,
+        description="of its sensor, where the numbers are voltages or the like: 100 mV/g_0",
     )
 
 
@@ -80,6 +92,8 @@ class Mapping(Section):
         if self.kind is not None:
             return self.kind
         for signal in self.signals:
+            if signal.sensitivity is not None:
+                return kind_of_unit(signal.sensitivity.rpartition("/")[2])
             if signal.unit is not None:
                 return kind_of_unit(signal.unit)
         return None
@@ -129,11 +143,41 @@ def kind_of_unit(unit: str) -> str | None:
         if unit == own:
             return kind
         try:
-            in_si(f"1 {unit}", own)
+            in_si(f"1 {_spelled(unit, own)}", own)
         except ValueError:
             continue
         return kind
     return None
+
+
+def _spelled(unit: str, si: str) -> str:
+    """A unit as pint spells it, where what it measures leaves no doubt."""
+    return SPELLINGS.get((unit.strip().lower(), si), unit.strip())
+
+
+def sensitivity_factor(sensitivity: str, unit: str | None, si: str, said: str) -> float:
+    """Return the factor from a sensor's output to SI.
+
+    Args:
+        sensitivity: such as ``100 mV/g_0``: its output, per what it measures.
+        unit: of the output; None: that of the sensitivity.
+        si: unit of what it measures.
+        said: key of the mapping, for messages.
+
+    Raises:
+        InputError: it is not written so, or does not fit the units.
+    """
+    output, slash, measured = sensitivity.rpartition("/")
+    number, _, output_unit = output.strip().partition(" ")
+    told = f"{said}.sensitivity = {short(sensitivity)}"
+    try:
+        size = float(number)
+    except ValueError:
+        size = 0.0
+    if not slash or not output_unit or not math.isfinite(size) or size == 0.0:
+        raise InputError(f"{told}: must be such as 100 mV/g_0 or 8 mV/um, and not 0")
+    per = factor_of(measured.strip(), si, told)
+    return per / size * (1.0 if unit is None else factor_of(unit, output_unit.strip(), told))
 
 
 def factor_of(unit: str | None, si: str, said: str) -> float:
@@ -145,7 +189,7 @@ def factor_of(unit: str | None, si: str, said: str) -> float:
     if unit is None or unit == si:
         return 1.0
     try:
-        return in_si(f"1 {unit}", si)
+        return in_si(f"1 {_spelled(unit, si)}", si)
     except ValueError as error:
         raise InputError(f"{said}: unit {unit!r} {error}") from None
 

@@ -47,6 +47,8 @@ class Measured:
     """Whether deck and balls were at rest when it began."""
     trial_mass: float = 0.0
     """Clamped to the deck for this recording [kg]."""
+    doubt: str = ""
+    """Reason to refuse it if the fit does not explain it, see ``check_sense``; empty of most."""
     notes: tuple[str, ...] = field(default=())
     """What has to be said of it."""
 

@@ -153,6 +153,8 @@ def _fitted(
     best = min(fits, key=lambda fit: fit.cost)
     problem.runs += whole.runs
     after, drop = _z(whole, best.values), 2.0 * (without.cost - best.cost)
+    if not math.isfinite(after):
+        return TriedEffect(name, 0.0, 0.0, after, {}, "every run with it diverges")
     explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
     return TriedEffect(
         name, min(max(explains, 0.0), 1.0), drop, after,

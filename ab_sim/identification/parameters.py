@@ -18,6 +18,7 @@ from ab_sim.scene.model import Scene
 
 WITHIN = 10.0
 """A number of one sign is looked for within this factor, unless told otherwise."""
+ENCODER_ZERO = "encoder zero"
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
 POSITION, VELOCITY = "start.deck.position", "start.deck.velocity"
 _REFUSED = {
@@ -54,6 +55,13 @@ class FitParameter(NamedTuple):
     """Of a bias."""
     least: float = -math.inf
     """Below which the scene takes none: 0 of a stiffness."""
+
+    bases: Mapping[int, float] = {}
+    """Angle by recording to which the value adds, where recordings share it: an encoder's zero."""
+
+    def belongs_to(self, recording: int | None) -> bool:
+        """Whether a recording depends on it; None: whether all do."""
+        return self.recording is None or self.recording == recording or recording in self.bases
 
     @property
     def is_own_angle(self) -> bool:
@@ -192,6 +200,27 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
     return found
 
 
+def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
+    """Return the angle of the unbalance's mark where the encoder reads 0, if it is not known.
+
+    Recordings of one drive come from one encoder, so they share it: one without balls tells it
+    much better than one with balls.
+    """
+    bases = {
+        number: measured.schedule.angle(0.0)
+        for number, measured in enumerate(recordings)
+        if DISC_ANGLE in measured.free and measured.angle_known
+    }
+    if not bases:
+        return []
+    place = KeyPlace("start.angle")
+    return [
+        FitParameter(
+            ENCODER_ZERO, "rad", 0.0, 1.0, -math.inf, math.inf, place, min(bases), bases=bases
+        )
+    ]
+
+
 def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
     """What a recording has of its own.
 
@@ -230,7 +259,7 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
             place = KeyPlace(VELOCITY, (axis,))
             scale = length * top
             found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
-    if DISC_ANGLE in measured.free:
+    if DISC_ANGLE in measured.free and not measured.angle_known:
         angle = measured.schedule.angle(0.0)
         found.append(own("disc angle", "rad", angle, 1.0, np.inf, KeyPlace("start.angle")))
     if GAIN in measured.free:

@@ -15,6 +15,7 @@ from ab_sim.identification.parameters import (
     RATES,
     VELOCITY,
     FitParameter,
+    encoder_zero,
     own_parameters,
 )
 from ab_sim.scene.model import Scene
@@ -48,7 +49,7 @@ class Problem:
             for number, measured in enumerate(recordings)
             for each in own_parameters(scene, measured, number)
         ]
-        self.parameters = (*self.common, *own)
+        self.parameters = (*self.common, *own, *encoder_zero(recordings))
         self._drives = [RecordedDrive(scene, measured) for measured in recordings]
         self._taps = [whitening_of(measured) for measured in recordings]
         whole = [whitened(*each) for each in zip(self._taps, self._measured, strict=True)]
@@ -154,7 +155,7 @@ class Problem:
         )
 
     def _own_of(self, number: int, free: Sequence[int]) -> list[int]:
-        return [j for j in free if self.parameters[j].recording in (None, number)]
+        return [j for j in free if self.parameters[j].belongs_to(number)]
 
     def _left(
         self, number: int, signals: SimulatedSignals | None, values: np.ndarray
@@ -191,8 +192,9 @@ class Problem:
             if not measured.at_rest:
                 found[POSITION], found[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
         for each, value in zip(self.parameters, values.tolist(), strict=True):
-            if each.place is not None and each.recording in (None, number):
-                each.place.put(found, value, self.scene)
+            if each.place is not None and each.belongs_to(number):
+                base = 0.0 if number is None else each.bases.get(number, 0.0)
+                each.place.put(found, base + value, self.scene)
         return found
 
     def _signals(

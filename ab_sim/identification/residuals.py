@@ -130,7 +130,9 @@ def turning_z(left: np.ndarray, measured: Measured) -> float:
     sums = np.bincount(block, still.real, BLOCKS) + 1j * np.bincount(block, still.imag, BLOCKS)
     filled = counts > 0
     q = 2.0 * float(np.sum(np.abs(sums[filled]) ** 2 / counts[filled])) / size
-    return float(norm.isf(max(float(chi2.sf(q, 2 * int(filled.sum()))), 1e-300)))
+    degrees = 2 * int(filled.sum())
+    above, below = (max(float(tail(q, degrees)), 1e-300) for tail in (chi2.sf, chi2.cdf))
+    return float(norm.isf(above) if above < below else -norm.isf(below))
 
 
 def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:

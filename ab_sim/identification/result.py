@@ -11,7 +11,7 @@ from ab_sim.identification.knowledge import Knowledge
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.residuals import Whiteness
 from ab_sim.limited_yaml import yaml_text
-from ab_sim.presentation import Column, Columns, Presented
+from ab_sim.presentation import Column, Columns, Presented, finite_or_none
 from ab_sim.scene.model import Scene
 
 FITS = "fits"
@@ -95,11 +95,8 @@ class Proposal(NamedTuple):
     """Half the interval of each of these with it, as a share of its value."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values; what is not known is null."""
-        found = self._asdict()
-        for key in ("now", "then"):
-            found[key] = found[key] if np.isfinite(found[key]) else None
-        return {**found, "opens": list(self.opens), "opened": list(self.opened)}
+        """Fields by name."""
+        return self._asdict()
 
     @property
     def gains(self) -> str:
@@ -178,29 +175,36 @@ class Identification(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values: ``ab-sim identify --help``."""
-        return {
-            "scene": self.before.name,
-            "verdict": self.verdict,
-            "reasons": list(self.reasons),
-            "parameters": [each.report() for each in self.estimates],
-            "covariance": {
-                "parameters": list(self.intervals.names),
-                "values": self.intervals.covariance.tolist(),
-            },
-            "correlation": self.intervals.correlation.tolist(),
-            "profiles": [each._asdict() for each in self.intervals.profiles],
-            "knowledge": self.knowledge.report(),
-            "residuals": [each.report() for each in self.whiteness],
-            "tried_effects": [each.report() for each in self.tried],
-            "held_out": None if self.held_out is None else self.held_out._asdict(),
-            "next_recordings": [each.report() for each in self.proposals],
-            "notes": list(self.notes),
-            "runs": self.runs,
-            "seed": self.seed,
-            "version": ab_sim.__version__,
-            "fitted_scene": self.scene.as_mapping(),
-        }
+        """Everything as JSON-able values: ``ab-sim identify --help``.
+
+        A number that is not finite is None: the end of an open interval, or the z of an effect
+        whose run diverges, which its ``failure`` says.
+        """
+        found: dict[str, object] = finite_or_none(
+            {
+                "scene": self.before.name,
+                "verdict": self.verdict,
+                "reasons": list(self.reasons),
+                "parameters": [each.report() for each in self.estimates],
+                "covariance": {
+                    "parameters": list(self.intervals.names),
+                    "values": self.intervals.covariance.tolist(),
+                },
+                "correlation": self.intervals.correlation.tolist(),
+                "profiles": [each._asdict() for each in self.intervals.profiles],
+                "knowledge": self.knowledge.report(),
+                "residuals": [each.report() for each in self.whiteness],
+                "tried_effects": [each.report() for each in self.tried],
+                "held_out": None if self.held_out is None else self.held_out._asdict(),
+                "next_recordings": [each.report() for each in self.proposals],
+                "notes": list(self.notes),
+                "runs": self.runs,
+                "seed": self.seed,
+                "version": ab_sim.__version__,
+                "fitted_scene": self.scene.as_mapping(),
+            }
+        )
+        return found
 
     def scene_text(self) -> str:
         """The fitted scene as a file, with a head that says how sure its numbers are."""

@@ -27,7 +27,7 @@ from ab_sim.identification.result import (
     RecordingFit,
     TriedEffect,
 )
-from ab_sim.identification.stages import LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, Tell, minimise
 from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -35,6 +35,8 @@ from ab_sim.workers import WorkerLost, Workers
 
 NEAR = 0.7
 """Of the critical speed: slower runs tell little of the suspension."""
+UNEXPLAINED = 0.5
+"""R.m.s. of residuals, as a share of the signals', from which a fit explains nothing."""
 FAR_OFF = 300.0
 """Times as large or small as simulated: a wrong unit."""
 
@@ -112,6 +114,7 @@ class _Work:
         free = [j for j in range(len(problem.parameters)) if j not in held]
         try:
             values = _within_a_turn(problem, search.run().values)
+            _check_doubts(problem, values)
             problem = problem.with_noise(self._left(problem, values))
             values = minimise(problem, values, free, LAST_STEPS, True, self._last).values
             problem = problem.with_noise(self._left(problem, values))
@@ -169,7 +172,17 @@ class _Work:
         )  # fmt: skip
         fitted, notes = self._fitted_scene(values)
         notes += [
+            f"{name}: searches from {DRAWS} draws of starts ended in different minima: the best "
+            "one may be wrong; begin with a scene that is nearer, or try another --seed"
+            for name in search.disagreements
+        ]
+        notes += [
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
+        ]
+        notes += [
+            each.doubt
+            for each, white in zip(problem.recordings, whiteness, strict=True)
+            if each.doubt and not white.white
         ]
         return Identification(
             fitted, self._scene, verdict, tuple(reasons), intervals,
@@ -224,6 +237,20 @@ class _Work:
             rms = float(np.sqrt(np.nanmean(left**2)))
             found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
         return found
+
+
+def _check_doubts(problem: Problem, values: np.ndarray) -> None:
+    """Refuse a recording that looked wrong, if the fit does not explain it either.
+
+    Raises:
+        InputError: as the check of the recording said.
+    """
+    for k, measured in enumerate(problem.recordings):
+        if measured.doubt:
+            shown = problem.simulated(k, values)
+            residuals = measured.signals if shown is None else measured.signals - shown
+            if float(np.sqrt(np.nanmean(residuals**2))) > UNEXPLAINED * measured.rms:
+                raise InputError(measured.doubt)
 
 
 def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:

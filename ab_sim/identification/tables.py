@@ -1,5 +1,6 @@
 """Recordings of any kind as tables: a column of numbers for each name, with its unit."""
 
+import codecs
 import json
 import re
 import tempfile
@@ -16,9 +17,20 @@ import pyarrow.parquet
 from ab_sim.bags import import_bag
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, nearest
+from ab_sim.quoting import short
 from ab_sim.recording import StoredRun, open_recording
 
 MOST_ROWS = 20_000_000
+UTF_8, LATIN_1 = "utf-8", "latin-1"
+MARKS = (
+    (codecs.BOM_UTF32_LE, "utf-32"),
+    (codecs.BOM_UTF32_BE, "utf-32"),
+    (codecs.BOM_UTF16_LE, "utf-16"),
+    (codecs.BOM_UTF16_BE, "utf-16"),
+)
+"""Byte-order marks; the longer ones first, as one begins like a shorter one."""
+FIRST_BYTES = 1 << 16
+"""Bytes of a text in which its first line is looked for."""
 _HEAD = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
 FAULTS = "faults"
 
@@ -52,12 +64,32 @@ class Table:
                 + ", ".join(self.columns)
             )
         found = self.columns[name]
+        if found.dtype.kind in "mM":
+            since = found - found[0] if found.dtype.kind == "M" else found
+            return since / np.timedelta64(1, "s")
         if found.dtype.kind not in "fiu":
-            raise InputError(
-                f"{self.name}: {said}: the column {name!r} holds texts, not numbers; is there a "
-                "line that is no data?"
-            )
+            raise InputError(f"{self.name}: {said}: the column {name!r} {_contents(found)}")
         return found.astype(float)
+
+    def unit_of(self, name: str, written: str | None) -> str | None:
+        """Unit of the numbers that ``column`` returns.
+
+        Args:
+            name: of the column.
+            written: unit that a mapping gives; None: that of the file.
+
+        Raises:
+            InputError: the mapping gives another unit than the column has.
+        """
+        found = self.columns.get(name)
+        if found is None or found.dtype.kind not in "mM":
+            return self.units.get(name) if written is None else written
+        if written not in (None, "s"):
+            raise InputError(
+                f"{self.name}: the column {name!r} holds time stamps, which are read in s; leave "
+                f"its unit {written!r} out of the mapping"
+            )
+        return "s"
 
 
 def read_table(path: Path) -> Table:
@@ -81,25 +113,71 @@ def read_table(path: Path) -> Table:
         raise InputError(
             f"{path}: must be a recording (.rrd), a ROS bag (its folder), .parquet or .csv"
         )
+    if not path.is_file():
+        raise InputError(f"{path}: is no file but a pipe or device; write it to a file first")
     if path.stat().st_size == 0:
         raise InputError(f"{path}: is empty")
+    encoding = _encoding(path) if ending == ".csv" else UTF_8
+    options = pa.csv.ReadOptions(encoding=encoding)
     try:
-        read = pa.parquet.read_table(path) if ending == ".parquet" else pa.csv.read_csv(path)
+        read = (
+            pa.parquet.read_table(path)
+            if ending == ".parquet"
+            else pa.csv.read_csv(path, read_options=options)
+        )
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
-        reason = (ending == ".csv" and _csv_fault(path)) or " ".join(str(error).split())[:200]
+        reason = (ending == ".csv" and _csv_fault(path, encoding)) or " ".join(str(error).split())[
+            :200
+        ]
         raise InputError(f"{path}: cannot be read as a table: {reason}") from error
-    if ending == ".csv" and read.num_columns == 1 and (fault := _csv_fault(path)):
+    if ending == ".csv" and read.num_columns == 1 and (fault := _csv_fault(path, encoding)):
         raise InputError(f"{path}: cannot be read as a table: {fault}")
     if all(map(_is_number, read.column_names)):
         raise InputError(f"{path}: its first line is numbers; must name the columns: t [s],x [mm]")
     if not 0 < read.num_rows <= MOST_ROWS:
         raise InputError(f"{path}: has {read.num_rows} rows; must be 1 to {MOST_ROWS}")
-    return _of_arrow(read, path.stem)
+    notes = (f"its head is not UTF-8; it was read as {encoding}",) if encoding == LATIN_1 else ()
+    return _of_arrow(read, path.stem, notes)
 
 
-def _csv_fault(path: Path) -> str:
+def _encoding(path: Path) -> str:
+    """Guess a text's encoding from its byte-order mark and its first line."""
+    with path.open("rb") as file:
+        begin = file.read(FIRST_BYTES)
+    for mark, encoding in MARKS:
+        if begin.startswith(mark):
+            return encoding
+    # ASCII in two bytes a character, without a mark.
+    if begin[1:2] == b"\0":
+        return "utf-16-le"
+    if begin[:1] == b"\0":
+        return "utf-16-be"
+    try:
+        begin.partition(b"\n")[0].decode(UTF_8)
+    except UnicodeDecodeError:
+        return LATIN_1
+    return UTF_8
+
+
+def _contents(values: np.ndarray) -> str:
+    """Describe the values of a column that are no numbers, and the remedy."""
+    there = [(row, value) for row, value in enumerate(values.tolist()) if value is not None]
+    if not there:
+        return "is empty"
+    row, value = there[0]
+    if isinstance(value, bool):
+        return "holds truth values, not numbers; write 0 and 1, or choose another column"
+    if not isinstance(value, str | bytes):
+        return f"holds {type(value).__name__} values, not numbers; write one number in each row"
+    row, value = next((each for each in there if not _is_number(each[1])), (row, value))
+    return (
+        f"holds texts, not numbers: {short(value)} at row {row}; is there a line that is no data?"
+    )
+
+
+def _csv_fault(path: Path, encoding: str) -> str:
     """What is wrong with a table as text, where that is known; else empty."""
-    with path.open(errors="replace") as file:
+    with path.open(encoding=encoding, errors="replace") as file:
         head = file.readline()
         columns = head.count(",") + 1
         if head.count(";") > head.count(","):
@@ -119,7 +197,7 @@ def _csv_fault(path: Path) -> str:
     return ""
 
 
-def _is_number(text: str) -> bool:
+def _is_number(text: str | bytes) -> bool:
     try:
         float(text)
     except ValueError:
@@ -127,19 +205,33 @@ def _is_number(text: str) -> bool:
     return True
 
 
-def _of_arrow(read: pa.Table, name: str) -> Table:
+def _of_arrow(read: pa.Table, name: str, notes: tuple[str, ...] = ()) -> Table:
     columns: dict[str, np.ndarray] = {}
     units: dict[str, str | None] = {}
     for field, column in zip(read.schema, read.columns, strict=True):
         head = _HEAD.fullmatch(field.name)
-        short = head[1] if head else field.name
-        if short in columns:
-            raise InputError(f"{name}: has two columns {short!r}; give each a name of its own")
+        title = head[1] if head else field.name
+        if title in columns:
+            raise InputError(f"{name}: has two columns {title!r}; give each a name of its own")
         written = (field.metadata or {}).get(b"unit", b"").decode() or None
-        units[short] = head[2].strip() if head else written
-        columns[short] = column.to_numpy(zero_copy_only=False)
+        units[title] = head[2].strip() if head else written
+        columns[title] = _plain(column).to_numpy(zero_copy_only=False)
     said = (read.schema.metadata or {}).get(b"ab_sim")
-    return Table(name, columns, units, json.loads(said) if said else {})
+    return Table(name, columns, units, json.loads(said) if said else {}, notes)
+
+
+def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
+    """A column in a type that NumPy has."""
+    kind = column.type
+    if pa.types.is_dictionary(kind):
+        return _plain(column.cast(kind.value_type))
+    if pa.types.is_decimal(kind):
+        return column.cast(pa.float64())
+    if pa.types.is_time(kind):  # of the day
+        return column.cast(pa.int32() if kind.bit_width == 32 else pa.int64()).cast(
+            pa.duration(kind.unit)
+        )
+    return column
 
 
 def _of_recording(run: StoredRun, name: str) -> Table:

@@ -120,8 +120,10 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
         reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
     if found.outside is not None:
         reasons.append(
-            f"on held-out data the residuals' r.m.s. is {found.outside.after:.3g} of the signals', "
-            f"with the scene as it was {found.outside.before:.3g}"
+            "a run of the fitted scene on held-out data diverges"
+            if np.isinf(found.outside.after)
+            else f"on held-out data the residuals' r.m.s. is {found.outside.after:.3g} of the "
+            f"signals', with the scene as it was {found.outside.before:.3g}"
         )
         if not found.outside.better:
             verdict = NO_BETTER

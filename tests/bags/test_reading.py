@@ -176,6 +176,25 @@ def test_command_and_vibration_alone(tmp_path: Path) -> None:
     assert back.description["time_zero"] == start and back.description["namespace"] == "/rig"
 
 
+def test_joints_at_half_the_rate_are_interpolated(finished: Path, tmp_path: Path) -> None:
+    """Held ones would be late, and a fit that follows the spindle wrong."""
+    with Bag(finished) as bag:
+        messages = [tuple(m) for m in bag.messages({"/joint_states", "/vibration"})]
+    joints = [each for each in messages if each[0] == "/joint_states"]
+    kept = set(joints[::2])
+    few = [each for each in messages if each[0] == "/vibration" or each in kept]
+    _, back = imported(bag_of(tmp_path / "half", few))
+    rows = np.searchsorted(SAMPLES[:, 1], back["time"] - 1e-6)
+    assert len(rows) == len(joints)
+    for channel in ("angle", "speed", "ball_0_angle"):
+        true = SAMPLES[rows, CHANNELS.index(channel)]
+        np.testing.assert_array_equal(back[channel][::2], true[::2])
+        middle = 0.5 * (true[:-2:2] + true[2::2])
+        np.testing.assert_allclose(back[channel][1:-1:2], middle, rtol=1e-12, atol=1e-12)
+    end = back["angle"]
+    assert end[-1] - end[-2] == pytest.approx(end[-2] - end[-3]), "extrapolated by one interval"
+
+
 def test_joints_of_a_simulated_clock_and_a_slower_sensor(finished: Path, tmp_path: Path) -> None:
     """The drive's own state topics, without its blocks: values are those of its samples."""
     with Bag(finished) as bag:

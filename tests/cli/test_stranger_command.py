@@ -77,6 +77,28 @@ def figure(found: list[tuple[float, float]], file: Path) -> None:
     save(drawn, file, 50)
 
 
+def test_files_are_written_independently(tmp_path: Path) -> None:
+    """A file that cannot be written leaves the others; a number that is not finite is null."""
+    page, report, rows = tmp_path / "page", tmp_path / "run.json", list[str]()
+
+    def refuse() -> None:
+        raise InputError("--out: the disk is full")
+
+    def shown() -> Iterator[str]:
+        rows.append("shown")
+        yield "shown"
+
+    outcome = Outcome(
+        shown(),
+        lambda: {"z": math.inf, "tried": [{"z": -math.inf}], "low": (math.nan, 1.0)},
+        writes=(refuse, lambda: page.write_text("whole")),  # type: ignore[arg-type, return-value]
+    )
+    with pytest.raises(InputError, match="the disk is full"):
+        Command(lambda _: outcome).run(str(report))
+    assert page.read_text() == "whole" and rows == ["shown"]
+    assert json.loads(report.read_text()) == {"z": None, "tried": [{"z": None}], "low": [None, 1.0]}
+
+
 @pytest.fixture
 def added() -> Iterator[None]:
     """Known while a test runs."""

@@ -72,7 +72,7 @@ TABLES: list[tuple[str, Break, str]] = [
     ("no time", set_at("t", 700, np.nan), "time: row 700 is no finite number"),
     ("time goes back", edited("t", lambda t: np.concatenate([t[:500], t[400:-100]])), "goes back"),
     ("two runs in one file", two_drives, "goes back at row 2001.*two drives or two runs"),
-    ("two drives in one file", two_drives_interleaved, "stands there twice, at row 1"),
+    ("two drives in one file", two_drives_interleaved, "at row 1, .*two drives in one file"),
     ("time never changes", edited("t", lambda t: 0 * t), "time: never changes"),
     ("time in the wrong unit", edited("t", lambda t: 1000 * t), "samples in a turn; must be"),
     ("sampled too slowly", too_slow, "samples in a turn; must be at least 4"),

@@ -241,9 +241,10 @@ def test_bias_delay_and_disc_angle_are_found(tmp_path: Path) -> None:
         maps=[drives.mapping(tmp_path)], free=["bias", "delay", "disc_angle"], propose=False,
     )  # fmt: skip
     assert found.verdict == FITS
-    own = {"bias 1": 5e-5, "bias 2": 0.0, "delay": 3e-3, "disc angle": 0.0}
+    own = {"bias 1": 5e-5, "bias 2": 0.0, "delay": 3e-3}
     for name, true in own.items():
         assert covers(found, f"{name} of late", true), name
+    assert covers(found, "encoder zero", -math.radians(20.0))
     for name in DECK:
         assert covers(found, name, BARE[name]), name
 

@@ -1,0 +1,199 @@
+"""Tables as instruments and other programs write them: encodings, types, units and stamps."""
+
+import datetime
+import decimal
+import os
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.parquet
+import pytest
+
+from ab_sim.errors import InputError
+from ab_sim.identification.checks import check_held, check_signal, check_time
+from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
+from ab_sim.identification.tables import read_table
+from tests.identification import drives
+
+TEXT = "t,speed,ch1,Temp °C\n0.0,1.0,2.5,20\n0.1,1.5,3.5,20\n"
+
+
+@pytest.mark.parametrize(
+    "encoding", ["utf-8", "utf-8-sig", "latin-1", "utf-16", "utf-16-le", "utf-16-be", "utf-32"]
+)
+def test_the_encoding_of_a_csv_is_found(tmp_path: Path, encoding: str) -> None:
+    file = tmp_path / "bench.csv"
+    file.write_bytes(TEXT.encode(encoding))
+    table = read_table(file)
+    assert list(table.columns) == ["t", "speed", "ch1", "Temp °C"]
+    assert table.column("ch1", "signals.0").tolist() == [2.5, 3.5]
+    assert any("latin-1" in note for note in table.notes) == (encoding == "latin-1")
+
+
+def parquet(path: Path, values: list[Any], kind: Any = None) -> Path:
+    pa.parquet.write_table(pa.table({"c": pa.array(values, kind)}), path)
+    return path
+
+
+@pytest.mark.parametrize(
+    ("values", "kind"),
+    [
+        ([decimal.Decimal("0.25"), decimal.Decimal("0.75")], None),
+        ([datetime.datetime(2024, 5, 1, 0, 0, s) for s in (10, 12)], pa.timestamp("ns")),
+        ([datetime.timedelta(seconds=2 * s) for s in (0, 1)], pa.duration("ms")),
+        ([datetime.time(second=2 * s) for s in (0, 1)], pa.time64("us")),
+        ([0.25, 0.75], pa.float32()),
+    ],
+)
+def test_numbers_of_every_type_are_read(tmp_path: Path, values: list[Any], kind: Any) -> None:
+    found = read_table(parquet(tmp_path / "t.parquet", values, kind)).column("c", "time")
+    assert found.dtype.kind == "f"
+    assert np.diff(found).tolist() == [0.5 if found[0] else 2.0]
+
+
+@pytest.mark.parametrize(
+    ("values", "says"),
+    [
+        ([True, False], "holds truth values, not numbers"),
+        ([True, None], "holds truth values, not numbers"),
+        (["1.5", "over"], "holds texts, not numbers: 'over' at row 1"),
+        ([[1.0], [2.0]], "holds ndarray values, not numbers"),
+        ([None, None], "is empty"),
+    ],
+)
+def test_what_holds_no_numbers_says_what_it_holds(
+    tmp_path: Path, values: list[Any], says: str
+) -> None:
+    table = read_table(parquet(tmp_path / "t.parquet", values))
+    with pytest.raises(InputError, match=says):
+        table.column("c", "signals.0")
+
+
+def test_time_stamps_take_no_unit(tmp_path: Path) -> None:
+    stamps = [datetime.datetime(2024, 5, 1), datetime.datetime(2024, 5, 2)]
+    table = read_table(parquet(tmp_path / "t.parquet", stamps))
+    assert table.unit_of("c", None) == "s"
+    with pytest.raises(InputError, match="time stamps, which are read in s; leave its unit 'ms'"):
+        table.unit_of("c", "ms")
+
+
+def test_a_pipe_is_named(tmp_path: Path) -> None:
+    pipe = tmp_path / "pipe.csv"
+    os.mkfifo(pipe)
+    with pytest.raises(InputError, match="is no file but a pipe or device; write it to a file"):
+        read_table(pipe)
+
+
+def test_an_infinite_sample_is_a_missing_one(tmp_path: Path) -> None:
+    table = drives.recorded(drives.scene())
+    table["ch1"][400] = np.inf
+    file = drives.write(table, tmp_path / "bench.csv")
+    found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
+    assert np.isfinite(found.rms)
+    assert found.notes == ("1 of 2000 samples of ch1 missing or no finite numbers, left out",)
+
+
+@pytest.mark.parametrize(
+    ("digits", "says"),
+    [(2, "have too few digits"), (None, "keep one sample for each time")],
+)
+def test_a_repeated_time_is_told_with_its_reason(digits: int | None, says: str) -> None:
+    time = np.arange(1000) / 1000.0
+    if digits is None:
+        time[500] = time[499]
+    else:
+        time = np.round(time, digits)
+    with pytest.raises(InputError, match=says):
+        check_time(time, "bench")
+
+
+@pytest.mark.parametrize(
+    ("unit", "si", "factor"),
+    [
+        *((unit, "rad/s", np.pi / 30.0) for unit in ("1/min", "RPM", "min^-1", "U/min", "rpm")),
+        *((unit, "m/s^2", 9.80665) for unit in ("G", "g", "g_0")),
+        ("mm", "m", 1e-3),
+    ],
+)
+def test_units_as_instruments_write_them(unit: str, si: str, factor: float) -> None:
+    assert factor_of(unit, si, "bench: speed") == pytest.approx(factor)
+
+
+def test_a_sensitivity_makes_voltages_signals() -> None:
+    assert sensitivity_factor("100 mV/g", "V", "m/s^2", "") == pytest.approx(98.0665)
+    assert sensitivity_factor("100 mV/g_0", None, "m/s^2", "") == pytest.approx(0.0980665)
+    assert sensitivity_factor("-8 mV/um", "V", "m", "") == pytest.approx(-1.25e-4)
+    for wrong in ("100 mV", "0 mV/g", "mV/g"):
+        with pytest.raises(InputError, match="must be such as 100 mV/g_0"):
+            sensitivity_factor(wrong, "V", "m/s^2", "bench: signals.0")
+    with pytest.raises(InputError, match="bench: signals.0.sensitivity"):
+        sensitivity_factor("100 mV/g", "V", "m", "bench: signals.0")
+
+
+def test_a_mapping_takes_a_sensitivity(tmp_path: Path) -> None:
+    """1 V for each mm is the same as a column in mm."""
+    file = drives.write(drives.recorded(drives.scene()), tmp_path / "bench.csv")
+    text = drives.MAP.replace("unit: mm}", "unit: mV, sensitivity: 1 V/m}")
+    plain, volts = (
+        measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path, words)))
+        for words in (drives.MAP, text)
+    )
+    assert volts.kind == plain.kind
+    assert volts.signals == pytest.approx(plain.signals, rel=1e-12, nan_ok=True)
+
+
+@pytest.mark.parametrize("size", [5.0, 100.0])
+@pytest.mark.parametrize("per_turn", [20.0, 200.0])
+def test_a_coarse_resolution_is_not_taken_for_clipping(size: float, per_turn: float) -> None:
+    """Readings of a whirl of some steps stay at their peaks as clipped ones do."""
+    angle = 2.0 * np.pi * np.arange(5000) / per_turn
+    noise = np.random.default_rng(0).standard_normal(5000)
+    signal = np.round(size * np.sin(0.999 * angle) + 0.05 * noise)
+    remark = check_signal(angle, angle, signal, "signals.0", "bench")
+    if per_turn > 20.0:
+        assert "resolution is coarse: readings are 1 apart" in remark
+        assert "smaller range" in remark
+    with pytest.raises(InputError, match="is clipped: .* record with a larger range"):
+        check_signal(angle, angle, np.clip(signal, -0.6 * size, 0.6 * size), "signals.0", "bench")
+
+
+RAMP = 0.38 * np.arange(4000)
+FLUTTER = 0.2 * np.random.default_rng(0).standard_normal(4000)
+
+
+def once_per_turn(angle: np.ndarray, speed: np.ndarray) -> np.ndarray:
+    """What a tachometer with one pulse a turn shows: the speed at the last pulse."""
+    last = np.searchsorted(angle, 2.0 * np.pi * np.floor(angle / (2.0 * np.pi)))
+    return speed[np.minimum(last, len(speed) - 1)]
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.repeat(RAMP, 2),
+        np.repeat(RAMP + FLUTTER, 3),
+        np.minimum(np.repeat(RAMP, 4), 900.0),
+        once_per_turn(0.02 * np.arange(5000.0) ** 2 / 1000, 0.04 * np.arange(5000.0)),
+    ],
+)
+def test_a_held_series_is_named(values: np.ndarray) -> None:
+    with pytest.raises(InputError, match=r"bench: speed: is held: it changes every .* samples"):
+        check_held(values, "speed", "bench")
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        RAMP,
+        np.minimum(RAMP, 900.0),
+        np.round(RAMP),
+        np.round(RAMP / 0.3) * 0.3,
+        np.round(RAMP + FLUTTER),
+        np.round(900.0 + FLUTTER),
+    ],
+)
+def test_a_ramp_and_a_coarse_tachometer_are_not_held(values: np.ndarray) -> None:
+    check_held(values, "speed", "bench")

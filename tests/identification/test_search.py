@@ -1,0 +1,79 @@
+"""Recordings that look wrong and are sound, and minima that are hard to find."""
+
+import dataclasses
+import math
+
+import numpy as np
+import pytest
+
+from ab_sim.errors import InputError
+from ab_sim.identification.checks import check_sense
+from ab_sim.identification.measured import DISC_ANGLE, Measured
+from ab_sim.identification.parameters import ENCODER_ZERO
+from ab_sim.identification.problem import Problem
+from ab_sim.identification.run import Question, run_identification
+from ab_sim.spindle import SpeedSchedule
+from tests.identification import drives
+
+STIFFNESS, DAMPING = "effects.suspension.stiffness", "effects.suspension.damping"
+BARE = Question((STIFFNESS, DAMPING, "rotor.eccentricity"), propose=False)
+
+
+def ringing() -> Measured:
+    """A deck of damping ratio 0.002 that rings after a fast run-up past its critical speed."""
+    damping = 2.0 * 0.002 * math.sqrt(0.1 * 1000.0)
+    drive = drives.scene({DAMPING: damping, "profile.acceleration": 250.0})
+    measured = drives.measured(drive, balls=False)
+    whirl = measured.signals[:, 0] + 1j * measured.signals[:, 1]
+    sense = check_sense(measured.spindle_angle, whirl, False, measured.name)
+    return dataclasses.replace(measured, doubt=sense.doubt)
+
+
+def test_a_ringing_deck_is_doubted_and_fitted() -> None:
+    measured = ringing()
+    assert "times the spindle's speed" in measured.doubt
+    found = run_identification(drives.scene({STIFFNESS: 1200.0, DAMPING: 0.06}), [measured], BARE)
+    assert found[STIFFNESS].value == pytest.approx(1000.0, rel=1e-3)
+    assert found[DAMPING].value == pytest.approx(0.04, rel=0.05)
+    assert not found.notes
+
+
+def test_a_doubted_recording_that_no_fit_explains_is_refused() -> None:
+    """The spindle's speed is taken for half of what it was."""
+    drive = drives.scene()
+    measured = drives.measured(drive, balls=False)
+    halved = drives.scene({"profile.acceleration": 60.0, "profile.target_speed": 90.0})
+    wrong = dataclasses.replace(
+        measured, schedule=SpeedSchedule.of_scene(halved), doubt="bench: is the unit right?"
+    )
+    with pytest.raises(InputError, match="is the unit right"):
+        run_identification(drive, [wrong], BARE)
+
+
+def test_recordings_of_one_encoder_share_its_zero() -> None:
+    drive = drives.scene({"duration": 0.5})
+    pair = [
+        dataclasses.replace(drives.measured(drive, balls), free=(DISC_ANGLE,))
+        for balls in (True, False)
+    ]
+    problem = Problem(drive, (), pair, (1.0, 1.0))
+    assert [name for name in problem.names if "ball" not in name] == [ENCODER_ZERO]
+    j = problem.names.index(ENCODER_ZERO)
+    values = problem.start
+    values[j] = 0.3
+    assert all(problem.scene_values(values, k)["start.angle"] == 0.3 for k in (0, 1))
+    slopes = problem.derivatives(values, [j])[:, 0]
+    half = len(slopes) // 2
+    assert np.any(slopes[:half]) and np.any(slopes[half:]), "both recordings tell it"
+    part = problem.part([0])
+    assert part.names[-1] == ENCODER_ZERO
+
+
+def test_a_lightly_damped_deck_is_found_from_a_start_far_off() -> None:
+    """Of ratio 0.001: a fit over the whole recording has a wrong minimum every few N/m."""
+    damping = 2.0 * 0.001 * math.sqrt(0.1 * 1916.0)
+    drive = drives.scene({STIFFNESS: 1916.0, DAMPING: damping, "duration": 3.0})
+    begin = drives.scene({STIFFNESS: 1629.0, DAMPING: 0.02})
+    found = run_identification(begin, [drives.measured(drive, balls=False)], BARE)
+    assert found[STIFFNESS].value == pytest.approx(1916.0, rel=1e-4)
+    assert not found.notes
