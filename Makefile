@@ -18,7 +18,7 @@ export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 # What is installed is not byte-compiled, which takes 20 s: Python itself does it of what is used.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo action test test-fast coverage lint style types real-time nodes jazzy some-nodes computing docs clean
+.PHONY: help demo action test test-fast coverage lint style types real-time nodes jazzy some-nodes computing docs constraints clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -31,6 +31,7 @@ help:
 	@echo 'make coverage    which lines the tests run, as a figure and in out/coverage; without ROS nodes'
 	@echo 'make lint    ruff and mypy only'
 	@echo 'make docs    build the documentation site: docs/_build/html/index.html'
+	@echo 'make constraints   resolve the pinned versions for Python 3.10 to 3.14, Kilted and Jazzy'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
 	@echo 'make demo ROS=jazzy   the demonstration on ROS 2 Jazzy, in .venv-jazzy, instead of Kilted'
@@ -107,6 +108,9 @@ docs: $(VENV)/docs.stamp
 
 clean:
 	rm -rf .venv .venv-* docs/_build docs/examples build dist install log *.egg-info ab_interfaces/build ab_interfaces/*.egg-info .mypy_cache .pytest_cache .ruff_cache
+
+constraints: $(VENV)/dev.stamp
+	$(BIN)/python tools/check_constraints.py
 
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)

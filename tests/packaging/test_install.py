@@ -164,3 +164,22 @@ def test_colcon_build(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     assert_installed(prefix, tree, monkeypatch)
     sourced = run_well("sh", "-c", ". install/setup.sh && env -0", cwd=tmp_path, env=environment())
     assert_nodes_run(prefix, dict(entry.split("=", 1) for entry in sourced.split("\0") if entry))
+
+
+def test_missing_certificates_are_named_before_pip_needs_them(tmp_path: Path) -> None:
+    """Debian's pip needs those of the system, and ends in a traceback without."""
+    python = Path("/usr/bin/python3")
+    hide = ("mount", "--bind", str(tmp_path), "/etc/ssl/certs")
+    debian = Path("/etc/debian_version").exists()
+    if not debian or run("unshare", "--mount", *hide).returncode:
+        pytest.skip("needs Debian's pip, and the right to hide the system's certificates")
+    nobody = tmp_path / "bin/id"  # who is not root: nothing is installed
+    nobody.parent.mkdir()
+    nobody.write_text("#!/bin/sh\necho 1000\n")
+    nobody.chmod(0o755)
+    command = (
+        f"{' '.join(hide)} && PATH={nobody.parent}:$PATH tools/make-venv {python} {tmp_path}/v"
+    )
+    done = run("unshare", "--mount", "sh", "-c", command, cwd=ROOT)
+    assert done.returncode == 1
+    assert "apt-get install ca-certificates" in done.stderr and "Traceback" not in done.stderr
