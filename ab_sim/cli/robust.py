@@ -1,7 +1,7 @@
 """`ab-sim robust`."""
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 from typing import NamedTuple
@@ -91,7 +91,8 @@ def robust_command(
                 written.extend(found.write_worst(given.worst))
 
         tables = [file for file in (given.parquet, given.csv) if file is not None]
-        writes = (*(partial(found.write, file) for file in tables), write_worst)
+        writes: list[Callable[[], None]] = [partial(found.write, file) for file in tables]
+        writes.append(write_worst)
         shown = found.in_units(given.units)
         words = _shown(shown, scene_name, changes)
         return Outcome(words, found.report, plotted(shown), writes, written)

@@ -63,11 +63,11 @@ class Command(NamedTuple):
         files = check_files((report, REPORT, "--json"), (plot, PICTURE, "--plot"), *self.outputs)
         with self._progress() as tell:
             found = self.work(tell)
-        writes = list(found.writes)
-        if plot is not None and found.draw is None:
+        writes, draw = list(found.writes), found.draw
+        if plot is not None and draw is None:
             files.remove(plot)
-        elif plot is not None:
-            writes.insert(0, partial(found.draw, plot))
+        elif plot is not None and draw is not None:
+            writes.insert(0, partial(draw, plot))
         if json is not None:
             writes.insert(0, lambda: write_json(found.report(), json))
         # Work of hours is not lost because one file of several cannot be written.

@@ -55,13 +55,13 @@ def blueprint(
     live: bool = False,
 ) -> rrb.Blueprint:
     """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
-    pages = (
+    pages: list[rrb.Container | rrb.View] = [
         _drive(drawing, channels),
         *_forces(drawing, channels),
         _vibration(drawing, channels),
         _health(scalars, _beside(channels)),
         rrb.TextDocumentView(origin="/description", name="Description"),
-    )
+    ]
     return _pages(pages, page, live)
 
 

@@ -87,7 +87,8 @@ class Part:
             if time[0] > self.end:
                 return
             if derived:
-                found = _derived(*(block[:, -4:-1] - (*(self.hangs or (0.0, 0.0)), 0.0)).T, turns)
+                x, y, angle = (block[:, -4:-1] - (*(self.hangs or (0.0, 0.0)), 0.0)).T
+                found = _derived(x, y, angle, turns)
                 for name in derived:
                     block[:, names.index(name)] = found[name]
                 block = np.delete(block, (-4, -3, -2), axis=1)

@@ -120,8 +120,8 @@ def _panels(data: RunData) -> Iterator[Panel]:
     yield from _of_balls(data)
     yield from _tilt(data)
     if "motor_torque" in have:
-        curve = PanelLine("torque", *data.curves.curve("motor_torque"), RUN)
-        yield Panel("torque", "Motor torque", TIME, "torque [N m]", 0.7, (curve,))
+        torque = PanelLine("torque", *data.curves.curve("motor_torque"), RUN)
+        yield Panel("torque", "Motor torque", TIME, "torque [N m]", 0.7, (torque,))
     yield from _orbits(data)
     yield from _spectra(data)
 
