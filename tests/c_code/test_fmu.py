@@ -20,6 +20,7 @@ from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 from tests.c_code.compiled import STRICT, needs_compiler
 from tests.c_code.importer import ERROR, OK, WARNING, Importer
+from tests.c_code.test_files import METACHARACTERS, tokens_of_c
 
 SCHEMA = Path(__file__).with_name("fmi3_schema")
 PLANE = load_scene("thesis-hold", ["effects.rolling_friction=", "sensors.front.noise_density=0"])
@@ -98,6 +99,22 @@ def test_its_archive_has_what_it_takes_to_build_it(space: Fmu, tmp_path: Path) -
     assert set(re.findall(r"^FMI3_Export \w+ +(fmi3\w+);", header, re.MULTILINE)) <= found
     others = {name for name in found if not name.startswith("fmi3")}
     assert others and all(name.startswith("wobbling_drive_") for name in others)
+
+
+@needs_compiler
+def test_words_of_a_scene_stay_words_in_every_file(plane: Fmu) -> None:
+    words = {"description": METACHARACTERS, "name": METACHARACTERS, "source": METACHARACTERS}
+    evil = fmu_of(sources_of(PLANE.model_copy(update=words)), "drive")
+    root = Xml.fromstring(part(evil, "modelDescription.xml"))
+    assert "<script>" in root.attrib["modelName"] and "\\x01" in root.attrib["description"]
+    html, plain = (part(each, "documentation/index.html") for each in (evil, plane))
+    assert html.splitlines()[2:] == plain.splitlines()[2:]
+    first = html.splitlines()[1]
+    assert first.startswith("<!-- ") and first.endswith(" -->")
+    assert first.count("<") == first.count(">") == 1
+    for name in ("drive.c", "drive.h"):
+        found, expected = (tokens_of_c(part(each, f"sources/{name}")) for each in (evil, plane))
+        assert found == expected
 
 
 @needs_compiler
