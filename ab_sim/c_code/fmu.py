@@ -104,7 +104,14 @@ def platform_tuple() -> str:
 
 def _rows(variables: list[Variable]) -> Iterator[str]:
     for reference, each in enumerate(variables):
-        yield f"    {{{reference}, {each.settable}, AT({each.place})}}, /* {each.name} */\n"
+        values = f"{reference}, {each.settable}, AT({each.place}), {_least(each)}"
+        yield f"    {{{values}}}, /* {each.name} */\n"
+
+
+def _least(variable: Variable) -> str:
+    """Return the smallest value that is accepted, in C; commands have bounds of their own."""
+    is_constant = variable.place.startswith("drive.p.") and "min" in variable.attributes
+    return variable.attributes["min"] if is_constant else "-INFINITY"
 
 
 def _unsupported(text: str) -> Iterator[str]:

@@ -78,7 +78,9 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
         when = EARLY if parameter.is_start else ALWAYS
         for place, value, unit in parameter.places:
             about = {"description": one_line(parameter.meaning), "start": repr(value)}
-            yield Variable(place, f"drive.p.{place}", when, kind | about, unit)
+            least = parameter.minimum(unit)
+            bound = {} if least is None else {"min": repr(float(least))}
+            yield Variable(place, f"drive.p.{place}", when, kind | about | bound, unit)
 
 
 def _seen(sources: DriveSources) -> Iterator[Variable]:
@@ -147,9 +149,10 @@ def model_description(
         Xml.SubElement(listed, each.kind, first | each.attributes | unit)
         if each.attributes["causality"] == "output":
             outputs.append(str(reference))
-    for what in ("Output", "InitialUnknown"):
-        for each_output in outputs:
-            Xml.SubElement(structure, what, valueReference=each_output)
+    for each_output in outputs:  # an input acts in the steps that follow
+        Xml.SubElement(structure, "Output", valueReference=each_output, dependencies="")
+    for each_output in outputs:
+        Xml.SubElement(structure, "InitialUnknown", valueReference=each_output)
     return _text(root)
 
 

@@ -62,7 +62,7 @@ def test_the_description_is_what_the_source_has(which: str, request: pytest.Fixt
     fmu: Fmu = request.getfixturevalue(which)
     root = Xml.fromstring(part(fmu, "modelDescription.xml"))
     (listed,) = root.iter("ModelVariables")
-    table = re.findall(r"\{(\d+), \d, AT\(.*?\)\}, /\* (.*) \*/", part(fmu, "sources/fmu.c"))
+    table = re.findall(r"\{(\d+), \d, AT\(.*?\), \S+\}, /\* (.*) \*/", part(fmu, "sources/fmu.c"))
     described = [(each.attrib["valueReference"], each.attrib["name"]) for each in listed]
     assert described == table and len({name for _, name in table}) == len(table) > 25
     assert [int(reference) for reference, _ in table] == list(range(len(table)))
@@ -232,3 +232,47 @@ def test_what_cannot_be_is_refused_and_said(plane: Fmu, tmp_path: Path) -> None:
 def test_another_fmu_s_token_makes_no_instance(plane: Fmu, tmp_path: Path) -> None:
     fmu = Importer(plane.content, tmp_path, token="{of-another}")
     assert fmu.me is None and "instantiationToken" in fmu.said[0][1]
+
+
+@needs_compiler
+def test_a_master_may_add_up_its_step(tmp_path: Path) -> None:
+    smooth = load_scene("thesis-hold", ["effects.rolling_friction=", "duration=1"])
+    fmu = Importer(fmu_of(sources_of(smooth), "drive").content, tmp_path)
+    assert fmu.start(speed_command=20.0) == OK
+    assert fmu.step(0.0, 400.0) == OK
+    summed = 400.0 + 3e-9  # the sum of 400,000 steps is as far as that from their product
+    for k in range(3):
+        assert fmu.step(summed + 0.001 * k, 0.001) == OK
+    assert [status for status, _ in fmu.said] == [WARNING]
+    assert "not as sums" in fmu.said[0][1]
+    assert fmu.get("time")[0] == 400.003
+    assert fmu.step(400.003, 1.0 / 60.0) == ERROR
+    assert "--set solver.step=0.00098039215686274" in fmu.said[-1][1]
+
+
+@needs_compiler
+def test_a_master_at_60_hz_has_a_step(tmp_path: Path) -> None:
+    scene = load_scene("thesis-hold", ["effects.rolling_friction=", "duration=1",
+                                       "solver.step=0.00098039215686274508"])  # fmt: skip
+    fmu = Importer(fmu_of(sources_of(scene), "drive").content, tmp_path)
+    assert fmu.start(speed_command=20.0) == OK
+    for k in range(600):
+        assert fmu.step(k / 60.0, 1.0 / 60.0) == OK
+    assert abs(fmu.get("time")[0] - 10.0) < 1e-9 and fmu.said == []
+
+
+@needs_compiler
+def test_parameters_have_a_min_that_is_kept(plane: Fmu, tmp_path: Path) -> None:
+    fmu = Importer(plane.content, tmp_path)
+    for name in ("total_mass", "ball_mass[0]", "race_radius[1]", "suspension_stiffness",
+                 "viscous_drag_coefficient"):  # fmt: skip
+        assert float(fmu.variables[name]["min"]) == 0.0
+        assert fmu.set(name, -1.0) == ERROR and "below its min, 0" in fmu.said[-1][1]
+        assert fmu.get(name)[0] >= 0.0
+    assert "min" not in fmu.variables["start_ball_angle[0]"]
+
+
+def test_outputs_depend_on_no_input_at_once(plane: Fmu) -> None:
+    root = Xml.fromstring(part(plane, "modelDescription.xml"))
+    outputs = list(root.iter("Output"))
+    assert outputs and all(each.attrib["dependencies"] == "" for each in outputs)
