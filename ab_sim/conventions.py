@@ -1,4 +1,6 @@
-"""The notation of all outputs: the page that explains it, and the turn that angles are shown in."""
+"""Notation of all outputs: the page that explains it, and the one turn that angles are shown in."""
+
+from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, TypeVar
@@ -6,7 +8,7 @@ from typing import TYPE_CHECKING, TypeVar
 if TYPE_CHECKING:
     import numpy as np
 
-Angles = TypeVar("Angles", float, "np.ndarray")
+    Angles = TypeVar("Angles", float, np.ndarray)
 
 PAGE = "docs/conventions.md"
 ANGLES = f"{PAGE}#angles"
@@ -15,10 +17,15 @@ MASSES = f"{PAGE}#where-masses-are"
 NOTATION = f"Symbols, signs, angles: {PAGE}"
 """Said under tables, pictures and pages that are full of them."""
 
-BEYOND = 30.0
-"""The turn that is shown ends this far beyond 0 [deg]: balls at the unbalance are not to leap."""
+TURN = 2.0 * math.pi
+LAST_ANGLE = math.radians(30.0)
+"""End of the turn in which ball angles are shown [rad]."""
 
 
 def in_one_turn(angles: Angles) -> Angles:
-    """Fold angles [rad] into -330 to 30 deg: the way from the unbalance to its opposite."""
-    return BEYOND - (BEYOND - angles * (180.0 / math.pi)) % 360.0
+    """Shift ball angles [rad] by whole turns to above -330 and up to 30 deg.
+
+    Angles that are there already stay as they are. The cut is 30 deg ahead of the unbalance, where
+    balls do not stay: they start and rest near the unbalance (0) or its opposite (-180).
+    """
+    return angles + TURN * ((LAST_ANGLE - angles) // TURN)

@@ -1,4 +1,8 @@
-"""As many colours as there are things to tell apart, far from each other as people see them.
+"""Colours of all pictures: those with a meaning, those of the balls, and any number of others.
+
+matplotlib, plotly and Rerun draw with this one table. Its colours are seen on a light and on a dark
+ground alike (contrast of at least 3 to white and to Rerun's dark grey), since Rerun's views follow
+the viewer's theme.
 
 Distances are those of OKLab (B. Ottosson, A perceptual color space for image processing, 2020), in
 which equal steps look about equally large.
@@ -12,8 +16,35 @@ import numpy as np
 Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255 (sRGB)."""
 
-ON_LIGHT, ON_DARK = (0.35, 0.76), (0.55, 0.9)
-"""Lightness (0 black, 1 white) that is seen on a light and on a dark ground."""
+BLUE: Colour = (40, 120, 215)
+ORANGE: Colour = (205, 132, 0)
+PURPLE: Colour = (190, 95, 190)
+GREEN: Colour = (0, 158, 115)
+VERMILION: Colour = (213, 84, 20)
+SKY: Colour = (50, 150, 205)
+LIME: Colour = (112, 150, 20)
+GREY: Colour = (128, 128, 128)
+
+RUN = RESIDUAL = BLUE
+"""The run that is looked at: its speed, whirl, torque and residual unbalance."""
+UNBALANCE = VERMILION
+"""The rotor's unbalance, and what comes once per revolution."""
+RESULTANT = GREEN
+"""The balls' sum of m R."""
+BALANCED = LIME
+"""Where balls balance the rotor."""
+WITHOUT_BALLS = LIMIT = GREY
+"""The run without balls. Critical speeds, and the side opposite the unbalance."""
+WITHOUT_PERIOD = GREEN
+"""The run without its variable-speed period."""
+FIRST_BALLS = (ORANGE, PURPLE, SKY)
+"""The first balls; `ball_colour` gives all."""
+
+SERIES = (BLUE, GREEN, VERMILION)
+"""The first curves of one kind that are no balls, such as the three tilts."""
+
+ON_LIGHT, ON_BOTH = (0.35, 0.76), (0.45, 0.8)
+"""Lightness (0 black, 1 white) that is seen on a light ground, and on a light and a dark one."""
 GREATEST_CHROMA = 0.33
 """Of any colour that a screen shows."""
 _CONES = np.array([
@@ -26,6 +57,23 @@ _LAB = np.array([
     [1.9779984951, -2.4285922050, 0.4505937099],
     [0.0259040371, 0.7827717662, -0.8086757660],
 ])  # fmt: skip
+
+
+@lru_cache
+def ball_colour(number: int) -> Colour:
+    """Return the colour of a ball, counted from 0, in every picture."""
+    meant = (RUN, UNBALANCE, RESULTANT, BALANCED, GREY)
+    return distinct(number + 1, FIRST_BALLS, avoid=meant, lightness=ON_BOTH)[number]
+
+
+def series_colours(count: int) -> list[Colour]:
+    """Return colours of curves of one kind that are no balls."""
+    return distinct(count, SERIES, avoid=(GREY,), lightness=ON_BOTH)
+
+
+def hexadecimal(colour: Colour) -> str:
+    """Return a colour as matplotlib, plotly and HTML take it: ``#rrggbb``."""
+    return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
 def distinct(

@@ -25,7 +25,7 @@ from ab_sim.recording.blueprint import blueprint
 from ab_sim.recording.drawing import Drawing
 
 RENDERER = "/usr/share/vulkan/icd.d/lvp_icd.x86_64.json"
-SIZE = "1600x1000"
+SIZE = "1400x900"
 
 
 def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
@@ -36,7 +36,8 @@ def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
         port = free.getsockname()[1]
     with tempfile.TemporaryDirectory() as folder:
         layout = Path(folder) / "page.rbl"
-        wanted = blueprint(Drawing.of(run.description), list(run.scalars), page=int(page))
+        drawing = Drawing.of(run.description)
+        wanted = blueprint(drawing, run.channels, list(run.scalars), page=int(page))
         wanted.save("ab_sim", str(layout))
         command = [str(Path(rerun_cli.__file__).parent / "rerun"), "--headless"]
         command += ["--bind", "127.0.0.1", "--port", str(port), "--window-size", SIZE]
@@ -49,10 +50,9 @@ def main(file: str, picture: str, at: str = "0", page: str = "0") -> None:
             client.set_time("sim_time", duration=float(at), play_state="paused")
             time.sleep(4.0)
             client.save_screenshot(picture)
-            # Flat colours: a palette makes the file four times smaller.
             with Image.open(picture) as image:
-                flat = image.convert("RGB").quantize(200, dither=Image.Dither.NONE)
-            flat.save(picture, optimize=True)
+                small = image.convert("RGB")
+            small.save(picture, optimize=True)
         finally:
             viewer.terminate()
             viewer.wait()

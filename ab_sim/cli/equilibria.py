@@ -27,7 +27,7 @@ from ab_sim.cli.own_command import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
 from ab_sim.cli.speed import check_speed
-from ab_sim.conventions import NOTATION
+from ab_sim.conventions import NOTATION, in_one_turn
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
@@ -186,8 +186,9 @@ def _beside_notes(found: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterat
     for state, more in zip(found.branches, beside, strict=True):
         if more["held_by_friction"] is not None:
             ends = [
-                f"{math.degrees(low):.1f} to {math.degrees(high):.1f}"
+                f"{math.degrees(first):.1f} to {math.degrees(first + high - low):.1f}"
                 for low, high in more["held_by_friction"][:MOST_PLACES]
+                for first in (in_one_turn(low),)
             ]
             place = f"at {', '.join(ends)} deg"
             yield f"{state.label}: friction holds each ball, the others in place, {place}"

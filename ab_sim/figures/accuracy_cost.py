@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.patheffects import withStroke
 
@@ -98,8 +99,8 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
     if uncertainty > bottom:
         axes.axhspan(bottom, uncertainty, color="0.88", zorder=0)
         axes.text(
-            0.02, uncertainty / 1.2, f"the reference knows no better than {uncertainty:.0e}",
-            transform=axes.get_yaxis_transform(), ha="left", va="top", fontsize=8, color="0.3",
+            0.98, uncertainty / 1.2, f"the reference knows no better than {uncertainty:.0e}",
+            transform=axes.get_yaxis_transform(), ha="right", va="top", fontsize=8, color="0.3",
         )  # fmt: skip
     axes.set_xlabel("CPU seconds per simulated second = share of one core in real time")
     axes.set_ylabel(text)
@@ -107,11 +108,14 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
 
 
 def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
-    """Write steps beside the marks, leaving out those that would cover another one."""
+    """Write steps left of the marks, leaving out those that would cover a mark or another one."""
+    within = axes.transData + axes.transAxes.inverted()
+    marks = np.vstack([within.transform(line.get_xydata()) for line in axes.lines[:-1]])
     written: list[tuple[float, float]] = []
     for text, time, error, colour in labels:
-        at = axes.transAxes.inverted().transform(axes.transData.transform((time, error)))
-        if any(abs(at[0] - x) < 0.09 and abs(at[1] - y) < 0.035 for x, y in written):
+        at = within.transform((time, error))
+        covers = (np.abs(marks - at + [0.06, 0.0]) < [0.045, 0.03]).all(axis=1).any()
+        if covers or any(abs(at[0] - x) < 0.09 and abs(at[1] - y) < 0.035 for x, y in written):
             continue
         written.append((at[0], at[1]))
         axes.annotate(

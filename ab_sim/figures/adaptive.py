@@ -11,20 +11,21 @@ from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
 from ab_sim.control import State
 from ab_sim.drive.adaptive import BeliefAt
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.figures.colours import GREEN, ORANGE, PURPLE, RUN, SKY, VERMILION
 from ab_sim.figures.curves import draw_curve
 from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.scene.model import Scene
 
 SHADES = {
-    State.DWELL: "tab:blue",
-    State.RETRY: "tab:orange",
-    State.ABORTING: "tab:red",
+    State.DWELL: SKY,
+    State.RETRY: ORANGE,
+    State.ABORTING: VERMILION,
 }
-ENDS = {State.DONE: "tab:green", State.GAVE_UP: "tab:purple", State.ABORTED: "tab:red"}
+ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
 """Marked by a line: nothing more is decided."""
 WIDTH = 0.011
 """Of a letter of these labels, at most, over the width of the panels."""
-TRUE, BELIEVED = "tab:red", "black"
+TRUE, BELIEVED = RUN, "black"
 
 
 class Stretch(NamedTuple):

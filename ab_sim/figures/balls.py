@@ -8,24 +8,14 @@ from matplotlib.ticker import MultipleLocator
 
 from ab_sim.analysis.merits import Merits
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.curves import draw_curve
+from ab_sim.figures.colours import LIMIT, RUN, ball_colours
+from ab_sim.figures.curves import draw_curve, in_degrees
 from ab_sim.figures.dashes import dashes_of
 from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.scene.model import Scene
 
-SPINDLE, LIMIT = "tab:red", "0.45"
-BALLS = (
-    "tab:orange",
-    "tab:purple",
-    "tab:green",
-    "tab:brown",
-    "tab:pink",
-    "tab:olive",
-    "tab:cyan",
-    "k",
-)
-"""Of the first balls; more have colours far from these."""
+OPPOSITE = -180.0
+"""The side opposite the unbalance [deg]."""
 MOST_LABELS = 8
 """Balls beyond so many are drawn without names."""
 
@@ -48,8 +38,8 @@ def draw_balls(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> No
 def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> None:
     time, found = path["time"], merits.circulating
     assert found is not None
-    labels = [Label(path["speed"][-1], "spindle", SPINDLE)]
-    axes.plot(time, path["speed"], color=SPINDLE, lw=1.0, ls="--", zorder=3)
+    labels = [Label(path["speed"][-1], "spindle", RUN)]
+    axes.plot(time, path["speed"], color=RUN, lw=1.0, ls="--", zorder=3)
     for ball, style in enumerate(ball_styles(path.balls)):
         draw_curve(axes, time, path["speed"] + path.ball_rates[:, ball], **style)
         if path.balls <= MOST_LABELS and ball not in found.balls:
@@ -66,31 +56,28 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> 
 
 
 def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
-    time, angles = path["time"], np.degrees(path.ball_angles)
+    time, angles = path["time"], in_degrees(path.ball_angles)
     labels = []
     for ball, style in enumerate(ball_styles(path.balls)):
         axes.plot(time, angles[:, ball], **style)
         if path.balls <= MOST_LABELS:
             labels.append(Label(angles[-1, ball], f"ball {ball}", style["color"]))
-    # The turns in an angle count: the opposite side is at every odd multiple of 180 deg.
-    nearest = {180.0 + 360.0 * round((angle - 180.0) / 360.0) for angle in angles[-1]}
-    low, high = min(angles.min(), *nearest), max(angles.max(), *nearest)
+    low, high = min(np.nanmin(angles), OPPOSITE), max(np.nanmax(angles), OPPOSITE)
     margin = max(0.06 * (high - low), 15.0)
     low, high = low - margin, high + margin
-    for turn in range(int(np.ceil((low - 180) / 360)), int(np.floor((high - 180) / 360)) + 1):
-        axes.axhline(180 + 360 * turn, color=LIMIT, lw=0.9, ls=":")
-    labels += [Label(angle, "opposite the unbalance", LIMIT) for angle in sorted(nearest)]
+    axes.axhline(OPPOSITE, color=LIMIT, lw=0.9, ls=":")
+    labels.append(Label(OPPOSITE, "opposite the unbalance", LIMIT))
     axes.set_ylim(low, high)
-    ticks = next((base for base in (15, 30, 45, 90, 180) if high - low <= 8 * base), 360)
+    ticks = next((base for base in (15, 30, 45) if high - low <= 8 * base), 90)
     axes.yaxis.set_major_locator(MultipleLocator(ticks, offset=0))
     axes.set_ylabel("ball angle from\nthe unbalance [deg]")
     passed = merits.first_passage_of_opposite
     if passed is not None and passed > 0:
-        axes.plot(passed, -180, "ko", ms=5, zorder=4)
+        axes.plot(passed, OPPOSITE, "ko", ms=5, zorder=4)
         # Balls come from above and go on to the right: room is below to the left, or above.
         late = passed > 0.3 * time[-1]
         axes.annotate(
-            f"all balls at -180 deg first: {passed:.3f} s", (passed, -180), fontsize=8,
+            f"all balls at -180 deg first: {passed:.3f} s", (passed, OPPOSITE), fontsize=8,
             xytext=(-8, -10) if late else (8, 8), textcoords="offset points",
             ha="right" if late else "left",
         )  # fmt: skip
@@ -100,8 +87,7 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
 def ball_styles(balls: int) -> list[dict[str, Any]]:
     """One per ball; later ones are drawn thinner, so that balls that move as one remain visible."""
     widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
-    colours = distinct_colours(balls, BALLS, avoid=[SPINDLE])
     return [
-        {"color": colour, "lw": width, "dashes": dashes_of(ball, len(BALLS))}
-        for ball, (colour, width) in enumerate(zip(colours, widths, strict=True))
+        {"color": colour, "lw": width, "dashes": dashes_of(ball)}
+        for ball, (colour, width) in enumerate(zip(ball_colours(balls), widths, strict=True))
     ]

@@ -1,10 +1,31 @@
-"""Colours of curves and areas by matplotlib's names, as many as there are."""
+"""The palette as matplotlib and plotly take it: ``#rrggbb``."""
 
 from collections.abc import Sequence
 
-from matplotlib.colors import to_hex, to_rgb
+from matplotlib.colors import to_rgb
 
-from ab_sim.palette import ON_LIGHT, Colour, distinct
+from ab_sim import palette
+from ab_sim.palette import ON_LIGHT, Colour, ball_colour, distinct, hexadecimal
+
+BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION = (
+    hexadecimal(colour)
+    for colour in (
+        palette.BLUE, palette.GREEN, palette.GREY, palette.ORANGE, palette.PURPLE, palette.SKY,
+        palette.VERMILION,
+    )
+)  # fmt: skip
+RUN, LIMIT = hexadecimal(palette.RUN), hexadecimal(palette.LIMIT)
+WITHOUT_BALLS = hexadecimal(palette.WITHOUT_BALLS)
+WITHOUT_PERIOD = hexadecimal(palette.WITHOUT_PERIOD)
+COMMANDED = "black"
+SERIES = tuple(map(hexadecimal, palette.SERIES))
+MAP = "cividis"
+"""Of maps: dark to light in one sense, made for colour-blind readers."""
+
+
+def ball_colours(count: int) -> list[str]:
+    """Return the colours of the first balls."""
+    return [hexadecimal(ball_colour(ball)) for ball in range(count)]
 
 
 def distinct_colours(
@@ -20,8 +41,7 @@ def distinct_colours(
         count, [_of(one) for one in first], avoid=[_of(one) for one in avoid],
         lightness=lightness, hues=hues,
     )  # fmt: skip
-    added = [to_hex((r / 255.0, g / 255.0, b / 255.0)) for r, g, b in found[len(first) :]]
-    return [*first[:count], *added]
+    return [*first[:count], *map(hexadecimal, found[len(first) :])]
 
 
 def _of(name: str) -> Colour:

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
 
-from ab_sim.conventions import NOTATION
+from ab_sim.conventions import NOTATION, in_one_turn
 
 WINDOW = 0.01
 """Share of the time axis in which swings are counted."""
@@ -52,6 +52,17 @@ def _turns(values: np.ndarray) -> np.ndarray:
     return turns
 
 
-def say_conventions(figure: Figure) -> None:
-    """Name the page that explains symbols and signs, below all panels."""
-    figure.supxlabel(NOTATION, fontsize=8, color="0.4")
+def in_degrees(angles: np.ndarray) -> np.ndarray:
+    """Return ball angles [rad] in deg, in the turn they are shown in; NaN where one leaves it.
+
+    Args:
+        angles: unwrapped, shape (samples,) or (samples, balls).
+    """
+    degrees = np.degrees(in_one_turn(angles))
+    degrees[1:][np.abs(np.diff(degrees, axis=0)) > 180.0] = np.nan
+    return degrees
+
+
+def say_conventions(figure: Figure, text: str = "") -> None:
+    """Write a text below all panels, and the page that explains symbols and signs."""
+    figure.supxlabel("\n".join(filter(None, (text, NOTATION))), fontsize=8, color="0.4")

@@ -4,10 +4,11 @@ DASHES: tuple[tuple[float, ...], ...] = (
     (), (6, 2), (2, 2), (6, 2, 2, 2), (10, 4), (6, 2, 2, 2, 2, 2), (2, 5), (12, 2, 3, 2), (4, 4),
     (10, 2, 2, 2, 2, 2, 2, 2),
 )  # fmt: skip
-"""Lengths of dashes and gaps in turn [line widths]; with seven colours and more, enough for the 64
-balls that a scene may have."""
+"""Lengths of dashes and gaps in turn [line widths], enough for the 64 balls of a scene."""
+COLOURS = 7
+"""Curves in a row that share a style, each in a colour of its own."""
 
 
-def dashes_of(number: int, colours: int) -> tuple[float, ...]:
-    """Of the curve of that number; so many, each in a colour of its own, share a style."""
-    return DASHES[number // colours % len(DASHES)]
+def dashes_of(number: int) -> tuple[float, ...]:
+    """Return the style of a curve, counted from 0."""
+    return DASHES[number // COLOURS % len(DASHES)]

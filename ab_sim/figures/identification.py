@@ -3,10 +3,11 @@
 import numpy as np
 from matplotlib.axes import Axes
 
+from ab_sim.figures.colours import GREY, RUN, VERMILION
 from ab_sim.figures.saved import ResultFigure, with_plain_texts
 from ab_sim.identification.result import Identification, RecordingFit, shown_unit
 
-MEASURED, FITTED, LEFT = "0.6", "tab:red", "tab:blue"
+MEASURED, FITTED, LEFT = GREY, RUN, VERMILION
 WORST = 1.0
 """Half an interval, as a share of its value, up to which it is drawn."""
 

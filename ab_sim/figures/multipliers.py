@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.analysis.floquet import Followed, Stability
+from ab_sim.conventions import in_one_turn
 from ab_sim.figures.saved import ResultFigure, save
 
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
@@ -79,7 +80,7 @@ def _from_one(found: Stability) -> float:
 
 def _name(found: Stability) -> str:
     what = "deck at rest" if found.balanced else f"whirl to {1e6 * found.whirl[1]:.3g} um"
-    angles = ", ".join(f"{math.degrees(angle):.1f}" for angle in found.angles[:6])
+    angles = ", ".join(f"{math.degrees(in_one_turn(angle)):.1f}" for angle in found.angles[:6])
     more = ", .." if len(found.angles) > 6 else ""
     return f"{what}, balls at {angles}{more} deg" if angles else what
 

@@ -7,10 +7,10 @@ from ab_sim.batch import Batch
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.balls import ball_styles
-from ab_sim.figures.curves import draw_curve, say_conventions
+from ab_sim.figures.colours import RUN
+from ab_sim.figures.curves import draw_curve, in_degrees, say_conventions
 from ab_sim.figures.saved import ResultFigure
 
-RUN = "tab:red"
 MOST_NAMED = 10
 """Runs of a batch, beyond which none is named in a legend."""
 
@@ -25,7 +25,7 @@ def drawn_trajectory(path: Trajectory) -> ResultFigure:
     panels = {
         "speed [rad/s]": path["speed"] if "speed" in known else None,
         "whirl W [m]": path.whirl if {"x", "y"} <= known else None,
-        "ball angles [deg],\nfrom the unbalance": np.degrees(path.ball_angles)
+        "ball angles [deg],\nfrom the unbalance": in_degrees(path.ball_angles)
         if path.balls
         else None,
     }

@@ -16,13 +16,21 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.equations.effects.motor import Motor
 from ab_sim.figures.adaptive import draw_unbalance, mark_states
 from ab_sim.figures.balls import ball_styles, draw_balls
+from ab_sim.figures.colours import (
+    COMMANDED,
+    GREEN,
+    LIMIT,
+    RUN,
+    SERIES,
+    WITHOUT_BALLS,
+    WITHOUT_PERIOD,
+)
 from ab_sim.figures.curves import draw_curve, say_conventions
 from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.scene.model import Scene
 
-RUN, BESIDE, LIMIT = "tab:red", ("tab:blue", "0.35"), "0.45"
-TILT = {"alpha, about x": RUN, "beta, about y": "tab:blue", "gamma, about the shaft": "0.55"}
+TILT = ("alpha, about x", "beta, about y", "gamma, about the shaft")
 KINDS = {
     "start_up": "Start-up",
     "speed_change": "Speed change",
@@ -144,11 +152,11 @@ def _summary(merits: Merits, scene: Scene, comparison: Comparison, aborted: Deci
 def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparison) -> None:
     labels = []
     if "motor" in scene.effects:
-        axes.plot(path["time"], path["command"], color="k", lw=0.8, ls="--")
-        labels.append(Label(path["command"][-1], "commanded"))
+        axes.plot(path["time"], path["command"], color=COMMANDED, lw=0.8, ls="--")
+        labels.append(Label(path["command"][-1], "commanded", COMMANDED))
     other = comparison.without_period
     if isinstance(other, Compared):
-        axes.plot(other.time, other.speed, color=BESIDE[0], lw=1.0, ls="--")
+        axes.plot(other.time, other.speed, color=WITHOUT_PERIOD, lw=1.0, ls="--")
     axes.plot(path["time"], path["speed"], color=RUN, lw=1.5)
     labels.append(Label(path["speed"][-1], "spindle speed", RUN))
     if scene.critical_speed is not None:
@@ -170,7 +178,8 @@ def _draw_whirl(
     scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
     shown = [merits]
     labels = [Label(merits.final_whirl * scale, _final(merits, scale, "this run"), RUN)]
-    for (name, other), color in zip(comparison.by_name().items(), BESIDE, strict=False):
+    for name, other in comparison.by_name().items():
+        color = WITHOUT_BALLS if other is comparison.without_balls else WITHOUT_PERIOD
         if isinstance(other, Compared):
             draw_curve(axes, other.time, other.whirl * scale, color=color, lw=0.9, zorder=2)
             shown.append(other.merits)
@@ -227,7 +236,7 @@ def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
     """Each angle in a colour of its own, gamma behind: it turns the disc in its own plane."""
     angles = 1e3 * (path.tilt - rest_of(scene).tilt)
     labels, least = [], LEAST * np.abs(angles).max()
-    for axis, (name, color) in enumerate(TILT.items()):
+    for axis, (name, color) in enumerate(zip(TILT, SERIES, strict=True)):
         if np.abs(angles[:, axis]).max() <= least:
             labels.append(Label(0.0, f"{name}: 0", color))
             continue
@@ -266,7 +275,7 @@ def _mark_period(panels: Sequence[Axes], scene: Scene, start: float) -> None:
     assert profile.variable_speed_period is not None
     end = start + profile.variable_speed_period.duration
     for axes in panels:
-        axes.axvspan(start, end, color="tab:blue", alpha=0.12, lw=0)
+        axes.axvspan(start, end, color=GREEN, alpha=0.12, lw=0)
     panels[0].annotate(
         "variable-speed period",
         (end, 0),
@@ -274,5 +283,5 @@ def _mark_period(panels: Sequence[Axes], scene: Scene, start: float) -> None:
         xytext=(4, 5),
         textcoords="offset points",
         fontsize=8,
-        color="tab:blue",
+        color=GREEN,
     )

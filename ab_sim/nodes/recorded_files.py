@@ -187,7 +187,7 @@ class RecordedFiles:
             path.parent.mkdir(parents=True, exist_ok=True)
         try:
             self._recording = Recording(
-                path, description=self._description, index=False, **self._thinned
+                path, description=self._description, index=False, live=True, **self._thinned
             )
         except RecordingError as error:
             self._complain(str(error))

@@ -2,27 +2,30 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ab_sim.recording.colours import GREEN, GREY, ORANGE, SKY, VERMILLION, WHITE
+from ab_sim.palette import GREEN, GREY, ORANGE, RUN, SKY, VERMILION
 from ab_sim.recording.curves import Curves
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import layout_of
 from ab_sim.recording.plots import PlottedCurves, lines, plot
 from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
+MOST_NAMES = 8
+"""Curves beyond so many have no legend."""
+_LOWER = rrb.Corner2D.RightBottom
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
     "commands_received": "Commands received, speed, command [rad/s]",
 }
 _RANGES = {"real_time_factor": (0.0, 1.25)}
 _STYLES: dict[str, Any] = {
-    "real_time_factor": rr.SeriesLines(names="measured", colors=SKY, widths=3.0),
-    "commands_received": rr.SeriesPoints(names="received", colors=WHITE, marker_sizes=1.5),
+    "real_time_factor": rr.SeriesLines(names="measured", colors=RUN, widths=3.0),
+    "commands_received": rr.SeriesPoints(names="received", colors=GREY, marker_sizes=1.5),
 }
 
 
@@ -34,9 +37,9 @@ def style(scalar: str) -> Any:
 def state_colours() -> rr.StateConfiguration:
     """How the states of nodes, of a profile and of faults look."""
     colours = {
-        "OK": GREEN, "WARN": ORANGE, "ERROR": VERMILLION, "STALE": GREY,
+        "OK": GREEN, "WARN": ORANGE, "ERROR": VERMILION, "STALE": GREY,
         "idle": GREY, "waiting": GREY, "running": SKY, "done": GREEN, "aborting": ORANGE,
-        "aborted": VERMILLION,
+        "aborted": VERMILION,
         "none": GREEN,  # faults; any other text of them has a colour of the viewer's
     }  # fmt: skip
     return rr.StateConfiguration(
@@ -45,16 +48,21 @@ def state_colours() -> rr.StateConfiguration:
 
 
 def blueprint(
-    drawing: Drawing, channels: Sequence[str] = (), scalars: Sequence[str] = (), page: int = 0
+    drawing: Drawing,
+    channels: Sequence[str] = (),
+    scalars: Sequence[str] = (),
+    page: int = 0,
+    live: bool = False,
 ) -> rrb.Blueprint:
     """Lay out the views, with one plot for each of the scalars, and show one of the pages."""
     pages = (
         _drive(drawing, channels),
+        *_forces(drawing, channels),
         _vibration(drawing, channels),
         _health(scalars, _beside(channels)),
         rrb.TextDocumentView(origin="/description", name="Description"),
     )
-    return _pages(pages, page)
+    return _pages(pages, page, live)
 
 
 def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
@@ -81,61 +89,51 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     """The page that explains the run."""
     curves = drawing.curves
     speed = [*_of_channels(channels, "spindle_speed"), curves.speed_level()]
-    pictures = rrb.Vertical(drawing.space.view(), drawing.top.view())
-    views: list[tuple[float, rrb.View]] = [
-        (3, plot("Spindle speed [rad/s]", "/plot/speed/period", *speed)),
-        (
-            1.3,
-            rrb.StateTimelineView(
-                origin="/state/spindle",
-                name="What the spindle does",
-                time_view=rrb.TimeAxis(link="LinkToGlobal"),
-            ),
-        ),
-        (3, plot(_whirl(drawing), *curves.whirl(), top=True)),
+    pictures = rrb.Grid(drawing.space.view(), drawing.top.view())
+    plots = [
+        plot("Spindle speed [rad/s]", "/plot/speed/period", *speed, corner=_LOWER),
+        plot(_whirl(drawing), *curves.whirl()),
     ]
     if drawing.balls:
-        few = drawing.balls <= 8
         name = "Ball angles from the unbalance [deg]"
-        views.append((3, plot(name, *curves.angles(), legend=few, top=True)))
+        plots.append(plot(name, *curves.angles(), legend=drawing.balls <= MOST_NAMES))
+    text = rrb.TextDocumentView(origin="/about", name="What is seen")
+    # Rerun lays out a grid of three in one row where the window is wide, in one column where it is
+    # narrow.
+    return rrb.Grid(
+        pictures,
+        rrb.Vertical(*plots),
+        text,
+        column_shares=[4, 5, 3],
+        row_shares=[3, 7, 2],
+        name="Drive",
+    )
+
+
+def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container]:
+    """The page of forces and, in space, of the deck's other motion; none if there are none."""
+    curves, plots = drawing.curves, []
     if drawing.explained.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
-        views.append((2.6, plot(name, curves.driving(), legend=False)))
-    if drawing.tilts:
-        name = "Deck: tilt about x, y and the shaft [mrad]"
-        views.append((2, plot(name, curves.tilt(), top=True)))
+        plots.append(plot(name, curves.driving(), legend=drawing.balls <= MOST_NAMES))
     if drawing.motor:
         torque = _of_channels(channels, "spindle_torque")
-        views.append((2, plot("Motor torque [N m]", *torque, legend=False)))
-    shares, plots = zip(*views, strict=True)
-    said = rrb.Vertical(
-        rrb.TextDocumentView(origin="/about", name="What is seen"),
-        plot(
-            f"Vibration, r.m.s. of the last {SPAN:g} s [m/s²]",
-            *size_curves(),
-            top=True,
-        ),
-        _events(),
-        row_shares=[4, 3, 2],
-    )
-    middle = rrb.Vertical(*plots, row_shares=shares)
-    return rrb.Horizontal(pictures, middle, said, column_shares=[4, 5, 3], name="Drive")
+        plots.append(plot("Motor torque [N m]", *torque, legend=False))
+    if drawing.tilts:
+        plots.append(plot("Tilt about x, y, shaft [mrad]", curves.tilt()))
+        plots.append(plot("Height of the shaft [um]", curves.height(), legend=False))
+    if plots:
+        yield rrb.Grid(*plots, name="Forces")
 
 
 def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
     """The page of what a pick-up would feel."""
     what = "deck and sensors" if drawing.sensors else "deck"
-    return rrb.Horizontal(
-        rrb.Vertical(
-            plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.vector_lengths(channels)),
-            plot(
-                f"Once per revolution, and the rest, r.m.s. of the last {SPAN:g} s [m/s²]",
-                size_curves()[0],
-            ),
-        ),
+    return rrb.Grid(
+        plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.vector_lengths(channels)),
+        plot(f"R.m.s. of the last {SPAN:g} s [m/s²]", *size_curves()),
         rrb.BarChartView(
-            name=f"Spectrum of the last {SPECTRUM_SPAN:g} s: r.m.s. [m/s²] over frequency [Hz]; "
-            "red: the spindle's",
+            name=f"Spectrum of the last {SPECTRUM_SPAN:g} s: r.m.s. [m/s²] over [Hz]",
             origin="/plot/spectrum",
             plot_legend=rrb.PlotLegend(visible=False),
         ),
@@ -152,13 +150,13 @@ def _health(
         title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
         beside, span = shown_beside.get(scalar, []), _RANGES.get(scalar)
         plots.append(plot(title, f"/run/{scalar}", *beside, legend=bool(beside), span=span))
-    if not plots:
-        return rrb.Horizontal(_events(), name="Health")
     states = rrb.StateTimelineView(
-        origin="/health", name="States of nodes", time_view=rrb.TimeAxis(link="LinkToGlobal")
+        origin="/",
+        contents=["/state/**", "/health/**"],
+        name="Phase of the run, states of nodes",
+        time_view=rrb.TimeAxis(link="LinkToGlobal"),
     )
-    curves = rrb.Vertical(states, rrb.Grid(*plots), row_shares=[1, 2])
-    return rrb.Horizontal(curves, _events(), name="Health")
+    return rrb.Grid(states, *plots, _events(), name="Health")
 
 
 def _events() -> rrb.View:
@@ -167,10 +165,8 @@ def _events() -> rrb.View:
 
 
 def _whirl(drawing: Drawing) -> str:
-    if drawing.eccentricity:
-        what = "Whirl W/e and height z/e" if drawing.tilts else "Whirl W/e"
-        return f"{what} [1], e = {drawing.eccentricity:g} mm"
-    return "Whirl W and height z [mm]" if drawing.tilts else "Whirl W [mm]"
+    """Title of the whirl's plot, of logarithms: Rerun 0.41 has no logarithmic axis."""
+    return f"Whirl, log10 of {'W/e' if drawing.eccentricity else 'W in mm'}: -1 is 0.1, 0 is 1"
 
 
 _PLOTTED = {
@@ -188,7 +184,9 @@ _PLOTTED = {
 }
 
 
-def plain_blueprint(channels: Sequence[str], scalars: Sequence[str] = ()) -> rrb.Blueprint:
+def plain_blueprint(
+    channels: Sequence[str], scalars: Sequence[str] = (), live: bool = False
+) -> rrb.Blueprint:
     """Lay out a plot of each group of channels, of a run of which positions are not known."""
     plots = [
         plot(_PLOTTED.get(group, group.partition("_")[2]), *_of_channels(channels, group))
@@ -203,13 +201,17 @@ def plain_blueprint(channels: Sequence[str], scalars: Sequence[str] = ()) -> rrb
     )
     columns = [rrb.Vertical(*part) for part in (plots[::2], plots[1::2]) if part]
     page = rrb.Horizontal(*columns, said, column_shares=[4] * len(columns) + [3], name="Plots")
-    return _pages((page, _health(scalars, {})))
+    return _pages((page, _health(scalars, {})), 0, live)
 
 
-def _pages(pages: Sequence[rrb.Container | rrb.View], page: int = 0) -> rrb.Blueprint:
+def _pages(pages: Sequence[rrb.Container | rrb.View], page: int, live: bool) -> rrb.Blueprint:
     return rrb.Blueprint(
         rrb.Tabs(*pages, active_tab=page),
-        rrb.TimePanel(state="collapsed", timeline="sim_time", play_state="following"),
+        rrb.TimePanel(
+            state="collapsed",
+            timeline="sim_time",
+            play_state="following" if live else "paused",
+        ),
         rrb.BlueprintPanel(state="hidden"),
         rrb.SelectionPanel(state="hidden"),
     )

@@ -11,15 +11,18 @@ import rerun as rr
 from ab_sim.conventions import in_one_turn
 from ab_sim.drive.orientation import tilt_of
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording.colours import BALANCED, DARK, GREY, UNBALANCE, hue
+from ab_sim.palette import BALANCED, GREY, LIMIT, WITHOUT_BALLS
 from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import SAMPLES, Array, vector_columns
 from ab_sim.recording.plots import PlottedCurves, lines
 
 FRAMES = "/plot/frames"
 """The entity of curves that have a row for each frame of the pictures, and not for each sample."""
+LEAST = 1e-4
+"""Whirl below this, in e or in mm, has no logarithm in a plot."""
 _WHIRL, _FELT = "whirl", "felt"
-_ALONE, _TILT, _BALLS, _LEVELS, _DRIVING = "alone", "tilt", "balls", "balls_levels", "driving"
+_ALONE, _TILT, _HEIGHT, _BALLS = "alone", "tilt", "height", "balls"
+_LEVELS, _DRIVING = "balls_levels", "driving"
 _SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
 
 
@@ -39,18 +42,16 @@ class Curves:
         balance = self.explained.balance
         if balance is None or balance.many or balance.residual > 0.0:
             return ()
-        angles = in_one_turn(np.array(balance.angles))
+        angles = np.degrees(in_one_turn(np.array(balance.angles)))
         return tuple(sorted({round(angle, 9) for angle in angles.tolist()} - {-180.0}))
 
     def whirl(self) -> list[PlottedCurves]:
-        """W/e, or W where there is no e, and of a deck in space the height."""
-        names = ["W/e", "z/e"] if self.eccentricity else ["W [mm]", "z [mm]"]
-        names = names if self.tilts else names[:1]
-        look = lines(names, [2.0] * len(names), swings=self.tilts)
+        """Return the logarithm of W/e, or of W where there is no e, and of W without balls."""
+        look = lines(["this run"], [2.0])
         curves = [PlottedCurves.derived(SAMPLES, _WHIRL, look)]
         if self.explained.alone is not None:
-            look = lines(["without balls, speed held"], colors=[GREY])
-            curves.append(PlottedCurves.derived(FRAMES, _ALONE, look))
+            look = lines(["without balls"], colors=[WITHOUT_BALLS])
+            curves.insert(0, PlottedCurves.derived(FRAMES, _ALONE, look))
         return curves
 
     def vector_lengths(self, channels: Sequence[str]) -> list[PlottedCurves]:
@@ -59,15 +60,15 @@ class Curves:
             "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
             for name in vector_columns(channels)
         ]
-        look = lines(names, [1.0] * len(names), colors=[hue(i) for i in range(len(names))])
+        look = lines(names, [1.0] * len(names))
         return [PlottedCurves.derived(SAMPLES, _FELT, look)] if names else []
 
     def speed_level(self) -> PlottedCurves:
         """The critical speed."""
         # Where there is none, the plot is to reach down to 0 at least.
         known = self.explained.critical_speed is not None
-        name, color = ("critical speed", UNBALANCE) if known else ("standstill", DARK)
-        return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[color]))
+        name = "critical speed" if known else "standstill"
+        return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[LIMIT]))
 
     @staticmethod
     def real_time() -> PlottedCurves:
@@ -76,26 +77,28 @@ class Curves:
             FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY)
         )
 
-    def tilt(self) -> PlottedCurves:
+    @staticmethod
+    def tilt() -> PlottedCurves:
         """Of a deck in space."""
         return PlottedCurves.derived(FRAMES, _TILT, lines(["alpha", "beta", "gamma"], swings=True))
 
+    @staticmethod
+    def height() -> PlottedCurves:
+        """Of the shaft, of a deck in space."""
+        return PlottedCurves.derived(SAMPLES, _HEIGHT, lines(["z"], swings=True))
+
     def angles(self) -> list[PlottedCurves]:
         """Of the balls, and those where they balance."""
-        names, widths, colors = self._of_balls()
         look = lines(["opposite, -180", *["balanced"] * len(self.levels)],
-                     colors=[GREY, *[BALANCED] * len(self.levels)])  # fmt: skip
+                     colors=[LIMIT, *[BALANCED] * len(self.levels)])  # fmt: skip
         return [
             PlottedCurves.derived(FRAMES, _LEVELS, look),
-            PlottedCurves.derived(FRAMES, _BALLS, lines(names, widths, colors=colors)),
+            PlottedCurves.derived(FRAMES, _BALLS, lines(*self._of_balls())),
         ]
 
     def driving(self) -> PlottedCurves:
         """Forces on the balls."""
-        names, widths, colors = self._of_balls()
-        return PlottedCurves.derived(
-            FRAMES, _DRIVING, lines(names, widths, swings=True, colors=colors)
-        )
+        return PlottedCurves.derived(FRAMES, _DRIVING, lines(*self._of_balls(), swings=True))
 
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
         """Values that every sample has, shape (rows, series).
@@ -105,11 +108,9 @@ class Curves:
             channels: of ``rows``.
             rows: as they were recorded.
         """
-        unit = self.eccentricity or 1.0
-        whirl = [1e3 * run.whirl / unit]
+        values = {_WHIRL: self._logarithm(run.whirl)}
         if self.tilts:
-            whirl.append(1e3 * run["z"] / unit)
-        values = {_WHIRL: np.column_stack(whirl)}
+            values[_HEIGHT] = 1e6 * run["z"][:, None]
         lengths = [
             np.linalg.norm(rows[:, columns], axis=1)
             for columns in vector_columns(channels).values()
@@ -118,8 +119,8 @@ class Curves:
             values[_FELT] = np.column_stack(lengths)
         return values
 
-    def of_frames(self, run: Trajectory) -> dict[str, Array]:
-        """Values that every frame has."""
+    def of_frames(self, run: Trajectory, alone: Array | None) -> dict[str, Array]:
+        """Return the values that every frame has; ``alone`` is the whirl without balls [m]."""
         explained, rows = self.explained, len(run)
         # Lines at one height, in every row: a plot spans the data that it holds.
         values = {
@@ -128,19 +129,22 @@ class Curves:
         }
         if self.tilts:
             values[_TILT] = 1e3 * tilt_of(run.turn)
-        if explained.alone is not None:
-            alone = 1e3 * explained.alone.whirl(run["speed"]) / (self.eccentricity or 1.0)
-            values[_ALONE] = alone[:, None]
+        if alone is not None:
+            values[_ALONE] = self._logarithm(alone)
         if self.balls:
             values[_LEVELS] = np.tile((-180.0, *self.levels), (rows, 1))
-            values[_BALLS] = in_one_turn(run.ball_angles)
+            values[_BALLS] = np.degrees(in_one_turn(run.ball_angles))
             if explained.driven is not None:
                 values[_DRIVING] = explained.driven.forces(run)
         return values
 
-    def _of_balls(self) -> tuple[list[str], list[float], list[tuple[int, int, int]]]:
-        """Names, widths and colours."""
+    def _logarithm(self, whirl: Array) -> Array:
+        """Return log10 of W/e, or of W in mm, as a column; NaN, which is not drawn, below LEAST."""
+        values = 1e3 * whirl[:, None] / (self.eccentricity or 1.0)
+        return np.log10(np.where(values >= LEAST, values, np.nan))
+
+    def _of_balls(self) -> tuple[list[str], list[float]]:
+        """Names and widths."""
         # Where curves coincide, the first ones show on both sides of the last ones.
         widths = np.linspace(4.0, 1.5, self.balls).tolist()
-        balls = range(self.balls)
-        return [f"ball {ball}" for ball in balls], widths, [hue(ball) for ball in balls]
+        return [f"ball {ball}" for ball in range(self.balls)], widths

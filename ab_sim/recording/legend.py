@@ -1,35 +1,50 @@
-"""The text beside the pictures: what they show."""
+"""The text next to the pictures."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from ab_sim.conventions import NOTATION
+from ab_sim.conventions import NOTATION, in_one_turn
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.explanation import Explanation
+from ab_sim.recording.signals import LAST
 
 
-def legend_text(drawing: Drawing) -> str:
-    """The text beside the pictures, in Markdown."""
+def legend_text(drawing: Drawing, final: tuple[float, float | None] | None) -> str:
+    """Return the text next to the pictures, in Markdown.
+
+    Args:
+        drawing: of the drive.
+        final: whirl at the end and that without balls [m], as far as they are known.
+    """
     explained = drawing.explained
     parts = [
-        f"**{_balls_text(drawing.balls)}** on a race of radius R = {drawing.race:g} mm; "
-        f"eccentricity e = {drawing.eccentricity:g} mm.",
-        f"**In space**: {_space_text(drawing)}; blue, the deck; dark, where it would be at rest.",
-        *_balance_text(explained),
+        *_final_text(drawing, final),
+        "**Play**: space. For a tenth of the speed, click 1.00x below and type 0.1.",
+        f"**{_balls_text(drawing.balls)}**, R = {drawing.race:g} mm, e = "
+        f"{drawing.eccentricity:g} mm. {_space_text(drawing)}; grey: the deck at rest.",
         *_arrows_text(drawing),
+        *_balance_text(explained),
         *_without_balls_text(explained),
-        "**Vibration**: red, what comes once per revolution (unbalance); blue, the "
-        "rest; orange, all. Its spectrum is on the next page.",
         f"{NOTATION}.",
     ]
     return "\n\n".join(parts) + "\n"
 
 
+def _final_text(drawing: Drawing, final: tuple[float, float | None] | None) -> list[str]:
+    if final is None:
+        return []
+    whirl, alone = final
+    e = 1e-3 * drawing.eccentricity
+    text = f"W/e = {whirl / e:.3g}" if e else f"W = {1e3 * whirl:.3g} mm"
+    share = f", {whirl / alone:.3g} times that without balls" if alone else ""
+    return [f"**At the end**: {text}{share} (r.m.s. of the last {100 * LAST:g} %)."]
+
+
 def _space_text(drawing: Drawing) -> str:
     what = "displacement and tilt" if drawing.tilts else "displacement"
     times = drawing.space.factor
-    return f"{what} {'to scale' if times == 1.0 else f'{times:g} times as large as they are'}"
+    return f"In space: {what} {'to scale' if times == 1.0 else f'{times:g} times as large'}"
 
 
 def _balls_text(count: int) -> str:
@@ -42,9 +57,8 @@ def _arrows_text(drawing: Drawing) -> list[str]:
     if not drawing.balls:
         return ["**Arrow**: the unbalance M0 e."]
     return [
-        "**Arrows**: red, the rotor's unbalance M0 e; green, from its tip on, the balls' sum "
-        "of m R; white, the *residual unbalance*, their sum: none when balanced. Balls in the same "
-        "place are drawn in different sizes, in space on top of each other."
+        "**Arrows**: red, the unbalance M0 e; green, from its tip, the balls' sum of m R; blue, "
+        "their sum, the residual unbalance. Balls at one place are drawn in different sizes."
     ]
 
 
@@ -53,27 +67,24 @@ def _balance_text(explained: Explanation) -> list[str]:
     if balance is None:
         why = explained.left_out.get("balance")
         return [f"No balanced positions are marked: {why}."] if why else []
-    turned = (-np.remainder(-np.degrees(balance.angles), 360.0)).tolist()
+    turned = np.degrees(in_one_turn(np.array(balance.angles))).tolist()
     angles = sorted({round(angle, 1) for angle in turned})
     places = ", ".join(f"{angle:g}" for angle in angles) + " deg"
     if balance.residual > 0.0 and explained.unbalance:
         share = 100.0 * balance.residual / explained.unbalance
         whose = "This ball" if len(balance.angles) == 1 else "These balls"
         return [
-            f"**{whose} cannot balance it**: yellow rings mark the best place ({places}), which "
+            f"**{whose} cannot balance it**: green rings mark the best place ({places}), which "
             f"leaves {share:.3g} % of the unbalance."
         ]
     if balance.residual > 0.0:
         return ["**A rotor without unbalance**: a ball can only make it worse."]
     many = " This is one of many positions that balance." if balance.many else ""
-    return [f"**Yellow rings**: where the balls balance the rotor ({places}).{many}"]
+    return [f"**Rings**: where the balls balance the rotor ({places}).{many}"]
 
 
 def _without_balls_text(explained: Explanation) -> list[str]:
     if explained.alone is not None:
-        return [
-            "**Whirl**: grey, what it would be without balls if the speed were held; near the "
-            "critical speed a run-up does not get as far."
-        ]
+        return ["**Whirl**: grey, the same drive without balls, at this run's speed."]
     why = explained.left_out.get("alone")
     return [f"Whirl without balls is not drawn: {why}."] if why else []

@@ -7,10 +7,12 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.drive.rotor_without_balls import WhirlWithoutBalls
 from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import Array, plotted_columns
+from ab_sim.recording.signals import FinalRms
 from ab_sim.recording.spindle_phase import SpindlePhase
 from ab_sim.recording.vibration import VibrationCurves
 from ab_sim.recording.windows import FrameRate
@@ -44,6 +46,8 @@ class Pictures:
         explained = drawing.explained
         self._vibration = VibrationCurves(self._names, explained.top_speed)
         self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
+        self._alone = None if explained.alone is None else WhirlWithoutBalls(explained.alone)
+        self._final, self._final_alone = FinalRms(), FinalRms()  # of the whirl [m]
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
         """Static archetypes, by entity."""
@@ -52,6 +56,7 @@ class Pictures:
     def of_samples(self, rows: Array) -> list[Any]:
         """Additional columns of samples."""
         run = Trajectory(self._names, self._selected(rows))
+        self._final.take(run["time"], run.whirl)
         return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
 
     def of(self, rows: Array) -> Iterator[Sent]:
@@ -69,7 +74,15 @@ class Pictures:
             *drawing.top.frames(angle, 1e3 * place, balls),
         ):
             yield entity, thin, columns
-        yield FRAMES, thin, plotted_columns(drawing.curves.of_frames(run))
+        alone = None if self._alone is None else self._alone.along(run["time"], run["speed"])
+        if alone is not None:
+            self._final_alone.take(run["time"], alone)
+        yield FRAMES, thin, plotted_columns(drawing.curves.of_frames(run, alone))
+
+    def final_whirl(self) -> tuple[float, float | None] | None:
+        """Return the whirl over the last `LAST` of the run, r.m.s. [m], and that without balls."""
+        final = self._final.value
+        return None if final is None else (final, self._final_alone.value)
 
     def _selected(self, rows: Array) -> Array:
         """The columns that pictures use."""

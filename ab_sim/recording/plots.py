@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -9,9 +10,10 @@ import rerun as rr
 import rerun.blueprint as rrb
 from rerun.blueprint.encodings import ComponentSourceKind, VisualizerComponentMapping
 
-from ab_sim.palette import Colour
-from ab_sim.recording.colours import GREY, hue
+from ab_sim.palette import GREY, Colour, ball_colour, series_colours
 from ab_sim.recording.layout import CHANNELS, DERIVED, SAMPLES
+
+_BALL = re.compile(r"ball[_ ](\d+)")
 
 
 class PlottedCurves(NamedTuple):
@@ -35,8 +37,8 @@ class PlottedCurves(NamedTuple):
 def plot(
     name: str,
     *curves: PlottedCurves | str,
+    corner: rrb.Corner2D = rrb.Corner2D.RightTop,
     legend: bool = True,
-    top: bool = False,
     span: tuple[float, float] | None = None,
 ) -> rrb.View:
     """A plot of curves, and of entities that are plotted as they are."""
@@ -57,9 +59,7 @@ def plot(
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one zooms all
         axis_y=rrb.ScalarAxis(range=span) if span else None,
         # On the right, where it covers the end: a run begins with what matters.
-        plot_legend=rrb.PlotLegend(
-            rrb.Corner2D.RightTop if top else rrb.Corner2D.RightBottom, visible=legend
-        ),
+        plot_legend=rrb.PlotLegend(corner, visible=legend),
     )
 
 
@@ -75,10 +75,18 @@ def lines(
     show the mean, which is nothing.
     """
     if colors is None:
-        colors = [GREY if name == "command" else hue(i) for i, name in enumerate(names)]
+        colors = _colours(names)
     if widths is None:
         widths = [3.0 if name == "speed" else 1.5 for name in names]  # command lies on top of speed
     policy = rr.components.AggregationPolicy.MinMax if swings else None
     return rr.SeriesLines(
         names=list(names), colors=list(colors), widths=list(widths), aggregation_policy=policy
     )
+
+
+def _colours(names: Sequence[str]) -> list[Colour]:
+    balls = [_BALL.match(name) for name in names]
+    return [
+        ball_colour(int(ball[1])) if ball else GREY if name == "command" else other
+        for name, ball, other in zip(names, balls, series_colours(len(names)), strict=True)
+    ]

@@ -10,6 +10,9 @@ import numpy as np
 
 from ab_sim.recording.layout import Array
 
+LAST = 0.1
+"""Share of a run at its end over which its final whirl is taken."""
+MOST_SUMS = 20_000
 TURNS = 2
 """Whole revolutions that are needed to tell what comes once per revolution."""
 
@@ -17,6 +20,34 @@ TURNS = 2
 def rms(time: Array, vectors: Array) -> float:
     """Root mean square of the length, over time [s], whatever its spacing; at least two rows."""
     return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
+
+
+class FinalRms:
+    """Root mean square of the last tenth of values that come a few at a time.
+
+    Sums are kept, at most `MOST_SUMS` of them: of more every other one is dropped.
+    """
+
+    def __init__(self) -> None:
+        self._sums = np.zeros((1, 3))  # time [s], number of values, sum of their squares
+
+    def take(self, time: Array, values: Array) -> None:
+        """Add values at the next times [s]."""
+        steps = np.column_stack([np.ones(len(values)), values**2])
+        sums = self._sums[-1, 1:] + np.cumsum(steps, axis=0)
+        self._sums = np.vstack([self._sums, np.column_stack([time, sums])])
+        while len(self._sums) > MOST_SUMS:
+            self._sums = np.vstack([self._sums[:-1:2], self._sums[-1:]])
+
+    @property
+    def value(self) -> float | None:
+        """The root mean square; None if there are no values."""
+        if len(self._sums) == 1:
+            return None
+        time, (_, count, total) = self._sums[1:, 0], self._sums[-1]
+        begin = time[-1] - LAST * (time[-1] - time[0])
+        _, before, squares = self._sums[np.searchsorted(time, begin)]
+        return float(np.sqrt((total - squares) / (count - before)))
 
 
 def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:

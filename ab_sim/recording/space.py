@@ -1,8 +1,8 @@
 """The drive in space, in mm.
 
 Displacement and tilt are hundreds of times smaller than the deck, so the drawing exaggerates both
-by one factor, which its title says: the displacement of every point of the deck then is, to first
-order, so many times what it was. The spindle and the balls turn as they do.
+by one factor, which the text next to it says: the displacement of every point of the deck then is,
+to first order, so many times what it was. The spindle and the balls turn as they do.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import numpy as np
 import rerun as rr
 import rerun.blueprint as rrb
 
-from ab_sim.recording.colours import DARK, GREY, GROUND, UNBALANCE, hue
+from ab_sim.palette import GREY, UNBALANCE, ball_colour
 from ab_sim.recording.layout import Array
 from ab_sim.recording.overlapping_balls import stacked
 from ab_sim.recording.vectors import Arrows
@@ -23,8 +23,8 @@ from ab_sim.scene.drawn import DISC, MARK, MARK_PLACE, PLATE
 
 Parts = Iterator[tuple[str, Any]]
 
-_DECK, _SPRING = (110, 150, 190), (190, 190, 120)
-_GLASS = (70, 75, 85)
+_DECK, _SPRING = (90, 140, 190), (150, 150, 90)
+_GLASS = (75, 80, 90)
 _SHOWN = 0.04
 """What the unbalance alone does to the deck is drawn about so large, as a share of its size."""
 
@@ -91,14 +91,6 @@ class Space:
             arrows,
         )
 
-    @property
-    def title(self) -> str:
-        """Of the view."""
-        what = "displacement and tilt" if self.tilts else "displacement"
-        if self.factor == 1.0:
-            return f"Drive in space: {what} to scale"
-        return f"Drive in space: {what} drawn {self.factor:g} times as large"
-
     def scenery(self) -> Parts:
         """What stays: archetypes, logged once."""
         r, (low, high) = self.race, self._plate()
@@ -106,9 +98,9 @@ class Space:
         line = 0.01 * r
         axis = [0, 0, -0.5 * r], [0, 0, 1.2 * r]
         yield "/space", rr.ViewCoordinates.RIGHT_HAND_Z_UP
-        yield "/space/rest/plate", rr.LineStrips3D([plate], colors=DARK, radii=0.5 * line)
-        yield "/space/rest/axis", rr.LineStrips3D([axis], colors=DARK, radii=0.5 * line)
-        yield "/space/rest/housing", rr.Points3D(self._anchors(), colors=DARK, radii=0.05 * r)
+        yield "/space/rest/plate", rr.LineStrips3D([plate], colors=GREY, radii=0.5 * line)
+        yield "/space/rest/axis", rr.LineStrips3D([axis], colors=GREY, radii=0.5 * line)
+        yield "/space/rest/housing", rr.Points3D(self._anchors(), colors=GREY, radii=0.05 * r)
         yield "/space/deck", rr.LineStrips3D.from_fields(colors=_SPRING, radii=1.5 * line)
         yield "/space/deck/plate", rr.LineStrips3D([plate], colors=_DECK, radii=1.5 * line)
         yield "/space/deck/mounts", rr.Points3D(self.mounts, colors=_SPRING, radii=0.05 * r)
@@ -124,7 +116,7 @@ class Space:
             rr.Points3D(heavy, colors=UNBALANCE, radii=MARK * r),
         )
         if self.ball_heights:
-            colors = [hue(ball) for ball in range(len(self.radii))]
+            colors = [ball_colour(ball) for ball in range(len(self.radii))]
             yield "/space/deck/rotor", rr.Points3D.from_fields(colors=colors, radii=self.radii)
         if self.arrows is not None:
             yield (
@@ -177,8 +169,7 @@ class Space:
         middle, size = 0.5 * (low + high), float(np.hypot(*(high - low)[:2]))
         eye = middle + size * np.array([0.33, -0.85, 0.6])
         return rrb.Spatial3DView(
-            background=GROUND,
-            name=self.title,
+            name="In space",
             origin="/space",
             line_grid=False,
             eye_controls=rrb.EyeControls3D(

@@ -9,8 +9,7 @@ import numpy as np
 import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.palette import Colour
-from ab_sim.recording.colours import DARK, GREY, ORANGE, PURPLE, SKY
+from ab_sim.palette import GREEN, GREY, PURPLE, SKY, Colour
 from ab_sim.recording.layout import Array, scalar_columns
 from ab_sim.recording.windows import SlidingWindows
 
@@ -21,9 +20,9 @@ STILL, STEADY = 1e-3, 0.02
 the top speed."""
 PERIOD = "variable-speed period"
 PHASES: Mapping[str, Colour] = {
-    "standstill": DARK,
+    "standstill": GREY,
     "speeding up": SKY,
-    PERIOD: ORANGE,
+    PERIOD: GREEN,
     "steady": GREY,
     "slowing down": PURPLE,
 }
@@ -65,7 +64,7 @@ class SpindlePhase:
         if self._period is not None:
             yield (
                 "/plot/speed/period",
-                rr.SeriesLines(names=PERIOD, colors=(*ORANGE, 110), widths=9.0),
+                rr.SeriesLines(names=PERIOD, colors=(*GREEN, 110), widths=9.0),
             )
 
     def of(self, rows: Array) -> Iterator[Sent]:

@@ -15,7 +15,7 @@ import rerun as rr
 import rerun.blueprint as rrb
 
 from ab_sim.drive.balance import Balance
-from ab_sim.recording.colours import BALANCED, GREY, GROUND, UNBALANCE, WHITE, hue
+from ab_sim.palette import BALANCED, GREY, UNBALANCE, ball_colour
 from ab_sim.recording.layout import Array
 from ab_sim.recording.overlapping_balls import shrunk
 from ab_sim.recording.vectors import Arrows
@@ -23,7 +23,11 @@ from ab_sim.recording.vectors import Arrows
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
 
 _SIDE = 1.35
-"""Half the side of the picture, as a share of the race's radius."""
+"""Half the width of the picture, as a share of the race's radius."""
+_TOP, _BOTTOM = -1.55, 1.8
+"""Its upper and lower edge, with room for labels."""
+_CORNERS = np.array([[-1.15, -1.5], [1.15, -1.5], [-1.15, 1.3], [1.15, 1.3]])
+"""Places of the labels, which are written below them."""
 
 
 @dataclass(frozen=True)
@@ -42,12 +46,12 @@ class TopView:
         r, widest = self.race, max(self.radii, default=0.0)
         c, mark = 0.1 * r, 0.88 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
-        yield "/top/rest", rr.LineStrips2D(cross, colors=WHITE, radii=0.006 * r)
+        yield "/top/rest", rr.LineStrips2D(cross, colors=GREY, radii=0.006 * r)
         yield "/top/rotor/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
         unbalance = rr.Points2D([[mark, 0]], colors=UNBALANCE, radii=0.05 * r)
         yield "/top/rotor/unbalance", unbalance
         if self.radii:
-            colors = [hue(ball) for ball in range(len(self.radii))]
+            colors = [ball_colour(ball) for ball in range(len(self.radii))]
             yield "/top/rotor", rr.Points2D.from_fields(colors=colors)
         if self.balance is not None:
             angles = np.array(self.balance.angles)
@@ -93,26 +97,25 @@ class TopView:
         yield "/top/rotor", rotor
 
     def _legend(self, arrows: Arrows) -> Any:
-        """What the arrows are, in a corner: at the arrows themselves the words would overlap."""
+        """Return the arrows' names, one in each corner, where no ball goes."""
         labels, colors = list(arrows.labels), list(arrows.colors)
         if self.balance is not None:
             labels.append("balanced" if self.balance.residual == 0.0 else "best place")
             colors.append(BALANCED)
-        rows = (-_SIDE + 0.12 + 0.17 * np.arange(len(labels))) * self.race
-        places = np.column_stack([np.full(len(labels), -1.12 * self.race), rows])
+        places = self.race * _CORNERS[: len(labels)]
         return rr.Points2D(
             places, colors=colors, radii=0.03 * self.race, labels=labels, show_labels=True
         )
 
     def view(self) -> rrb.View:
         """The view."""
-        span = [-_SIDE * self.race, _SIDE * self.race]
+        sides = np.array([-_SIDE, _SIDE]) * self.race
+        height = np.array([_TOP, _BOTTOM]) * self.race
         return rrb.Spatial2DView(
-            background=GROUND,
-            name="From above, turning with the rotor, to scale",
+            name="Top view",
             origin="/top/rotor",
             contents=["$origin/**", "/top/rest"],
-            visual_bounds=rrb.VisualBounds2D(x_range=span, y_range=span),
+            visual_bounds=rrb.VisualBounds2D(x_range=sides, y_range=height),
         )
 
 

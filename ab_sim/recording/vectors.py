@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.balance import resultant
-from ab_sim.recording.colours import RESIDUAL, RESULTANT, UNBALANCE
+from ab_sim.palette import RESIDUAL, RESULTANT, UNBALANCE, Colour
 from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import Array
 
@@ -41,7 +41,7 @@ class Arrows(NamedTuple):
         return ["unbalance", "balls", "residual"] if len(self.moments) else ["unbalance"]
 
     @property
-    def colors(self) -> list[tuple[int, int, int]]:
+    def colors(self) -> list[Colour]:
         """One each."""
         return [UNBALANCE, RESULTANT, RESIDUAL][: len(self.labels)]
 

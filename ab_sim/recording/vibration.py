@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording.colours import ORANGE, SKY, UNBALANCE
+from ab_sim.palette import GREEN, RUN, UNBALANCE
 from ab_sim.recording.layout import Array, plotted_columns
 from ab_sim.recording.plots import PlottedCurves, lines
 from ab_sim.recording.signals import once_per_turn, rms, spectrum
@@ -33,8 +33,8 @@ Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
 def size_curves() -> list[PlottedCurves]:
     """Curves of the once-per-revolution part, of the rest, and of the whole."""
     names = ["once per turn", "the rest"]
-    orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, SKY])
-    whole = lines(["r.m.s. of all"], [2.5], colors=[ORANGE])
+    orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, GREEN])
+    whole = lines(["r.m.s. of all"], [2.5], colors=[RUN])
     return [
         PlottedCurves.derived(SIZES, _ORDERS, orders),
         PlottedCurves.derived(SIZES, _RMS, whole),
@@ -95,7 +95,7 @@ class VibrationCurves:
             near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
             new = not np.array_equal(frequencies, self._frequencies)
             self._frequencies = frequencies
-            for name, color, lit in (("once", UNBALANCE, near), ("rest", SKY, ~near)):
+            for name, color, lit in (("once", UNBALANCE, near), ("rest", GREEN, ~near)):
                 entity, drawn = f"/plot/spectrum/{name}", np.where(lit, sizes, 0.0)
                 if new:
                     yield entity, window[-1:], _axis(frequencies, color)

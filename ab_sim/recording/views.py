@@ -30,7 +30,7 @@ class DriveView:
 
     def statics(self) -> Iterator[tuple[str, Any]]:
         """Static archetypes, by entity."""
-        yield "/about", rr.TextDocument(legend_text(self._drawing), media_type="text/markdown")
+        yield self._about()
         yield from self._drawing.scenery()
         yield from self._pictures.scenery()
 
@@ -52,9 +52,17 @@ class DriveView:
         """Frames of the pictures, from the next rows."""
         return self._pictures.of(rows)
 
-    def blueprint(self, scalars: Sequence[str]) -> rrb.Blueprint:
+    def conclusion(self) -> Iterator[tuple[str, Any]]:
+        """Static archetypes that a finished run replaces, by entity."""
+        yield self._about()
+
+    def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
         """Layout of the viewer."""
-        return blueprint(self._drawing, self._channels, scalars)
+        return blueprint(self._drawing, self._channels, scalars, live=live)
+
+    def _about(self) -> tuple[str, Any]:
+        text = legend_text(self._drawing, self._pictures.final_whirl())
+        return "/about", rr.TextDocument(text, media_type="text/markdown")
 
 
 class PlotsView:
@@ -81,9 +89,13 @@ class PlotsView:
         """No frames."""
         return iter(())
 
-    def blueprint(self, scalars: Sequence[str]) -> rrb.Blueprint:
+    def conclusion(self) -> Iterator[tuple[str, Any]]:
+        """No archetypes."""
+        return iter(())
+
+    def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
         """Layout of the viewer."""
-        return plain_blueprint(self._channels, scalars)
+        return plain_blueprint(self._channels, scalars, live=live)
 
 
 def drawable(description: Mapping[str, Any], channels: Sequence[str]) -> bool:

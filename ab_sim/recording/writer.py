@@ -58,6 +58,8 @@ class Recording:
         optimize`` adds it afterwards.
     :param drawn: whether there is a drawing. Without one the description need not say anything of
         the drive, nor the channels where anything is, and there are plots of what there is.
+    :param live: whether a viewer follows the newest samples while the file grows. A closed one
+        opens at its start, paused.
     :param every: keep one step of so many, and all of them around events and the ends of a
         command's moves (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
         ``around`` before they are sent.
@@ -83,6 +85,7 @@ class Recording:
         description: Mapping[str, object],
         index: bool = True,
         drawn: bool = True,
+        live: bool = False,
         every: int = 1,
         around: float = AROUND,
         thinned: bool = False,
@@ -106,6 +109,7 @@ class Recording:
         self._thinning = ThinnedInput(every, around) if thinned else Thinning(every, around)
         self._left_out: list[Array] = []  # beside blocks
         self._view = DriveView(description) if drawn else PlotsView()
+        self._live = live
         self._step = _positive(description.get("step"))
         text = description_text(description)
         self._stream = rr.RecordingStream("ab_sim", recording_id=uuid.uuid4())
@@ -239,6 +243,11 @@ class Recording:
         if not self._channels:
             self._lay_out()
         self.flush()
+        for entity, archetype in self._view.conclusion():
+            self._static(entity, archetype)
+        if self._live:
+            self._live = False
+            self._lay_out()
         self._static(CLOSED, rr.AnyValues(rows=self.rows_written))
         self._closed = True
         self._stream.disconnect()  # writes the index
@@ -271,7 +280,7 @@ class Recording:
 
     def _lay_out(self) -> None:
         """Send the viewer's layout, some 0.1 MB."""
-        self._stream.send_blueprint(self._view.blueprint(list(self._scalars)))
+        self._stream.send_blueprint(self._view.blueprint(list(self._scalars), self._live))
 
     def _check_steps(self, rows: Array) -> None:
         steps = rows[:, 0]

@@ -5,9 +5,9 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 
+from ab_sim.figures.colours import GREY, RUN, VERMILION
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import ResultFigure, save, with_plain_texts
-from ab_sim.reports.colours import BLACK, BLUE, ORANGE
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
 MOST = 6
@@ -45,13 +45,9 @@ def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
     panels[0][1].set_title("simulated - recorded", fontsize=10)
     for axes in panels[-1]:
         axes.set_xlabel("time [s]")
-    handles, labels = panels[0][0].get_legend_handles_labels()
-    figure.legend(
-        handles, labels, loc="outside lower center", ncols=2,
-        title=left_out, title_fontsize=8, frameon=False,
-    )  # fmt: skip
+    panels[0][0].legend(loc="lower right", ncols=2, fontsize=8)
     figure.align_ylabels(panels[:, 0])
-    say_conventions(figure)
+    say_conventions(figure, left_out)
     return figure
 
 
@@ -73,10 +69,10 @@ def _place(deviation: ChannelDeviation) -> int:
 def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: ChannelDeviation) -> None:
     name = deviation.channel
     unit = "" if deviation.unit is None else f" [{deviation.unit}]"
-    left.plot(*found.recorded.curve(name), color=ORANGE, lw=3.0, label="recorded")
-    left.plot(*found.simulated.curve(name), color=BLACK, lw=0.9, label="simulated")
+    left.plot(*found.recorded.curve(name), color=GREY, lw=3.0, label="recorded")
+    left.plot(*found.simulated.curve(name), color=RUN, lw=0.9, label="simulated")
     left.set_ylabel(f"{name}{unit}")
-    right.plot(*found.differences.curve(name), color=BLUE, lw=1.0)
+    right.plot(*found.differences.curve(name), color=VERMILION, lw=1.0)
     if deviation.same:
         right.set_ylim(-1.0, 1.0)
         right.set_yticks([0.0])

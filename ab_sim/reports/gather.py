@@ -10,11 +10,15 @@ import numpy as np
 from ab_sim.analysis.merits import LAST, Merits, merits_of_pieces, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.rotor_without_balls import RotorWithoutBalls, WhirlWithoutBalls
 from ab_sim.drive.rows import channels_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.recording import StoredRun
+from ab_sim.recording.pictures import PERIOD
+from ab_sim.recording.signals import FinalRms
+from ab_sim.recording.windows import FrameRate
 from ab_sim.reports.envelope import Envelope
 from ab_sim.reports.vibration_spectra import OncePerTurn, PowerSpectrum, Waterfall
 from ab_sim.scene.load import check_scene
@@ -49,6 +53,10 @@ class RunData:
     """Of the last stretch."""
     waterfall: Waterfall
     notes: tuple[str, ...]
+    without_balls: Envelope | None
+    """``whirl`` of the drive without balls along the run's speed [m]; None if not known."""
+    final_without_balls: float | None
+    """Its final whirl [m], as of merits."""
 
     @property
     def eccentricity(self) -> float:
@@ -181,6 +189,12 @@ class _Collected:
         rate = (self._count - 1) / (end - begin) if end > begin else 1.0
         self._vibration, self._spectrum = OncePerTurn(), PowerSpectrum(self._count - self._last)
         self._waterfall = Waterfall(self._count, rate, _speeds(run))
+        alone = run.description.get("alone")
+        self._alone = None
+        if balls and "speed" in run.channels and isinstance(alone, dict) and "mass" in alone:
+            self._alone = WhirlWithoutBalls(RotorWithoutBalls(**alone))
+        self._frames, self._final_alone = FrameRate(PERIOD), FinalRms()
+        self._alone_curve = Envelope(("whirl",), math.ceil((end - begin) / PERIOD) + 1)
         self._every = max(1, self._count // ORBIT)
         self._orbit: list[np.ndarray] = []
         self._turning: list[np.ndarray] = []
@@ -196,6 +210,13 @@ class _Collected:
             columns += list((piece.tilt - self._rest.tilt).T)
         if self._scene is not None and piece.balls:
             columns += list(driving_forces(piece, self._scene).T)
+        if self._alone is not None:
+            rows = np.column_stack([piece["step"], time, piece["speed"]])
+            _, when, speed = self._frames.of(rows).T
+            if len(when):
+                whirl = self._alone.along(when, speed)
+                self._alone_curve.take(when, whirl[:, None])
+                self._final_alone.take(when, whirl)
         self.curves.take(time, np.column_stack(columns) if columns else np.empty((len(time), 0)))
         if self._axes:
             axes = np.column_stack([piece[name] for name in self._axes])
@@ -231,6 +252,7 @@ class _Collected:
         return RunData(
             self._run, name, self._scene, merits, self.curves, orbit, last, self._vibrating,
             self._vibration, self._spectrum, self._waterfall, notes,
+            None if self._alone is None else self._alone_curve, self._final_alone.value,
         )  # fmt: skip
 
 

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 from scipy.signal import periodogram
 
+from ab_sim.figures.colours import BLUE, GREY, RUN, SERIES
 from ab_sim.identification.intervals import ProfilePoints
 from ab_sim.identification.result import Identification, RecordingFit, share_words, shown_unit
 from ab_sim.presentation import number, titled
-from ab_sim.reports.colours import BLUE, CURVES, GREY, VERMILION
 from ab_sim.reports.grid import Limits
 from ab_sim.reports.page import panel_html, shown, write_page
 from ab_sim.reports.panels import TIME, Panel, PanelLine
@@ -121,12 +121,12 @@ def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
         name = f"{measured.kind} along {math.degrees(direction):.4g} deg"
         curves = (
             PanelLine("measured", *_thinned(time, signals[:, axis]), GREY, 2.0),
-            PanelLine("fitted", *_thinned(time, simulated[:, axis]), VERMILION, 1.0),
+            PanelLine("fitted", *_thinned(time, simulated[:, axis]), RUN, 1.0),
         )
         most = 1.05 * float(np.nanmax(np.abs(signals[:, axis])))
         yield Panel("fit", name, TIME, f"[{unit}]", 1.0, curves), (span, (-most, most))
     lines = tuple(
-        PanelLine(f"axis {axis + 1}", *_thinned(time, left[:, axis]), CURVES[axis], 1.0)
+        PanelLine(f"axis {axis + 1}", *_thinned(time, left[:, axis]), SERIES[axis], 1.0)
         for axis in range(left.shape[1])
     )
     most = 1.05 * float(np.nanmax(np.abs(left)))
@@ -148,7 +148,7 @@ def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
         mean = density[:whole].reshape(-1, bins).mean(axis=1)
         middle = frequencies[:whole].reshape(-1, bins).mean(axis=1)
         root = np.sqrt(mean[1:])
-        curves.append(PanelLine(f"axis {axis + 1}", middle[1:], root, CURVES[axis], 1.2))
+        curves.append(PanelLine(f"axis {axis + 1}", middle[1:], root, SERIES[axis], 1.2))
     values = np.concatenate([curve.y for curve in curves])
     values = values[values > 0.0]
     ends = (float(values.min()), float(values.max())) if len(values) else (1e-12, 1.0)

@@ -9,9 +9,9 @@ import numpy as np
 import plotly.graph_objects as go
 from plotly.offline import get_plotlyjs
 
+from ab_sim.figures.colours import GREY, MAP
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
-from ab_sim.reports.colours import GREY, MAP
 from ab_sim.reports.grid import Grid, Limits, grid_title
 from ab_sim.reports.panels import TIME, Panel
 from ab_sim.reports.summary import CAPTION, Row
@@ -27,6 +27,14 @@ p { max-width: 60em; color: #444; }
 .runs h2 { margin: 0.5em 0 0 0; font-size: 1.1em; }
 .runs h3 { margin: 0.3em 0 0 0; font-size: 0.95em; font-weight: normal; text-align: center; }
 .runs div { min-width: 0; }
+.table { overflow-x: auto; }
+.run { display: none; }
+@media (max-width: 700px) {
+  body { margin: 0.5em; }
+  .runs { grid-template-columns: minmax(0, 1fr) !important; }
+  .runs h2 { display: none; }
+  .run { display: inline; }
+}
 """
 # Panels over time are zoomed together.
 _SCRIPT = """
@@ -76,12 +84,13 @@ def report_page(
     columns = f"grid-template-columns: repeat({len(grid.names)}, minmax(0, 1fr))"
     body = "".join(f"<h2>{shown(name)}</h2>\n" for name in grid.names)
     for panels, limits, own in zip(grid.rows, grid.limits, grid.own, strict=True):
-        for panel, each in zip(panels, limits, strict=True):
-            body += "<div></div>\n" if panel is None else _division(panel, each, own)
+        for name, panel, each in zip(grid.names, panels, limits, strict=True):
+            body += "<div></div>\n" if panel is None else _division(name, panel, each, own)
     write_page(
         path,
         title,
-        f"<table><tr>{heads}</tr>\n{table}</table>\n<p>{shown(CAPTION)}</p>\n{said}"
+        f'<div class="table"><table><tr>{heads}</tr>\n{table}</table></div>\n'
+        f"<p>{shown(CAPTION)}</p>\n{said}"
         f'<div class="runs" style="{columns}">\n{body}</div>\n<script>{_SCRIPT}</script>',
     )
 
@@ -99,6 +108,7 @@ def write_page(path: Path, title: str, body: str) -> None:
     """
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{shown(title)}</title>\n<style>{_STYLE}</style>\n"
         f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n{body}"
         "</body></html>\n"
@@ -111,10 +121,11 @@ def shown(text: str) -> str:
     return html.escape(visible(text))
 
 
-def _division(panel: Panel, limits: Limits, own: bool) -> str:
+def _division(name: str, panel: Panel, limits: Limits, own: bool) -> str:
     kind = "time" if panel.across == TIME else "other"
     title = shown(grid_title(panel, own))
-    return f'<div class="{kind}"><h3>{title}</h3>{panel_html(panel, limits)}</div>\n'
+    head = f'<h3><span class="run">{shown(name)}: </span>{title}</h3>'
+    return f'<div class="{kind}">{head}{panel_html(panel, limits)}</div>\n'
 
 
 def panel_html(panel: Panel, limits: Limits) -> str:
@@ -149,7 +160,7 @@ def _figure(panel: Panel, limits: Limits) -> Any:
     for value, name in panel.levels:
         figure.add_hline(
             value, line={"color": GREY, "width": 1, "dash": "dot"}, annotation_text=name,
-            annotation_position="top left", annotation_font_size=10,
+            annotation_position="top right", annotation_font_size=10,
         )  # fmt: skip
     if panel.note:
         figure.add_annotation(text=panel.note, showarrow=False, x=0.5, y=0.5, xref="x domain")

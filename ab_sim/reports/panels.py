@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ab_sim.figures.colours import distinct_colours
-from ab_sim.figures.dashes import DASHES, dashes_of
-from ab_sim.reports.colours import BLACK, BLUE, CURVES, GREY, SKY, VERMILION
+from ab_sim.figures.balls import OPPOSITE, ball_styles
+from ab_sim.figures.colours import COMMANDED, RUN, SERIES, SKY, VERMILION, WITHOUT_BALLS
+from ab_sim.figures.curves import in_degrees
+from ab_sim.figures.dashes import DASHES
 from ab_sim.reports.gather import TURNS, RunData
 
 KEYS = (
@@ -92,31 +93,34 @@ def _panels(data: RunData) -> Iterator[Panel]:
     have = data.curves.channels
     whirl, unit, scale = whirl_scale(data)
     speeds = [
-        PanelLine("commanded", *data.curves.curve("command"), BLACK, 0.9, DASHED)
+        PanelLine("commanded", *data.curves.curve("command"), COMMANDED, 0.9, DASHED)
         if "command" in have
         else None,
-        PanelLine("spindle", *data.curves.curve("speed"), BLUE, 1.8) if "speed" in have else None,
+        PanelLine("spindle", *data.curves.curve("speed"), RUN, 1.8) if "speed" in have else None,
     ]
     critical = None if data.scene is None else data.scene.critical_speed
     levels = () if critical is None else ((critical, "critical speed"),)
     drawn = tuple(curve for curve in speeds if curve)
     yield Panel("speed", "Spindle speed", TIME, "speed [rad/s]", 0.8, drawn, levels)
     if "whirl" in have:
-        time, values = data.curves.curve("whirl")
-        values = values * scale
-        most = float(values.max(initial=0.0))
+        whirls = [PanelLine("this run", *data.curves.curve("whirl"), RUN)]
+        if data.without_balls is not None:
+            curve = data.without_balls.curve("whirl")
+            whirls.insert(0, PanelLine("without balls", *curve, WITHOUT_BALLS))
+        most = max(float(line.y.max(initial=0.0)) for line in whirls)
         title, up = "Whirl radius of the deck", f"{whirl} [{unit}]"
         if most > 0:
-            curve = PanelLine(
-                whirl, time, np.where(values > LEAST * most, values, np.nan), VERMILION
+            curves = tuple(
+                replace(line, y=np.where(line.y > LEAST * most, scale * line.y, np.nan))
+                for line in whirls
             )
-            yield Panel("whirl", title, TIME, up, 1.2, (curve,), log=True)
+            yield Panel("whirl", title, TIME, up, 1.2, curves, log=True)
         else:
             yield Panel("whirl", title, TIME, up, 1.2, note="the deck does not move")
     yield from _of_balls(data)
     yield from _tilt(data)
     if "motor_torque" in have:
-        curve = PanelLine("torque", *data.curves.curve("motor_torque"), BLUE)
+        curve = PanelLine("torque", *data.curves.curve("motor_torque"), RUN)
         yield Panel("torque", "Motor torque", TIME, "torque [N m]", 0.7, (curve,))
     yield from _orbits(data)
     yield from _spectra(data)
@@ -132,30 +136,26 @@ def _of_balls(data: RunData) -> Iterator[Panel]:
     forces = [name for name in data.curves.channels if name.startswith("force_")]
     angles = [name for name in data.curves.channels if name.startswith("ball_")]
     if forces:
-        curves = _in_turn(data, forces, 1.0)
+        curves = _in_turn(data, forces)
         title = "Driving force on the balls"
         yield Panel("force", title, TIME, "force [N]", 0.8, curves)
     if angles:
-        curves = _in_turn(data, angles, 180.0 / math.pi)
-        least = min(float(curve.y.min()) for curve in curves if len(curve.y))
-        most = max(float(curve.y.max()) for curve in curves if len(curve.y))
-        turns = range(math.ceil((least - 210) / 360), math.floor((most - 150) / 360) + 1)
-        levels = tuple((180.0 + 360.0 * turn, "opposite the unbalance") for turn in turns)
-        title = "Balls, from the unbalance"
-        few = levels if len(levels) <= 6 else ()
-        yield Panel("angles", title, TIME, "ball angle [deg]", 1.0, curves, few)
+        curves = tuple(replace(line, y=in_degrees(line.y)) for line in _in_turn(data, angles))
+        levels = ((OPPOSITE, "opposite the unbalance"),)
+        yield Panel(
+            "angles", "Balls, from the unbalance", TIME, "ball angle [deg]", 1.0, curves, levels
+        )
 
 
-def _in_turn(data: RunData, names: list[str], scale: float) -> tuple[PanelLine, ...]:
-    """Later ones thinner, so that balls that move as one remain visible."""
-    widths = np.linspace(3.0, 1.0, len(names)) if len(names) > 1 else [1.6]
-    colours = distinct_colours(len(names), CURVES)
-    curves = []
-    for at, (name, width, colour) in enumerate(zip(names, widths, colours, strict=True)):
-        time, values = data.curves.curve(name)
-        dashes = dashes_of(at, len(CURVES))
-        curves.append(PanelLine(f"ball {at}", time, values * scale, colour, float(width), dashes))
-    return tuple(curves)
+def _in_turn(data: RunData, names: list[str]) -> tuple[PanelLine, ...]:
+    """Return the balls' curves, in the styles of all pictures."""
+    return tuple(
+        PanelLine(
+            f"ball {ball}", *data.curves.curve(name), style["color"], float(style["lw"]),
+            style["dashes"],
+        )
+        for ball, (name, style) in enumerate(zip(names, ball_styles(len(names)), strict=True))
+    )  # fmt: skip
 
 
 def _tilt(data: RunData) -> Iterator[Panel]:
@@ -163,7 +163,7 @@ def _tilt(data: RunData) -> Iterator[Panel]:
         return
     names = {"alpha": "about x", "beta": "about y", "gamma": "about the shaft"}
     curves = []
-    for (name, axis), colour in zip(names.items(), (VERMILION, BLUE, GREY), strict=True):
+    for (name, axis), colour in zip(names.items(), SERIES, strict=True):
         time, values = data.curves.curve(name)
         curves.append(PanelLine(f"{name}, {axis}", time, 1e3 * values, colour))
     yield Panel("tilt", "Tilt of the deck", TIME, "tilt [mrad]", 0.8, tuple(curves[::-1]))
@@ -193,7 +193,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         # of the largest is a gap, for a line there would look like data.
         root = np.sqrt(density[1:])
         root = np.where(root > SPECTRUM_LEAST * root.max(), root, np.nan)
-        curve = PanelLine("spectrum", frequencies[1:], root, BLUE, 1.0)
+        curve = PanelLine("spectrum", frequencies[1:], root, RUN, 1.0)
         up = "density [(m/s^2)/sqrt(Hz)]"
         curves = (curve, *_orders_at(data, root)) if np.isfinite(root).any() else ()
         still = "" if curves else "nothing vibrates"

@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ab_sim.figures.colours import GREY, MAP
 from ab_sim.figures.curves import say_conventions
 from ab_sim.figures.saved import save
-from ab_sim.reports.colours import GREY, MAP
 from ab_sim.reports.grid import Grid, Limits, grid_title
 from ab_sim.reports.panels import Panel
 

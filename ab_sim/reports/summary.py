@@ -31,6 +31,7 @@ def _told() -> Iterator[tuple[str, Callable[[RunData], str]]]:
     for merit in reported_merits():
         if merit.row is not None and merit.row.in_reports:
             yield merit.row.head("W"), _judged(merit.row)
+    yield "final W / without balls", _share_of_whirl
     yield from (("vibration, rms", _vibration), ("once per turn", _share))
     yield from (("samples", _samples), ("log entries", _log_entries), ("real-time factor", _factor))
 
@@ -45,6 +46,11 @@ def _judged(row: MeritRow) -> Callable[[RunData], str]:
         return NOTHING if text == NO else text
 
     return cell
+
+
+def _share_of_whirl(data: RunData) -> str:
+    alone = data.final_without_balls
+    return NOTHING if data.merits is None or not alone else f"{data.merits.final_whirl / alone:.3g}"
 
 
 def _scene(data: RunData) -> str:

@@ -8,11 +8,21 @@ from matplotlib.colors import to_rgb
 
 from ab_sim.analysis.maps.verdicts import CLUSTERED, EVERYWHERE, SOMEWHERE, SPLIT, SPREAD
 from ab_sim.figures import accuracy_cost, branches, stability_map
-from ab_sim.figures.balls import BALLS, SPINDLE, ball_styles
+from ab_sim.figures.balls import ball_styles
 from ab_sim.figures.colours import distinct_colours
-from ab_sim.palette import Colour, distinct, oklab
-from ab_sim.recording import colours as recorded
-from ab_sim.reports.colours import CURVES
+from ab_sim.palette import (
+    BALANCED,
+    FIRST_BALLS,
+    GREY,
+    RESULTANT,
+    RUN,
+    SERIES,
+    UNBALANCE,
+    Colour,
+    ball_colour,
+    distinct,
+    oklab,
+)
 from ab_sim.scene.sections import MAX_BALLS
 
 LEAST = 0.07
@@ -35,8 +45,6 @@ def closest(colours: list[Colour] | list[str]) -> float:
     "first, avoid",
     [
         ((), ()),
-        (BALLS, (SPINDLE,)),
-        (CURVES, ()),
         (branches.COLOURS, ("k",)),
         (accuracy_cost.OURS, accuracy_cost.PEERS),
         (accuracy_cost.PEERS, accuracy_cost.OURS),
@@ -50,13 +58,26 @@ def test_any_number_of_curves_differ(first: tuple[str, ...], avoid: tuple[str, .
         assert colours == distinct_colours(MAX_BALLS, first, avoid=avoid)[:count]
 
 
-def test_balls_in_a_recording_differ_from_each_other_and_from_what_has_a_meaning() -> None:
-    hues = [recorded.hue(ball) for ball in range(MAX_BALLS)]
-    assert hues[: len(recorded.HUES)] == list(recorded.HUES)
-    assert closest(hues) > LEAST
-    meant = (recorded.UNBALANCE, recorded.RESULTANT, recorded.RESIDUAL, recorded.BALANCED)
-    assert all(closest([hue, one]) > LEAST for hue in hues for one in meant)
-    assert recorded.hue(MAX_BALLS) not in hues, "more curves than balls"
+def test_balls_differ_from_each_other_and_from_what_has_a_meaning() -> None:
+    balls = [ball_colour(ball) for ball in range(MAX_BALLS)]
+    assert balls[: len(FIRST_BALLS)] == list(FIRST_BALLS)
+    assert closest(balls) > LEAST
+    meant = (UNBALANCE, RESULTANT, RUN, BALANCED, GREY)
+    assert all(closest([ball, one]) > LEAST for ball in balls for one in meant)
+
+
+@pytest.mark.parametrize("colour", [*FIRST_BALLS, *SERIES, BALANCED, RESULTANT, UNBALANCE, GREY])
+def test_colours_are_seen_on_a_light_and_a_dark_ground(colour: Colour) -> None:
+    """By the contrast of WCAG 2; Rerun's dark theme has a ground of (13, 16, 17)."""
+
+    def luminance(shade: Colour) -> float:
+        parts = np.array(shade) / 255.0
+        linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+        return float(linear @ [0.2126, 0.7152, 0.0722])
+
+    for ground in ((255, 255, 255), (13, 16, 17)):
+        dark, light = sorted([luminance(colour), luminance(ground)])
+        assert (light + 0.05) / (dark + 0.05) > 2.9
 
 
 def test_balls_in_a_picture_differ_in_colour_and_many_in_dashes_too() -> None:

@@ -46,12 +46,12 @@ def test_nothing_is_drawn_of_balls_that_are_not_there(tmp_path: Path) -> None:
     assert "ball" not in text.replace("no-ball", "")
 
 
-def test_a_speed_change_is_called_that_and_180_deg_is_opposite_too(tmp_path: Path) -> None:
-    """Both balls sit at +180 deg: the line is drawn there, and the axis is about them."""
+def test_a_speed_change_is_called_that_and_180_deg_is_shown_as_minus_180(tmp_path: Path) -> None:
+    """Both balls sit at +180 deg."""
     text = texts_of(load_scene("nsc-case-1", ["duration=12"]), tmp_path / "figure.svg")
     assert "Speed change of nsc-case-1" in text and "Start-up" not in text
     assert text.count("opposite the unbalance") == 1
-    assert ">180<" in text and ">−180<" not in text
+    assert ">−180<" in text and ">180<" not in text
 
 
 def test_balls_that_circulate_are_drawn_by_their_speed(scene: Any, tmp_path: Path) -> None:

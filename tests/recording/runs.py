@@ -63,11 +63,14 @@ def plotted(path: Path, entity: str, name: str) -> NDArray[np.float64]:
 
 
 def still(path: Path, entity: str, component: str) -> list[Any]:
-    """The cell of a component that does not change."""
-    for chunk in RrdReader(path).stream().to_chunks():
-        if chunk.entity_path == entity and chunk.is_static:
-            return chunk.to_record_batch()[component].to_pylist()[0]
-    raise AssertionError(f"nothing static at {entity}")
+    """The cell of a component that does not change, as it was sent last."""
+    sent = [
+        chunk.to_record_batch()[component].to_pylist()[0]
+        for chunk in RrdReader(path).stream().to_chunks()
+        if chunk.entity_path == entity and chunk.is_static
+    ]
+    assert sent, f"nothing static at {entity}"
+    return list(sent[-1])
 
 
 def views(path: Path) -> list[str]:

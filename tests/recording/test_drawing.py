@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
 from ab_sim.recording import Recording
@@ -32,11 +34,20 @@ def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
         np.testing.assert_allclose(balls[:, ball], expected, atol=1e-5)
 
 
-def test_whirl_is_given_in_units_of_the_eccentricity(tmp_path: Path) -> None:
+def test_whirl_is_the_logarithm_of_units_of_the_eccentricity(tmp_path: Path) -> None:
     names, samples = run(5)
     record(tmp_path / "run.rrd", names, samples)
     whirl = plotted(tmp_path / "run.rrd", SAMPLES, "whirl")[:, 0]
-    np.testing.assert_allclose(whirl, np.hypot(samples[:, 5], samples[:, 6]) / 1e-4, rtol=1e-6)
+    expected = np.log10(np.hypot(samples[:, 5], samples[:, 6]) / 1e-4)
+    np.testing.assert_allclose(whirl, expected, rtol=1e-6)
+
+
+def test_whirl_without_a_logarithm_is_a_gap(tmp_path: Path) -> None:
+    names, samples = run(5)
+    samples[2, 5:7] = 0.0
+    record(tmp_path / "run.rrd", names, samples)
+    whirl = plotted(tmp_path / "run.rrd", SAMPLES, "whirl")[:, 0]
+    assert np.isnan(whirl).tolist() == [False, False, True, False, False]
 
 
 def test_vibration_is_shown_as_one_curve(tmp_path: Path) -> None:
@@ -79,7 +90,8 @@ def test_a_balanced_rotor_has_no_division_by_zero(tmp_path: Path) -> None:
     with Recording(tmp_path / "run.rrd", description=describe(eccentricity=0.0)) as recording:
         recording.block(names, samples)
     whirl = plotted(tmp_path / "run.rrd", SAMPLES, "whirl")[:, 0]
-    np.testing.assert_allclose(whirl, 1e3 * np.hypot(samples[:, 5], samples[:, 6]), rtol=1e-6)
+    expected = np.log10(1e3 * np.hypot(samples[:, 5], samples[:, 6]))
+    np.testing.assert_allclose(whirl, expected, rtol=1e-6)
 
 
 def test_every_ball_is_drawn_in_its_size_within_the_race(tmp_path: Path) -> None:
@@ -98,6 +110,66 @@ def test_every_ball_is_drawn_in_its_size_within_the_race(tmp_path: Path) -> None
     np.testing.assert_allclose(np.hypot(*wall.T), 12.0, rtol=1e-6)
 
 
+def blueprint_cells(path: Path, component: str) -> list[list[Any]]:
+    """Values of a component in each layout of a file, in order."""
+    reader = RrdReader(path)
+    return [
+        [
+            value
+            for chunk in reader.stream(store=store).to_chunks()
+            for batch in [chunk.to_record_batch()]
+            if component in batch.schema.names
+            for (value,) in batch[component].to_pylist()
+        ]
+        for store in reader.blueprints()
+    ]
+
+
 def test_the_file_carries_its_layout(tmp_path: Path) -> None:
     record(tmp_path / "run.rrd", *run(5))
     assert len(RrdReader(tmp_path / "run.rrd").blueprints()) == 1
+
+
+def test_a_file_opens_at_its_start_paused(tmp_path: Path) -> None:
+    record(tmp_path / "run.rrd", *run(5))
+    states = blueprint_cells(tmp_path / "run.rrd", "TimePanelBlueprint:play_state")
+    assert states == [[rrb.components.PlayState.Paused.value]]
+
+
+def test_one_that_is_watched_live_follows_and_is_paused_once_it_is_closed(tmp_path: Path) -> None:
+    path = tmp_path / "run.rrd"
+    with Recording(path, description=describe(), live=True) as recording:
+        recording.block(*run(5))
+    states = blueprint_cells(path, "TimePanelBlueprint:play_state")
+    kinds = rrb.components.PlayState
+    assert sorted(states) == sorted([[kinds.Following.value], [kinds.Paused.value]])
+
+
+def test_the_drive_s_page_is_a_grid_of_three(tmp_path: Path) -> None:
+    """Of which Rerun makes three columns in a wide window, one in a narrow one."""
+    record(tmp_path / "run.rrd", *run(5))
+    reader = RrdReader(tmp_path / "run.rrd")
+    (store,) = reader.blueprints()
+    page = {}
+    for chunk in reader.stream(store=store).to_chunks():
+        batch = chunk.to_record_batch()
+        if "ContainerBlueprint:display_name" in batch.schema.names:
+            page = {name: batch[name].to_pylist()[-1] for name in batch.schema.names}
+            if page["ContainerBlueprint:display_name"] == ["Drive"]:
+                break
+    assert page["ContainerBlueprint:container_kind"] == [rrb.components.ContainerKind.Grid.value]
+    assert len(page["ContainerBlueprint:contents"]) == 3
+    assert "ContainerBlueprint:grid_columns" not in page
+
+
+def test_views_follow_the_theme(tmp_path: Path) -> None:
+    record(tmp_path / "run.rrd", *run(5))
+    assert blueprint_cells(tmp_path / "run.rrd", "Background:color") == [[]]
+
+
+def test_the_text_says_the_final_whirl_and_how_to_play_slowly(tmp_path: Path) -> None:
+    names, samples = run(100)
+    record(tmp_path / "run.rrd", names, samples)
+    (text,) = still(tmp_path / "run.rrd", "/about", "TextDocument:text")
+    final = np.sqrt(np.mean(np.sum(samples[90:, 5:7] ** 2, axis=1))) / 1e-4
+    assert f"W/e = {final:.3g}" in text and "type 0.1" in text

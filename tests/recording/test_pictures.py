@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 from scipy.signal import periodogram
 
+from ab_sim.analysis.comparison import without_balls
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
@@ -118,12 +119,12 @@ def test_curves_of_each_frame(file: Path, seen: Trajectory, scene: Scene) -> Non
         np.exp(1j * np.radians(angles)), np.exp(1j * seen.ball_angles), atol=1e-6
     )
     assert angles.min() >= -330.0 and angles.max() <= 30.0
-    M = scene.total_mass - scene.balls.total_mass
-    unbalance = scene.eccentric_mass * scene.rotor.eccentricity
-    k, c = scene.effects["suspension"]
-    w = seen["speed"]
-    alone = np.abs(unbalance * w**2 / (k - M * w**2 + 1j * c * w)) / scene.rotor.eccentricity
-    np.testing.assert_allclose(plotted(file, FRAMES, "alone")[:, 0], alone, rtol=1e-6)
+    drawn = 10.0 ** plotted(file, FRAMES, "alone")[:, 0]
+    alone = Drive(without_balls(scene)).advance(round(1.5 / scene.solver.step))
+    expected = np.interp(seen["time"], alone["time"], alone.whirl) / scene.rotor.eccentricity
+    there = np.isfinite(drawn)
+    assert there.sum() > 140
+    np.testing.assert_allclose(drawn[there], expected[there], atol=3e-3 * expected.max())
     assert set(plotted(file, FRAMES, "speed_level")[:, 0]) == {np.float32(scene.critical_speed)}
 
 
@@ -242,14 +243,14 @@ def numbers(cell: Any) -> list[float]:
 def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
     """None of the views of the layout looks at what the file does not have."""
     assert set(views(file)) >= {
-        "Drive in space: displacement to scale",
-        "From above, turning with the rotor, to scale",
+        "In space",
+        "Top view",
         "Spindle speed [rad/s]",
-        "What the spindle does",
-        "Whirl W/e [1], e = 0.1 mm",
+        "Phase of the run, states of nodes",
+        "Whirl, log10 of W/e: -1 is 0.1, 0 is 1",
         "Ball angles from the unbalance [deg]",
         "Driving force on the balls, forward positive [N]",
-        "Vibration, r.m.s. of the last 0.25 s [m/s²]",
+        "R.m.s. of the last 0.25 s [m/s²]",
         "Vibration |a|, deck [m/s²]",
         "Real-time factor [1]; 1 keeps up",
         "What is seen",
@@ -264,12 +265,12 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
         if "ViewBlueprint:space_origin" in names:
             (origin,) = batch["ViewBlueprint:space_origin"].to_pylist()[-1]
             seen += 1
-            if origin not in ("/events", "/health"):  # this run has none
+            if origin != "/events":  # this run has none
                 assert any((e + "/").startswith(origin.rstrip("/") + "/") for e in entities)
         if "ViewContents:query" in names:
             for query in batch["ViewContents:query"].to_pylist()[-1]:
                 wanted = query.removesuffix("/**")
-                if not wanted.startswith("$origin"):
+                if wanted != "/health" and not wanted.startswith("$origin"):
                     assert any((e + "/").startswith(wanted + "/") for e in entities), query
     assert seen >= 12
     plots = set(curves(file))

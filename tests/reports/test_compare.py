@@ -6,13 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim import palette
+from ab_sim.analysis import run_scene
+from ab_sim.analysis.comparison import without_balls
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
+from ab_sim.figures.balls import ball_styles
 from ab_sim.recording import Recording, open_recording
 from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_with
 from ab_sim.reports.gather import gather
+from ab_sim.reports.panels import panels_of
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 
@@ -161,6 +166,25 @@ def test_what_is_gathered_is_what_the_run_is_judged_by(
     time, angle = data.curves.curve("ball_0_angle")
     np.testing.assert_array_equal(angle, live["ball_0_angle"])
     np.testing.assert_array_equal(time, live["time"])
+
+
+def test_a_report_shows_the_run_without_balls_in_grey(tmp_path: Path) -> None:
+    run = run_scene(load_scene("balanced-start-up", ["duration=2"]))
+    path = tmp_path / "r.rrd"
+    with Recording(path, description=describe(run.scene)) as recording:
+        recording.block(run.trajectory.channels, run.trajectory.samples)
+    data = gather(open_recording(path), "r")
+    alone = run_scene(without_balls(run.scene))
+    assert data.final_without_balls == pytest.approx(alone.merits.final_whirl, rel=0.01)
+    (panel,) = [each for each in panels_of(data) if each.key == "whirl"]
+    assert [(line.name, line.colour) for line in panel.curves] == [
+        ("without balls", palette.hexadecimal(palette.WITHOUT_BALLS)),
+        ("this run", palette.hexadecimal(palette.RUN)),
+    ]
+    (panel,) = [each for each in panels_of(data) if each.key == "angles"]
+    expected = [palette.hexadecimal(palette.ball_colour(ball)) for ball in range(2)]
+    assert [line.colour for line in panel.curves] == expected
+    assert [style["color"] for style in ball_styles(2)] == expected, "as in the run's picture"
 
 
 def test_one_that_begins_in_a_ramp_goes_on_in_it(

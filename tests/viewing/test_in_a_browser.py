@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ab_sim.recording.colours import UNBALANCE, hue
+from ab_sim.palette import UNBALANCE, ball_colour
 from tests.viewing.browser import Screen, browser, like
 from tests.waiting import until
 
@@ -56,7 +56,9 @@ def running(domain: int) -> Iterator[str]:
 def drawn(screen: Screen) -> bool:
     """Whether balls, unbalance and curves are there, in the colours in which they are drawn."""
     pixels = screen.pixels()
-    return all(like(pixels, color).sum() > 20 for color in (hue(0), hue(1), UNBALANCE))
+    return all(
+        like(pixels, color).sum() > 20 for color in (ball_colour(0), ball_colour(1), UNBALANCE)
+    )
 
 
 def test_shows_the_views_of_a_drive_that_runs(running: str) -> None:

@@ -21,7 +21,8 @@ from ab_sim.analysis.equilibria.resting import (
     kinds_of,
     state_of,
 )
-from ab_sim.analysis.equilibria.states import RestingState, resting_state, wrapped
+from ab_sim.analysis.equilibria.states import RestingState, resting_state
+from ab_sim.conventions import in_one_turn
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
 
 IN_LINE = 0.2
@@ -109,7 +110,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
     found: dict[str, list[RestingState]] = {}
     kinds, n = kinds_of(system), len(system.balls)
     for state in states:
-        u, theta = state[:2], wrapped(state[4 : 4 + n])
+        u, theta = state[:2], in_one_turn(state[4 : 4 + n])
         lost = nullity(system, speed, state)
         label = _label(system, speed, u, theta, lost)
         u = np.zeros(2) if label == "balanced" else u

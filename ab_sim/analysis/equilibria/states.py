@@ -7,6 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.resting import field_at, kinds_of, state_of
 from ab_sim.analysis.equilibria.spectrum import balanced_spectrum, spectrum_of
+from ab_sim.conventions import in_one_turn
 from ab_sim.dynamics.system import System
 
 WORDS = {True: "stable", False: "unstable", None: "undecided"}
@@ -96,7 +97,7 @@ def resting_state(
         label, u, theta, structural_zeros, assignments: as of RestingState.
         balance_alike: whether three and more equal balls balance in an isotropic suspension.
     """
-    field, theta = field_at(system, speed), wrapped(np.asarray(theta, float))
+    field, theta = field_at(system, speed), in_one_turn(np.asarray(theta, float))
     jacobian = field.jacobian(0.0, state_of(system, speed, u, theta))
     if balance_alike:
         spectrum = balanced_spectrum(jacobian, field.layout, theta)
@@ -106,9 +107,3 @@ def resting_state(
     return RestingState(
         label, u, theta, spectrum.values, structural_zeros, largest, doubt, assignments
     )
-
-
-def wrapped(angles: np.ndarray) -> np.ndarray:
-    """To -pi .. pi [rad]; those that are there already as they are."""
-    beyond = np.abs(angles) > math.pi
-    return np.where(beyond, np.angle(np.exp(1j * angles)), angles)

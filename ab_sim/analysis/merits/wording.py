@@ -79,5 +79,7 @@ def angles_text(angles: tuple[float, ...], circulating: Circulation | None) -> s
     round_ = () if circulating is None else circulating.balls
     if len(round_) == len(angles):
         return "none rests"
-    texts = ["-" if k in round_ else f"{in_one_turn(a):.1f}" for k, a in enumerate(angles)]
+    texts = [
+        "-" if k in round_ else f"{math.degrees(in_one_turn(a)):.1f}" for k, a in enumerate(angles)
+    ]
     return ", ".join(texts) + " deg"

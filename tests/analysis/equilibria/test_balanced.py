@@ -17,6 +17,7 @@ from ab_sim.analysis.equilibria.balanced import (
 )
 from ab_sim.analysis.equilibria.extremes import growths, positions_at
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, resting_system, rotor_of
+from ab_sim.conventions import in_one_turn
 from tests.analysis.equilibria.drives import altered, base, drive
 
 
@@ -98,7 +99,7 @@ def test_worst_and_best_frame_the_symmetric_position() -> None:
     assert states["balanced, best"].lambda_max <= middle <= states["balanced, worst"].lambda_max
     own = rotor_of(resting_system(drive(m=(4e-4,) * 4)))
     assert own is not None
-    np.testing.assert_allclose(states["balanced"].theta, symmetric(own))
+    np.testing.assert_allclose(states["balanced"].theta, in_one_turn(symmetric(own)))
 
 
 def test_worst_and_best_are_of_all_positions() -> None:
