@@ -246,19 +246,6 @@ def test_a_master_may_add_up_its_step(tmp_path: Path) -> None:
     assert [status for status, _ in fmu.said] == [WARNING]
     assert "not as sums" in fmu.said[0][1]
     assert fmu.get("time")[0] == 400.003
-    assert fmu.step(400.003, 1.0 / 60.0) == ERROR
-    assert "--set solver.step=0.00098039215686274" in fmu.said[-1][1]
-
-
-@needs_compiler
-def test_a_master_at_60_hz_has_a_step(tmp_path: Path) -> None:
-    scene = load_scene("thesis-hold", ["effects.rolling_friction=", "duration=1",
-                                       "solver.step=0.00098039215686274508"])  # fmt: skip
-    fmu = Importer(fmu_of(sources_of(scene), "drive").content, tmp_path)
-    assert fmu.start(speed_command=20.0) == OK
-    for k in range(600):
-        assert fmu.step(k / 60.0, 1.0 / 60.0) == OK
-    assert abs(fmu.get("time")[0] - 10.0) < 1e-9 and fmu.said == []
 
 
 @needs_compiler

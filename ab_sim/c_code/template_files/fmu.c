@@ -256,9 +256,8 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     if (!(size > 0.0 && steps >= 1.0 && steps < 1e9 &&
           fabs(steps * DRIVE_STEP - size) <= 1e-6 * DRIVE_STEP + 1e-12 * fabs(now + size))) {
         snprintf(text, sizeof text,
-                 "communicationStepSize = %.17g s: must be a multiple of the step, %g s; or make "
-                 "the FMU with --set solver.step=%.17g", size, DRIVE_STEP,
-                 size / fmax(1.0, ceil(size / DRIVE_STEP)));
+                 "communicationStepSize = %.17g s: must be a multiple of the step, %g s", size,
+                 DRIVE_STEP);
         return say(own, fmi3Error, text);
     }
     status = follow(own);
