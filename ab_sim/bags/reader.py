@@ -10,11 +10,14 @@ from rosbags.interfaces import Qos
 from rosbags.rosbag2 import Reader
 from rosbags.rosbag2.storage_mcap import McapReader
 
+from ab_sim.bags.bounded_unpacking import bound_rosbags
 from ab_sim.bags.metadata import METADATA
 from ab_sim.bags.unfinished_bag import MAGIC, CompletedFile, is_finished
 from ab_sim.errors import RecordingError
 from ab_sim.limited_yaml import read_yaml_file
 from ab_sim.quoting import shortened
+
+bound_rosbags()
 
 
 class BagTopic(NamedTuple):

@@ -8,7 +8,7 @@ import numpy as np
 
 from ab_sim.c_code.equations import KINDS
 from ab_sim.c_code.parameters import DriveParameter
-from ab_sim.c_code.templates import WIDTH
+from ab_sim.c_code.templates import WIDTH, plain
 from ab_sim.drive.units import unit_of
 from ab_sim.dynamics.assemble import place_on
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
@@ -41,7 +41,7 @@ def indented(lines: Iterable[str]) -> str:
 def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()) -> str:
     """A field of a struct, behind its comment where that is long."""
     size = "".join(f"[{each}]" for each in shape)
-    words = ": ".join(part for part in (unit if unit != "1" else "", about) if part)
+    words = plain(": ".join(part for part in (unit if unit != "1" else "", about) if part))
     line = f"double {name}{size};"
     if not words:
         return line

@@ -20,7 +20,7 @@ from ab_sim.c_code.model_description import (
     variables_of,
 )
 from ab_sim.c_code.sources import DriveSources
-from ab_sim.c_code.templates import filled
+from ab_sim.c_code.templates import filled, in_html
 from ab_sim.errors import InputError
 
 HEADERS = files("ab_sim.c_code") / "fmi_headers"
@@ -75,12 +75,13 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     # Several FMUs may be linked into one program.
     own = {name: _PRIVATE.sub(rf"{identifier}_drive_\1", text) for name, text in own.items()}
     binary = _binary(own)
+    documentation = filled("fmu.html", values | {"MADE_BY": in_html(values["MADE_BY"])}, flags)
     content = {
         "modelDescription.xml": model_description(sources.scene, variables, identifier, token),
         "sources/buildDescription.xml": build_description(identifier, ["drive.c", "fmu.c"]),
         **{f"sources/{name}": text.encode() for name, text in own.items()},
         **{f"{EXTRA}/{name}": (HEADERS / name).read_bytes() for name in HEADER_NAMES},
-        "documentation/index.html": filled("fmu.html", values, flags).encode(),
+        "documentation/index.html": documentation.encode(),
     }
     if binary is not None:
         content[f"binaries/{machine}/{identifier}.so"] = binary
@@ -103,7 +104,14 @@ def platform_tuple() -> str:
 
 def _rows(variables: list[Variable]) -> Iterator[str]:
     for reference, each in enumerate(variables):
-        yield f"    {{{reference}, {each.settable}, AT({each.place})}}, /* {each.name} */\n"
+        values = f"{reference}, {each.settable}, AT({each.place}), {_least(each)}"
+        yield f"    {{{values}}}, /* {each.name} */\n"
+
+
+def _least(variable: Variable) -> str:
+    """Return the smallest value that is accepted, in C; commands have bounds of their own."""
+    is_constant = variable.place.startswith("drive.p.") and "min" in variable.attributes
+    return variable.attributes["min"] if is_constant else "-INFINITY"
 
 
 def _unsupported(text: str) -> Iterator[str]:

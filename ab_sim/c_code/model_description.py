@@ -8,6 +8,7 @@ from xml.etree import ElementTree as Xml
 import ab_sim
 from ab_sim.c_code.declarations import OF_BALLS, OF_SENSORS, outputs
 from ab_sim.c_code.sources import DriveSources
+from ab_sim.c_code.templates import one_line
 from ab_sim.scene.model import Scene
 
 NEVER, EARLY, ALWAYS = range(3)
@@ -76,8 +77,10 @@ def _given(sources: DriveSources) -> Iterator[Variable]:
         kind = {**tunable, "variability": "fixed"} if parameter.is_start else tunable
         when = EARLY if parameter.is_start else ALWAYS
         for place, value, unit in parameter.places:
-            about = {"description": parameter.meaning, "start": repr(value)}
-            yield Variable(place, f"drive.p.{place}", when, kind | about, unit)
+            about = {"description": one_line(parameter.meaning), "start": repr(value)}
+            least = parameter.minimum(unit)
+            bound = {} if least is None else {"min": repr(float(least))}
+            yield Variable(place, f"drive.p.{place}", when, kind | about | bound, unit)
 
 
 def _seen(sources: DriveSources) -> Iterator[Variable]:
@@ -113,9 +116,9 @@ def model_description(
     root = Xml.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
-        modelName=scene.name,
+        modelName=one_line(scene.name),
         instantiationToken=token,
-        description=" ".join(scene.description.split()) or "A drive with a ball balancer",
+        description=one_line(scene.description) or "A drive with a ball balancer",
         generationTool=f"ab_sim {ab_sim.__version__}",
     )
     Xml.SubElement(
@@ -146,9 +149,10 @@ def model_description(
         Xml.SubElement(listed, each.kind, first | each.attributes | unit)
         if each.attributes["causality"] == "output":
             outputs.append(str(reference))
-    for what in ("Output", "InitialUnknown"):
-        for each_output in outputs:
-            Xml.SubElement(structure, what, valueReference=each_output)
+    for each_output in outputs:  # an input acts in the steps that follow
+        Xml.SubElement(structure, "Output", valueReference=each_output, dependencies="")
+    for each_output in outputs:
+        Xml.SubElement(structure, "InitialUnknown", valueReference=each_output)
     return _text(root)
 
 

@@ -26,6 +26,11 @@ GIVEN = {
 column of ``System.balls``, unit, meaning."""
 
 
+NOT_NEGATIVE = ("kg", "N/m", "N s/m")
+"""Units of masses, springs and dampers."""
+RADII = ("ball_radius", "race_radius")
+
+
 class DriveParameter(NamedTuple):
     """A field of ``struct drive_parameters``."""
 
@@ -41,6 +46,8 @@ class DriveParameter(NamedTuple):
     """Of the numbers of its last axis, where they differ."""
     is_start: bool = False
     """Whether it counts at the start only."""
+    least: float | None = None
+    """Lower bound that its effect states."""
 
     @property
     def is_of_balls(self) -> bool:
@@ -54,6 +61,10 @@ class DriveParameter(NamedTuple):
             place = self.name + "".join(f"[{k}]" for k in index)
             unit = self.units[index[-1]] if self.units else self.unit
             yield place, float(self.values[index]), unit
+
+    def minimum(self, unit: str) -> float | None:
+        """Return the lower bound of a number of this parameter, by its unit; None without one."""
+        return 0.0 if unit in NOT_NEGATIVE or self.name in RADII else self.least
 
 
 def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
@@ -73,6 +84,7 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
                     DriveParameter(
                         *(f"{of}_{field}", about.get("unit", "1"), about.get("description", "")),
                         *(np.asarray(value, float), inputs),
+                        least=about.get("ge", about.get("exclusiveMinimum")),
                     )
                 )
     for own, (name, column, unit, meaning) in GIVEN.items():

@@ -1,7 +1,7 @@
 """Header and source of a scene's drive, an example and a check, from templates."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -13,7 +13,6 @@ from ab_sim.c_code.declarations import (
     field,
     indented,
     initialised,
-    number_text,
     outputs,
     segments,
     sensor_rows,
@@ -21,7 +20,7 @@ from ab_sim.c_code.declarations import (
 from ab_sim.c_code.equations import Equations, equations_of, step_of
 from ab_sim.c_code.parameters import DriveParameter, parameters_of, start_of_balls
 from ab_sim.c_code.suitable import suitable
-from ab_sim.c_code.templates import comment, filled, plain
+from ab_sim.c_code.templates import comment, filled, in_html, in_markdown, plain
 from ab_sim.drive import Drive
 from ab_sim.drive.rows import RowReader
 from ab_sim.dynamics.assemble import start_state, state_bounds
@@ -34,6 +33,7 @@ from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 
 NAMES = ("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md")
 """Of the files."""
+README = NAMES[-1]
 MARK = "Made by `ab-sim c`"
 """In the first line of every file: only such a file is replaced."""
 CHECKED = (500, 300, 200)
@@ -96,7 +96,8 @@ def sources_of(scene: Scene) -> DriveSources:
     made = _Made(scene, system, choice, schedule, used, equations, channels)
     values = _values(made)
     flags = _flags(made)
-    texts = {name: filled(name, values, flags) for name in NAMES}
+    texts = {name: filled(name, values, flags) for name in NAMES if name != README}
+    texts[README] = filled(README, values | _in_readme(scene, values), flags)
     return DriveSources(
         texts, scene, tuple(used), tuple(channels), choice, values["MADE_BY"], values["TITLE"]
     )
@@ -121,7 +122,6 @@ def _values(made: _Made) -> dict[str, str]:
     about = {
         "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {plain(scene.name)}.",
         "TITLE": _title(scene),
-        "SCENE": plain(scene.name),
         "STEP_SHORT": f"{step:g}",
         "STEPPER": f"{made.choice.stepper.name}, order {made.choice.stepper.order}",
         "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
@@ -133,6 +133,10 @@ def _values(made: _Made) -> dict[str, str]:
     return about | _in_header(made) | _in_source(made)
 
 
+def _in_readme(scene: Scene, values: Mapping[str, str]) -> dict[str, str]:
+    return {"MADE_BY": in_html(values["MADE_BY"]), "SCENE": in_markdown(scene.name)}
+
+
 def _in_header(made: _Made) -> dict[str, str]:
     scene, equations, layout = made.scene, made.equations, layout_of(made.system)
     segment_fields = dict.fromkeys(name for kind in made.kinds for name in kind._fields)
@@ -140,9 +144,10 @@ def _in_header(made: _Made) -> dict[str, str]:
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
     return {
         "ABOUT": comment(*_about(scene, made.choice)),
-        "STEP": number_text(scene.solver.step),
-        "MAX_SPEED": number_text(scene.spindle.max_speed),
-        "MAX_ACCELERATION": number_text(scene.spindle.max_acceleration),
+        # In decimals, which tell the bits too: C++ reads hexadecimal ones from C++17 on only.
+        "STEP": repr(scene.solver.step),
+        "MAX_SPEED": repr(scene.spindle.max_speed),
+        "MAX_ACCELERATION": repr(scene.spindle.max_acceleration),
         "BALLS": str(len(made.system.balls)),
         "STATES": str(layout.size),
         "AXES": str(type(made.system.deck_model).AXES),

@@ -1,5 +1,6 @@
 """Files from templates, and text from outside as it may stand in them."""
 
+import html
 import re
 from collections.abc import Mapping
 from importlib.resources import files
@@ -13,10 +14,10 @@ WIDTH = 96
 
 
 def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
-    """A template with its values in place.
+    """Fill a template, in one pass, so that no value is searched for names of others.
 
     Lines between ``@if FLAG`` and ``@end`` are left out where the flag is not set; ``@NAME@`` is
-    a value, which may be of several lines.
+    a value, which may have several lines.
     """
     lines, keep = [], True
     for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
@@ -27,8 +28,12 @@ def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> s
         elif keep:
             lines.append(line)
     text = "\n".join(lines) + "\n"
-    text = re.sub(r"^@([A-Z_]+)@\n", lambda found: _block(values[found[1]]), text, flags=re.M)
-    text = re.sub(r"@([A-Z_]+)@", lambda found: values[found[1]], text)
+
+    def value(match: re.Match[str]) -> str:
+        block, word = match.groups()
+        return values[word] if block is None else _block(values[block])
+
+    text = re.sub(r"^@([A-Z_]+)@\n|@([A-Z_]+)@", value, text, flags=re.M)
     return re.sub(r"\n{3,}", "\n\n", text)
 
 
@@ -43,6 +48,22 @@ def comment(*paragraphs: str) -> str:
     return "".join(f" * {line}\n" for line in lines)
 
 
+def one_line(text: str) -> str:
+    """Return text from outside on one line, with control characters written out."""
+    return visible(" ".join(text.split()))
+
+
 def plain(text: str) -> str:
-    """Text from outside, such that it ends no comment."""
-    return visible(" ".join(text.split())).replace("*/", "* /").replace("/*", "/ *")
+    """Return text from outside for a comment of C or CMake, which it does not end."""
+    text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraph, of which ??/ joins lines
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
+def in_html(text: str) -> str:
+    """Return text from outside for HTML and its comments: ``&``, ``<``, ``>`` as entities."""
+    return html.escape(one_line(text), quote=False)
+
+
+def in_markdown(text: str) -> str:
+    """Return text from outside for Markdown, as text: no markup, no HTML, no link."""
+    return re.sub(r"[]\\`*_[<>&|~#!$:@^=]", r"\\\g<0>", one_line(text))

@@ -26,7 +26,7 @@ from ab_sim.design.judged import (
     merit_columns,
     varied_scene,
 )
-from ab_sim.design.points import Points
+from ab_sim.design.points import MOST, Points
 from ab_sim.design.work import Executor, Tell, rows_of
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, SceneError
@@ -391,8 +391,12 @@ def open_sweep(path: Path | str) -> Sweep:
         InputError: it cannot be read, or is nothing of that kind; names it and the reason.
     """
     try:
-        table = parquet.read_table(path)
-        about = json.loads((table.schema.metadata or {})[ABOUT])
+        with parquet.ParquetFile(path) as file:
+            rows = file.metadata.num_rows
+            if rows > MOST:
+                raise InputError(f"{path}: has {rows} rows; must have at most {MOST}")
+            about = json.loads((file.schema_arrow.metadata or {})[ABOUT])
+            table = file.read()
         scene = check_scene(about["scene"], str(path))
         keys, merits = tuple(about["keys"]), tuple(about["merits"])
         return Sweep(scene, keys, merits, about["points"], table)

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive.observation import Snapshot
+from ab_sim.drive.snapshot_bounds import check_bounds
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
 from ab_sim.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.quoting import short, shortened
@@ -81,7 +82,9 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
         raise InputError(f"snapshot {path}: is damaged: its digest does not fit")
     try:
         kept = json.loads(run)
-        return _from_values(kept["drive"]), dict(kept["beside"])
+        snapshot = _from_values(kept["drive"])
+        check_bounds(snapshot, scene)
+        return snapshot, dict(kept["beside"])
     except NOT_AS_WRITTEN as error:
         said = short(error)
         raise InputError(f"snapshot {path}: holds no state of a drive: {said}") from error

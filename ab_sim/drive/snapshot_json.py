@@ -20,15 +20,28 @@ MOST_BYTES = 1 << 24
 def write_content(path: Path, content: Mapping[str, Any]) -> None:
     """Write it; a file that is there is replaced at once, or stays whole.
 
+    The path may come from a parameter that any ROS peer can set, so only a snapshot of the same
+    format is replaced.
+
     Args:
         path: ends in .json.
-        content: JSON-able values.
+        content: JSON-able values, with their ``format``.
 
     Raises:
-        InputError: the file cannot be written.
+        InputError: the file cannot be written, or another file is there.
     """
     check_ending(path, REPORT, "snapshot")
     check_writable(path, "snapshot")
+    if path.is_symlink():
+        raise InputError(f"snapshot {path}: is a symbolic link; name the file itself")
+    if path.exists() and path.stat().st_size:
+        try:
+            read_content(path, content["format"], "another one")
+        except InputError as error:
+            raise InputError(
+                f"snapshot {path}: there is another file, which is no {content['format']}; name "
+                "another one, or remove it"
+            ) from error
     try:
         write_whole(path, json.dumps(content, indent=1).encode())
     except OSError as error:

@@ -20,7 +20,9 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.quoting import short
 from ab_sim.recording import StoredRun, open_recording
 
-MOST_ROWS = 20_000_000
+MOST_ROWS = 1_000_000
+"""An identification takes some 2.3 kB of memory a row."""
+MOST_COLUMNS = 1000
 UTF_8, LATIN_1 = "utf-8", "latin-1"
 MARKS = (
     (codecs.BOM_UTF32_LE, "utf-32"),
@@ -121,7 +123,7 @@ def read_table(path: Path) -> Table:
     options = pa.csv.ReadOptions(encoding=encoding)
     try:
         read = (
-            pa.parquet.read_table(path)
+            _of_parquet(path)
             if ending == ".parquet"
             else pa.csv.read_csv(path, read_options=options)
         )
@@ -134,10 +136,36 @@ def read_table(path: Path) -> Table:
         raise InputError(f"{path}: cannot be read as a table: {fault}")
     if all(map(_is_number, read.column_names)):
         raise InputError(f"{path}: its first line is numbers; must name the columns: t [s],x [mm]")
-    if not 0 < read.num_rows <= MOST_ROWS:
-        raise InputError(f"{path}: has {read.num_rows} rows; must be 1 to {MOST_ROWS}")
+    _check_rows(path, read.num_rows)
     notes = (f"its head is not UTF-8; it was read as {encoding}",) if encoding == LATIN_1 else ()
     return _of_arrow(read, path.stem, notes)
+
+
+def _check_rows(path: Path, rows: int) -> None:
+    if not 0 < rows <= MOST_ROWS:
+        raise InputError(
+            f"{path}: has {rows} rows; must be 1 to {MOST_ROWS}; cut the recording, or keep every "
+            "n-th row"
+        )
+
+
+def _of_parquet(path: Path) -> pa.Table:
+    """Read a Parquet file whose stated size is within bounds; a small one can state any size.
+
+    Raises:
+        InputError: it has too many rows or columns.
+    """
+    with pa.parquet.ParquetFile(path) as file:
+        _check_rows(path, file.metadata.num_rows)
+        schema = file.schema_arrow
+        if len(schema) > MOST_COLUMNS:
+            raise InputError(
+                f"{path}: has {len(schema)} columns; must have at most {MOST_COLUMNS}; keep those "
+                "that the mapping names"
+            )
+        texts = [field.name for field in schema if not pa.types.is_primitive(field.type)]
+    # A long text that each row repeats is small in the file and stays so as a dictionary.
+    return pa.parquet.read_table(path, read_dictionary=texts)
 
 
 def _encoding(path: Path) -> str:

@@ -2,6 +2,7 @@
 
 import errno
 import re
+import shutil
 import subprocess
 from pathlib import Path
 from typing import Any
@@ -12,7 +13,7 @@ from ab_sim.c_code.sources import NAMES, sources_of
 from ab_sim.c_code.writing import write_sources
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import load_scene
-from tests.c_code.compiled import needs_compiler
+from tests.c_code.compiled import STRICT, needs_compiler
 from tests.cli.tool import ab_sim
 
 THESIS = ("thesis-hold", ["effects.rolling_friction="])
@@ -69,11 +70,67 @@ def test_what_a_scene_does_not_name_is_not_in_the_code() -> None:
     assert len(less.splitlines()) < len(whole.splitlines())
 
 
-def test_words_of_a_scene_end_no_comment(tmp_path: Path) -> None:
+METACHARACTERS = (
+    "*@LIMITS@/ int main; /@LIMITS@* a@FOO@b @STEP@ */ int main; /* *\\/ // ???/ ??> \\ \" ' %s %n "
+    "#error x #]] ]] [[ [=[ ) ( ${HOME} $ENV{HOME} $<1:x> ; --> --!> -- ]]> <script>alert(1)"
+    "</script> <!-- <?php &lt; & </title> ![x](javascript:x) [x](y) `x` *x* _x_ ~x~ | x | http://x "
+    "\x01 \ufffe \u202e end \\"
+)
+"""Those of C, CMake, XML, HTML and Markdown, and names of this package's templates."""
+
+
+def tokens_of_c(text: str) -> list[str]:
+    """Return C code without its comments, by a compiler's own preprocessor."""
+    words = ["cc", "-std=c99", "-fpreprocessed", "-dD", "-E", "-P", "-"]
+    ran = subprocess.run(words, input=text, capture_output=True, text=True, check=True)
+    return ran.stdout.split()
+
+
+@needs_compiler
+@pytest.mark.parametrize("text", [METACHARACTERS, "??/", "\\"])
+def test_words_of_a_scene_stay_words(text: str, tmp_path: Path) -> None:
     scene = load_scene(*THESIS)
-    evil = scene.model_copy(update={"description": "a */ int main; /* b \\", "name": "x */ y"})
-    for text in sources_of(evil).files.values():
-        assert "*/ int main" not in text and "x */ y" not in text
+    plain = sources_of(scene).files
+    evil = sources_of(
+        scene.model_copy(update={"description": text, "name": text, "source": text})
+    ).files
+    for name, content in plain.items():
+        (tmp_path / name).write_text(evil[name])
+        assert "\x01" not in evil[name] and "\u202e" not in evil[name]
+        if name.endswith((".c", ".h")):
+            assert tokens_of_c(evil[name]) == tokens_of_c(content)
+    assert evil["CMakeLists.txt"].startswith("# Made by")
+    assert evil["CMakeLists.txt"].splitlines()[1:] == plain["CMakeLists.txt"].splitlines()[1:]
+    first, title, *rest = evil["README.md"].splitlines()
+    assert rest == plain["README.md"].splitlines()[2:]
+    assert first.startswith("<!-- ") and first.endswith(" -->") and first.count("-->") == 1
+    assert not re.search(r"[][<>`*_&|]", re.sub(r"\\.", "", title))
+    words = ["cc", *STRICT, "-fsyntax-only", "drive.c", "main.c", "drive_check.c"]
+    checked = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert checked.returncode == 0, checked.stderr
+
+
+def test_a_scene_file_s_description_is_no_code() -> None:
+    """The text that ran a command when its drive was built."""
+    text = sources_of(load_scene(str(Path(__file__).with_name("evil-description.yaml"))))
+    assert "__attribute__((constructor))" in text.files["drive.h"]
+    assert "system" not in " ".join(tokens_of_c(text.files["drive.h"]))
+
+
+@needs_compiler
+@pytest.mark.parametrize("standard", ["c++98", "c++11", "c++14", "c++17", "c++20"])
+def test_the_header_compiles_as_cpp(standard: str, tmp_path: Path) -> None:
+    compiler = shutil.which("c++")
+    if compiler is None:
+        pytest.skip("needs a C++ compiler, c++")
+    write_sources(sources_of(load_scene(*THESIS)), tmp_path, "--out")
+    (tmp_path / "main.cpp").write_text(
+        '#include "drive.h"\nint main() { struct drive d; drive_init(&d); '
+        "return drive_step(&d, 1) == DRIVE_OK && DRIVE_STEP > 0 ? 0 : 1; }\n"
+    )
+    words = [compiler, f"-std={standard}", "-Wall", "-Wextra", "-Werror", "-c", "main.cpp"]
+    made = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
+    assert made.returncode == 0, made.stderr
 
 
 def test_what_it_says_to_leave_out_can_be_left_out_so() -> None:

@@ -20,6 +20,7 @@ from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 from tests.c_code.compiled import STRICT, needs_compiler
 from tests.c_code.importer import ERROR, OK, WARNING, Importer
+from tests.c_code.test_files import METACHARACTERS, tokens_of_c
 
 SCHEMA = Path(__file__).with_name("fmi3_schema")
 PLANE = load_scene("thesis-hold", ["effects.rolling_friction=", "sensors.front.noise_density=0"])
@@ -61,7 +62,7 @@ def test_the_description_is_what_the_source_has(which: str, request: pytest.Fixt
     fmu: Fmu = request.getfixturevalue(which)
     root = Xml.fromstring(part(fmu, "modelDescription.xml"))
     (listed,) = root.iter("ModelVariables")
-    table = re.findall(r"\{(\d+), \d, AT\(.*?\)\}, /\* (.*) \*/", part(fmu, "sources/fmu.c"))
+    table = re.findall(r"\{(\d+), \d, AT\(.*?\), \S+\}, /\* (.*) \*/", part(fmu, "sources/fmu.c"))
     described = [(each.attrib["valueReference"], each.attrib["name"]) for each in listed]
     assert described == table and len({name for _, name in table}) == len(table) > 25
     assert [int(reference) for reference, _ in table] == list(range(len(table)))
@@ -98,6 +99,22 @@ def test_its_archive_has_what_it_takes_to_build_it(space: Fmu, tmp_path: Path) -
     assert set(re.findall(r"^FMI3_Export \w+ +(fmi3\w+);", header, re.MULTILINE)) <= found
     others = {name for name in found if not name.startswith("fmi3")}
     assert others and all(name.startswith("wobbling_drive_") for name in others)
+
+
+@needs_compiler
+def test_words_of_a_scene_stay_words_in_every_file(plane: Fmu) -> None:
+    words = {"description": METACHARACTERS, "name": METACHARACTERS, "source": METACHARACTERS}
+    evil = fmu_of(sources_of(PLANE.model_copy(update=words)), "drive")
+    root = Xml.fromstring(part(evil, "modelDescription.xml"))
+    assert "<script>" in root.attrib["modelName"] and "\\x01" in root.attrib["description"]
+    html, plain = (part(each, "documentation/index.html") for each in (evil, plane))
+    assert html.splitlines()[2:] == plain.splitlines()[2:]
+    first = html.splitlines()[1]
+    assert first.startswith("<!-- ") and first.endswith(" -->")
+    assert first.count("<") == first.count(">") == 1
+    for name in ("drive.c", "drive.h"):
+        found, expected = (tokens_of_c(part(each, f"sources/{name}")) for each in (evil, plane))
+        assert found == expected
 
 
 @needs_compiler
@@ -215,3 +232,34 @@ def test_what_cannot_be_is_refused_and_said(plane: Fmu, tmp_path: Path) -> None:
 def test_another_fmu_s_token_makes_no_instance(plane: Fmu, tmp_path: Path) -> None:
     fmu = Importer(plane.content, tmp_path, token="{of-another}")
     assert fmu.me is None and "instantiationToken" in fmu.said[0][1]
+
+
+@needs_compiler
+def test_a_master_may_add_up_its_step(tmp_path: Path) -> None:
+    smooth = load_scene("thesis-hold", ["effects.rolling_friction=", "duration=1"])
+    fmu = Importer(fmu_of(sources_of(smooth), "drive").content, tmp_path)
+    assert fmu.start(speed_command=20.0) == OK
+    assert fmu.step(0.0, 400.0) == OK
+    summed = 400.0 + 3e-9  # the sum of 400,000 steps is as far as that from their product
+    for k in range(3):
+        assert fmu.step(summed + 0.001 * k, 0.001) == OK
+    assert [status for status, _ in fmu.said] == [WARNING]
+    assert "not as sums" in fmu.said[0][1]
+    assert fmu.get("time")[0] == 400.003
+
+
+@needs_compiler
+def test_parameters_have_a_min_that_is_kept(plane: Fmu, tmp_path: Path) -> None:
+    fmu = Importer(plane.content, tmp_path)
+    for name in ("total_mass", "ball_mass[0]", "race_radius[1]", "suspension_stiffness",
+                 "viscous_drag_coefficient"):  # fmt: skip
+        assert float(fmu.variables[name]["min"]) == 0.0
+        assert fmu.set(name, -1.0) == ERROR and "below its min, 0" in fmu.said[-1][1]
+        assert fmu.get(name)[0] >= 0.0
+    assert "min" not in fmu.variables["start_ball_angle[0]"]
+
+
+def test_outputs_depend_on_no_input_at_once(plane: Fmu) -> None:
+    root = Xml.fromstring(part(plane, "modelDescription.xml"))
+    outputs = list(root.iter("Output"))
+    assert outputs and all(each.attrib["dependencies"] == "" for each in outputs)

@@ -160,3 +160,69 @@ def test_what_is_not_there_is_refused(saved: tuple[Scene, Drive, Path], missing:
     path.write_text(json.dumps(content))
     with pytest.raises(InputError, match=f"snapshot {path}: "):
         read_snapshot(path, chosen)
+
+
+def mutated(path: Path, change: Any) -> None:
+    """Change the run in a file, with a digest that fits."""
+    content = json.loads(path.read_text())
+    run = json.loads(content["run"])
+    change(run["drive"])
+    content["run"] = json.dumps(run)
+    content["digest"] = sha256(content["run"].encode()).hexdigest()
+    path.write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize(
+    ("key", "at", "value", "words"),
+    [
+        *(("state", at, 9e15, "= 9000000000000000.0: must be ") for at in range(8)),
+        ("steps", None, -1, "steps = -1.0: must be 0 to"),
+        ("command", None, float("inf"), "command = inf: must be -"),
+        ("command", None, float("nan"), "command = nan: must be -"),
+        ("acceleration", None, float("nan"), "acceleration = nan: must be 0 to"),
+        ("acceleration", None, -3.0, "acceleration = -3.0: must be 0 to"),
+        ("modes", 0, [0, 0, 0, 2**60], "modes.0.3 ="),
+        ("modes", 0, [7, 0, 0, 0], "modes.0.0 = 7.0: must be -2 to 2"),
+        ("pieces", 0, [0.0, float("inf"), 0.0, "Ramp", [float("nan"), 0.0]], "pieces"),
+        ("pieces", 0, [float("-inf"), float("inf"), 0.0, "Ramp", [0.0, 0.0]], "pieces"),
+        ("step", None, float("nan"), "no number of steps"),
+    ],
+)
+def test_numbers_beyond_all_bounds_are_refused(
+    saved: tuple[Scene, Drive, Path], key: str, at: int | None, value: Any, words: str
+) -> None:
+    chosen, _, path = saved
+
+    def change(drive: dict[str, Any]) -> None:
+        if at is None:
+            drive[key] = value
+        elif key == "pieces":
+            drive[key] = [value]
+        else:
+            drive[key][at % len(drive[key])] = value
+
+    mutated(path, change)
+    with pytest.raises(InputError, match="holds no state of a drive") as refused:
+        read_snapshot(path, chosen)
+    assert words in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize("text", ['{"key": 1}', "[1, 2]", "text", '{"format": "ab_sim other"}'])
+def test_no_other_file_is_overwritten(
+    saved: tuple[Scene, Drive, Path], text: str, tmp_path: Path
+) -> None:
+    chosen, drive, _ = saved
+    other = tmp_path / "settings.json"
+    other.write_text(text)
+    with pytest.raises(InputError, match="there is another file, which is no ab_sim snapshot"):
+        write_snapshot(other, chosen, drive.snapshot(), {})
+    assert other.read_text() == text
+
+
+def test_no_link_is_followed(saved: tuple[Scene, Drive, Path], tmp_path: Path) -> None:
+    chosen, drive, path = saved
+    before, link = path.read_bytes(), tmp_path / "link.json"
+    link.symlink_to(path)
+    with pytest.raises(InputError, match="is a symbolic link; name the file itself"):
+        write_snapshot(link, chosen, drive.snapshot(), {})
+    assert path.read_bytes() == before and link.is_symlink()

@@ -6,10 +6,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import parquet
 
 import ab_sim
+from ab_sim.design.sweep import open_sweep
 from ab_sim.errors import AbSimError, InputError
+from ab_sim.identification.tables import read_table
 from tests.identification import drives
 
 Break = Callable[[dict[str, Any]], Any]
@@ -142,3 +146,20 @@ def test_a_spoilt_table(tmp_path: Path, spoil: Break, says: str) -> None:
 def test_a_wrong_mapping(tmp_path: Path, text: str, says: str) -> None:
     said = message(tmp_path, drives.recorded(drives.scene()), text)
     assert re.search(says, said), said
+
+
+def test_a_small_parquet_of_many_rows_is_refused_by_its_head(tmp_path: Path) -> None:
+    """Runs of one value take next to nothing in a file; its stated rows are looked at first."""
+    path = tmp_path / "many.parquet"
+    ones = pa.DictionaryArray.from_arrays(pa.array(np.zeros(1 << 20, np.int8)), pa.array([1.0]))
+    schema = pa.schema([("t [s]", pa.float64()), ("x [mm]", pa.float64())])
+    with parquet.ParquetWriter(path, schema) as file:
+        for _ in range(3):
+            file.write_table(pa.table([ones.dictionary_decode()] * 2, schema=schema))
+    assert path.stat().st_size < 20_000
+    before = pa.total_allocated_bytes()
+    with pytest.raises(InputError, match="has 3145728 rows; must be 1 to 1000000; cut the rec"):
+        read_table(path)
+    assert pa.total_allocated_bytes() - before < 1 << 20
+    with pytest.raises(InputError, match="is no Parquet file of a sweep"):
+        open_sweep(path)

@@ -15,6 +15,8 @@
 #include "fmi3Functions.h"
 
 #define TOKEN "@TOKEN@"
+/* Of a communication point [s]: times that a master adds up drift by rounding. */
+#define TOLERANCE(time) (0.1 * DRIVE_STEP + 1e-12 * fabs(time))
 
 enum mode { INSTANTIATED, INITIALIZATION, STEP, TERMINATED };
 
@@ -36,12 +38,14 @@ struct fmu {
     struct fmu_state state;
     fmi3InstanceEnvironment environment;
     fmi3LogMessageCallback log;
+    int warned; /* of a master whose times drift */
 };
 
 struct variable {
     fmi3ValueReference reference;
     int settable; /* 0: never, 1: until initialized, 2: always */
     size_t place; /* in struct fmu_state */
+    double least; /* value that may be set */
 };
 
 #define AT(member) offsetof(struct fmu_state, member)
@@ -225,7 +229,7 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     struct fmu_state *state;
     fmi3Status status;
     double steps;
-    char text[200];
+    char text[240];
     (void)no_return;
     if (!own || !is_in(own, STEP, STEP, "fmi3DoStep"))
         return fmi3Error;
@@ -235,16 +239,22 @@ fmi3Status fmi3DoStep(fmi3Instance instance, fmi3Float64 now, fmi3Float64 size,
     refresh(state);
     *event = *terminate = *early = false;
     *last = state->time;
-    /* Rounding of times grows with them. */
-    if (!(fabs(now - state->time) <= 1e-6 * DRIVE_STEP + 1e-12 * fabs(now))) {
+    /* The FMU counts its own steps. A master that adds up its step drifts from them by rounding. */
+    if (!(fabs(now - state->time) <= TOLERANCE(now))) {
         snprintf(text, sizeof text, "currentCommunicationPoint = %.17g s: the FMU is at %.17g s",
                  now, state->time);
         return say(own, fmi3Error, text);
     }
-    steps = round((now + size - state->time) / DRIVE_STEP);
+    if (!own->warned && fabs(now - state->time) > 1e-6 * DRIVE_STEP + 1e-12 * fabs(now)) {
+        own->warned = 1;
+        snprintf(text, sizeof text,
+                 "currentCommunicationPoint = %.17g s: the FMU is at %.17g s, and goes on from "
+                 "there; compute times as products, not as sums", now, state->time);
+        say(own, fmi3Warning, text);
+    }
+    steps = round(size / DRIVE_STEP);
     if (!(size > 0.0 && steps >= 1.0 && steps < 1e9 &&
-          fabs(state->time + steps * DRIVE_STEP - (now + size)) <=
-              1e-6 * DRIVE_STEP + 1e-12 * fabs(now + size))) {
+          fabs(steps * DRIVE_STEP - size) <= 1e-6 * DRIVE_STEP + 1e-12 * fabs(now + size))) {
         snprintf(text, sizeof text,
                  "communicationStepSize = %.17g s: must be a multiple of the step, %g s", size,
                  DRIVE_STEP);
@@ -323,6 +333,12 @@ fmi3Status fmi3SetFloat64(fmi3Instance instance, const fmi3ValueReference refere
             return fmi3Error;
         if (!isfinite(values[k]))
             return say(own, fmi3Error, "a value that is set must be a finite number");
+        if (values[k] < v->least) {
+            char text[120];
+            snprintf(text, sizeof text, "valueReference %lu: %.17g is below its min, %g",
+                     (unsigned long)v->reference, values[k], v->least);
+            return say(own, fmi3Error, text);
+        }
     }
     for (size_t k = 0; k < count; k++) {
         const struct variable *v = &variables[references[k]];

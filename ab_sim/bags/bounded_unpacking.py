@@ -1,0 +1,71 @@
+"""Bounds on the size of what a bag unpacks to; rosbags itself has none.
+
+A few kilobytes of compressed zeros unpack to gigabytes, so unpacking stops at a bound.
+"""
+
+from __future__ import annotations
+
+import os
+import sys
+from types import SimpleNamespace
+from typing import Any, BinaryIO
+
+import lz4.frame
+from rosbags.rosbag2 import reader as rosbag2_reader
+from rosbags.rosbag2 import storage_mcap
+
+if sys.version_info >= (3, 14):
+    from compression import zstd
+else:
+    from backports import zstd
+
+MOST_CHUNK = 1 << 26
+"""Bytes of a chunk of an MCAP file, or of a message; rosbag2 begins a chunk each 768 KiB."""
+MOST_RATIO = 200
+"""Size of a file that was compressed as a whole, over its compressed size."""
+
+
+def bound_rosbags() -> None:
+    """Replace the unpacking of rosbags by one with bounds."""
+    table: dict[str, Any] = storage_mcap.DECOMPRESSORS
+    table["zstd"] = lambda data, size: _chunk(zstd.ZstdDecompressor(), data, size)
+    table["lz4"] = lambda data, size: _chunk(lz4.frame.LZ4FrameDecompressor(), data, size)
+    bounded: Any = SimpleNamespace(open=_BoundedFile, decompress=_message)
+    rosbag2_reader.zstd = bounded
+
+
+def _chunk(decompressor: Any, data: bytes, size: int) -> bytes:
+    if size > MOST_CHUNK:
+        raise ValueError(f"a chunk unpacks to {size} bytes; must be at most {MOST_CHUNK}")
+    unpacked: bytes = decompressor.decompress(data, max_length=size + 1)
+    if len(unpacked) > size:
+        raise ValueError(f"a chunk unpacks to more than the {size} bytes that it states")
+    return unpacked
+
+
+def _message(data: bytes) -> bytes:
+    unpacked = zstd.ZstdDecompressor().decompress(data, max_length=MOST_CHUNK + 1)
+    if len(unpacked) > MOST_CHUNK:
+        raise ValueError(f"a message unpacks to more than {MOST_CHUNK} bytes")
+    return unpacked
+
+
+class _BoundedFile(zstd.ZstdFile):
+    """A compressed file, open for reading up to its bound."""
+
+    def __init__(self, file: BinaryIO, mode: str) -> None:
+        super().__init__(file, mode)
+        self._left = self._most = MOST_CHUNK + MOST_RATIO * os.fstat(file.fileno()).st_size
+
+    def read(self, size: int | None = -1) -> bytes:
+        """Read up to ``size`` bytes."""
+        if size is None or not 0 <= size <= self._left:
+            size = self._left + 1
+        data: bytes = super().read(size)
+        self._left -= len(data)
+        if self._left < 0:
+            raise ValueError(
+                f"a compressed file unpacks to more than {self._most} bytes; if it is sound, "
+                "unpack it with `zstd -d` and set its compression_mode to ''"
+            )
+        return data
