@@ -156,7 +156,7 @@ def test_a_small_parquet_of_many_rows_is_refused_by_its_head(tmp_path: Path) -> 
     with parquet.ParquetWriter(path, schema) as file:
         for _ in range(3):
             file.write_table(pa.table([ones.dictionary_decode()] * 2, schema=schema))
-    assert path.stat().st_size < 20_000
+    assert path.stat().st_size < 50_000
     before = pa.total_allocated_bytes()
     with pytest.raises(InputError, match="has 3145728 rows; must be 1 to 1000000; cut the rec"):
         read_table(path)
