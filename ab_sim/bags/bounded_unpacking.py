@@ -8,7 +8,7 @@ from __future__ import annotations
 import os
 import sys
 from types import SimpleNamespace
-from typing import Any, BinaryIO
+from typing import Any, BinaryIO, Literal
 
 import lz4.frame
 from rosbags.rosbag2 import reader as rosbag2_reader
@@ -30,8 +30,8 @@ def bound_rosbags() -> None:
     table: dict[str, Any] = storage_mcap.DECOMPRESSORS
     table["zstd"] = lambda data, size: _chunk(zstd.ZstdDecompressor(), data, size)
     table["lz4"] = lambda data, size: _chunk(lz4.frame.LZ4FrameDecompressor(), data, size)
-    bounded: Any = SimpleNamespace(open=_BoundedFile, decompress=_message)
-    rosbag2_reader.zstd = bounded
+    reader: Any = rosbag2_reader
+    reader.zstd = SimpleNamespace(open=_BoundedFile, decompress=_message)
 
 
 def _chunk(decompressor: Any, data: bytes, size: int) -> bytes:
@@ -53,7 +53,7 @@ def _message(data: bytes) -> bytes:
 class _BoundedFile(zstd.ZstdFile):
     """A compressed file, open for reading up to its bound."""
 
-    def __init__(self, file: BinaryIO, mode: str) -> None:
+    def __init__(self, file: BinaryIO, mode: Literal["rb"]) -> None:
         super().__init__(file, mode)
         self._left = self._most = MOST_CHUNK + MOST_RATIO * os.fstat(file.fileno()).st_size
 
