@@ -60,7 +60,7 @@ test: nodes
 endif
 
 # What is judged by real time runs beside no other nodes.
-REAL_TIME = tests/cli/test_demo.py
+REAL_TIME = tests/nodes/test_floods.py
 # Only those of nodes are read for them: all others would take each worker 5 s.
 NODES = $(filter-out $(REAL_TIME),$(sort $(shell grep -rl 'mark\.ros\b' tests --include='test_*.py')))
 

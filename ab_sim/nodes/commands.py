@@ -88,11 +88,12 @@ class PendingCommands:
         commands: Iterable[tuple[Any, int]] = speeds
         if sent := [*trajectories]:
             commands = sorted([*speeds, *sent], key=lambda command: command[1])
+        kind = topics.COMMAND.type
         # By the steady clock: the system clock may be set in the meantime.
         steady = time.monotonic_ns() - time.time_ns()
         for message, received in commands:
             stamp = 0 if standing else received + steady
-            if isinstance(message, topics.COMMAND.type):
+            if isinstance(message, kind):
                 self._path.receive(topics.COMMAND.sample(message), now, stamp)
                 continue
             try:

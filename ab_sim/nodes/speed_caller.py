@@ -14,6 +14,9 @@ COUNTS = ("commands accepted", "commands rejected", "commands ignored")
 ROUNDED = 1.0 + 1e-5
 """Diagnostics give limits to six digits: the drive itself judges a command this close to one."""
 
+SPEED_WAIT = 1.0
+"""Time to wait for the drive's present speed [s], which is part of the answer."""
+
 
 class AcceptedSpeed(NamedTuple):
     """A command that the drive has accepted."""
@@ -80,6 +83,8 @@ class SpeedCaller(Caller):
             raise Refused(
                 f"{node}: commands are ignored after an emergency stop, until reset-emergency-stop"
             )
+        # A drive whose time stands still has no speed to tell.
+        self._until(lambda: speeds, SPEED_WAIT)
         before, known = _counts(healths[-1]), len(healths)
         standing_at = speeds[-1] if speeds else None
         publisher.publish(topic.message(speed))

@@ -33,6 +33,7 @@ class LockStep:
         self.blocks = fleet.listen(topics.BLOCK)
         self._status = fleet.listen(topics.PROFILE_STATUS)
         self._commands = fleet.listen(topics.COMMAND)
+        self._trajectories = fleet.listen(topics.TRAJECTORY)
         self._clients: dict[str, Any] = {}
         self._awaited = 0
         fleet.start(
@@ -81,7 +82,10 @@ class LockStep:
             if (answer := self.call("drive_sim/step"))[0]:
                 break
         assert answer[0], answer
-        self.fleet.until(lambda: len(self._commands) > before, "a command after it")
+        self.fleet.until(
+            lambda: len(self._commands) > before or self._trajectories,
+            "a command after it, unless a trajectory stands for all of them",
+        )
 
     def samples(self) -> Trajectory:
         """All that has been heard of the drive, in whole blocks."""

@@ -195,6 +195,7 @@ def test_a_profile_that_the_drive_cannot_follow_is_aborted(session: Fleet) -> No
 
 
 def test_commanding_a_speed(session: Fleet, asked: Asked) -> None:
+    assert session.stop("profile_controller") == 0, "it would go on commanding"
     assert session.set("drive_sim", speed_factor=1.0, speed_limit=100.0)[0]
     asked("reset-state")
     assert asked("command", "20") == (
