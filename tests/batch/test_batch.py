@@ -123,7 +123,7 @@ def test_runs_that_differ_in_more_than_numbers_find_their_like(scene: Any) -> No
     variations: list[dict[str, Any]] = [
         {},
         {"solver.step": 0.0005},
-        {"balls.count": 0},
+        {"balls.count": 0, "start.ball_angles": None},
         {"duration": 0.3},
         {"solver.stepper": "rk4"},
     ]

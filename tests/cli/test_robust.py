@@ -47,7 +47,7 @@ def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert (tmp_path / "s.png").read_bytes().startswith(PNG)
     assert len(list((tmp_path / "worst").glob("run-*.yaml"))) == 10
     lines = [line for line in done.stdout.splitlines() if line.startswith("run ")]
-    again = shlex.split(lines[0].partition(": ab-sim ")[2])
+    again = shlex.split(lines[0].partition("ab-sim ")[2])
     ran = ab_sim(*again, "--json", "again.json", cwd=tmp_path)
     assert ran.returncode == 0, ran.stderr
     value = json.loads((tmp_path / "again.json").read_text())["peak_whirl_over_e"]
