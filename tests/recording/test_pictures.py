@@ -297,4 +297,5 @@ def test_a_copy_for_a_viewer(scene: Scene, run: Trajectory, file: Path, tmp_path
     np.testing.assert_array_equal(plotted(path, FRAMES, "balls"), expected)
     for name in ("rms", "orders"):
         np.testing.assert_array_equal(plotted(path, SIZES, name), plotted(file, SIZES, name))
-    assert len(RrdReader(path).blueprints()) == 1
+    # One that follows, and at the end one that is paused.
+    assert len(RrdReader(path).blueprints()) == 2
