@@ -58,9 +58,7 @@ def test_equilibria_of_equal_balls(case: dict[str, Any]) -> None:
         else:
             state = found[label]
         assert state.W == pytest.approx(want["W"], rel=1e-10, abs=1e-20)
-        off = np.exp(1j * np.sort(in_one_turn(state.theta))) - np.exp(
-            1j * np.sort(in_one_turn(want["theta"]))
-        )
+        off = ordered(state.theta) - ordered(want["theta"])
         assert np.abs(off).max() < 1e-10
         if want["phase"] is not None:
             assert state.phase == pytest.approx(want["phase"], abs=1e-10)
