@@ -65,18 +65,18 @@ setup(
     },
     install_requires=[
         "llvmlite>=0.45",  # opaque pointers, and the pass manager that is left
-        "matplotlib",
-        "numpy",
-        "pint>=0.24",
+        "matplotlib>=3.9",  # 3.9 is the first for numpy 2
+        "numpy>=2",
+        "pint>=0.24.4",
         "plotly>=6",
-        "pyarrow",
-        "pydantic>=2",
-        "PyYAML",
+        "pyarrow>=22",  # quoting_header of CSV files
+        "pydantic>=2.10",
+        "PyYAML>=6",
         "rerun-sdk>=0.39",  # 0.39 is the last for Python 3.10
-        "rich",
-        "rosbags>=0.11",
-        "scipy",
-        "typer",
+        "rich>=13",
+        "rosbags>=0.11.7",  # from there on with backports.zstd
+        "scipy>=1.15",
+        "typer>=0.15.4",  # earlier ones fail with click 8.2 and later
     ],
     extras_require={
         # With a ROS 2 from the distribution these are there already (package.xml names them).

@@ -149,9 +149,9 @@ def export(
                 unfinished = stack.enter_context(replacing(file))
                 writers.append(stack.enter_context(_WRITERS[form](unfinished, schema)))
             for read, block in part.blocks(run):
+                # Not by `to_pandas_dtype`, which imports pandas before pyarrow 26.
                 columns = [
-                    block[:, at].astype(field.type.to_pandas_dtype())
-                    for at, field in enumerate(schema)
+                    pa.array(block[:, at], type=field.type) for at, field in enumerate(schema)
                 ]
                 batch = pa.record_batch(columns, schema=schema)
                 for writer in writers:
