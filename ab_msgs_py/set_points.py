@@ -72,7 +72,7 @@ class SetPoints(NamedTuple):
         if not 1 <= len(message.points) <= MOST_POINTS:
             raise MalformedMessage(
                 f"points: there are {len(message.points)}, and 1 to {MOST_POINTS} are allowed; "
-                "send a long trajectory in parts, each with a header.stamp of its own"
+                "send a long trajectory in parts, each with its own header.stamp"
             )
         points = []
         for number, point in enumerate(message.points):

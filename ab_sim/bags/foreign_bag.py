@@ -50,7 +50,7 @@ def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
     before = np.clip(np.searchsorted(own, stamps, side="right") - 1, 0, len(own) - 2)
     share = ((stamps - own[before]) / (own[before + 1] - own[before]))[:, None]
     first, second = series.values[before], series.values[before + 1]
-    # At a stamp of its own the value is exactly the one that was heard.
+    # At its own stamp a value is exactly the one that was heard.
     values = np.where(share == 1.0, second, first + share * (second - first))
     late = own[-1] + np.median(np.diff(own))
     values[(stamps < own[0]) | (stamps > late)] = np.nan

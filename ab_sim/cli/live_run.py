@@ -156,7 +156,7 @@ class LiveRun:
     def _profile_is_led(self) -> bool:
         """Whether the drive has what the profile begins with."""
         controller, drive = self.health(CONTROLLER), self.health("drive_sim")
-        if controller.get("state") != "running":
+        if controller.get("state", "idle") in ("idle", "waiting"):
             return False
         if controller["sends"] == "speeds":
             return True

@@ -172,8 +172,8 @@ class Sweep(Presented):
     def best(self, merit: str) -> int | None:
         """Number of the settled run in which a merit is best; None if there is none.
 
-        Of a time into the band only balanced runs count, where there is one: an unbalanced drive
-        may settle sooner.
+        For a time into the band, only balanced runs count if there is one: an unbalanced drive may
+        settle sooner.
 
         Raises:
             InputError: no value of the merit is better than another one.

@@ -21,7 +21,7 @@ class TurnVector:
     """Finds the vector at each sample, over the turn that ends there, as samples come."""
 
     def __init__(self) -> None:
-        # Of the last turn's samples: path of the spindle [rad], and the vector's integral over it.
+        # Samples of the last turn: path of the spindle [rad], and the vector's integral over it.
         self._path, self._sums = np.zeros(0), np.zeros(0, complex)
         self._angle, self._vector = math.nan, complex(math.nan)
         self._whole_from = 0.0  # path from which there is no gap

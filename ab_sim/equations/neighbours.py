@@ -77,7 +77,7 @@ def at_one_angle(one: float, other: float) -> bool:
 
 
 def never_part(scene: "Scene") -> list[tuple[int, int]]:
-    """Numbers of equal balls that start at one angle: whatever happens, they stay together."""
+    """Numbers of equal balls that start at one angle, and so stay together."""
     angles = start_angles(scene)
     return [(i, j) for i, j in equal_pairs(scene) if at_one_angle(angles[i], angles[j])]
 

@@ -20,7 +20,7 @@ WITHOUT_PERIOD = hexadecimal(palette.WITHOUT_PERIOD)
 COMMANDED = "black"
 SERIES = tuple(map(hexadecimal, palette.SERIES))
 MAP = "cividis"
-"""Of maps: dark to light in one sense, made for colour-blind readers."""
+"""Colours of maps: dark to light in one sense, made for colour-blind readers."""
 
 
 def ball_colours(count: int) -> list[str]:

@@ -476,7 +476,7 @@ def _timed(values: Any) -> TimedSpeeds:
         for duration, begin, slope in ramps
     ]
     start = None if start is None else _whole(start)
-    timed = TimedSpeeds(start, tuple(made), _finite(final_speed), (_finite(ahead), _finite(first)))
+    timed = TimedSpeeds.of(start, made, _finite(final_speed), (_finite(ahead), _finite(first)))
     if min(ahead, *(duration for duration, _ in made), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
         raise ValueError("a part of its trajectory lasts less than 0 s, or too long")
     return timed

@@ -38,10 +38,20 @@ class TimedSpeeds(NamedTuple):
     first: tuple[float, float]
     """Time after the start [s] and speed [rad/s] of the first point."""
 
-    @property
-    def lasts(self) -> float:
-        """Time from its start to its last point [s]."""
-        return self.first[0] + sum(duration for duration, _ in self.ramps)
+    lasts: float
+    """Time from its start to its last point [s]; kept, as the drive asks at every wake-up."""
+
+    @classmethod
+    def of(
+        cls,
+        start: int | None,
+        ramps: Sequence[tuple[float, Ramp]],
+        final_speed: float,
+        first: tuple[float, float],
+    ) -> "TimedSpeeds":
+        """Return the trajectory that these ramps make; arguments as the fields."""
+        lasts = first[0] + sum(duration for duration, _ in ramps)
+        return cls(start, tuple(ramps), final_speed, first, lasts)
 
     def top_speed(self, after: float = -math.inf) -> float:
         """Return the largest magnitude of the speed [rad/s], from a time after the start [s] on."""
@@ -92,12 +102,8 @@ def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
     ramps = [
         _ramp(f"points[{number}]", pair, limits) for number, pair in enumerate(pairwise(points))
     ]
-    return TimedSpeeds(
-        wanted.start or None,
-        tuple(ramps),
-        points[-1].speed,
-        (points[0].time / 1e9, points[0].speed),
-    )
+    first = points[0].time / 1e9, points[0].speed
+    return TimedSpeeds.of(wanted.start or None, ramps, points[-1].speed, first)
 
 
 def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tuple[float, Ramp]:
