@@ -8,11 +8,11 @@ import math
 
 import numpy as np
 
+from ab_sim.conventions import TURN
 from ab_sim.drive.trajectory import Trajectory
 
 SIZE, PHASE = "once_per_turn", "phase"
 """Columns that are not recorded: length [m] and angle from the unbalance [rad] of the vector."""
-TURN = 2.0 * math.pi
 COARSEST = 0.25 * TURN
 """Samples further apart than this angle [rad] do not show what comes once per turn."""
 
