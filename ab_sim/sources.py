@@ -83,12 +83,29 @@ def _imported(module: str, own: frozenset[str]) -> tuple[tuple[str, str], ...]:
 def _version(package: str) -> str:
     """An installed package's version; empty if what is imported by its name is something else."""
     file = _file(package)
-    try:
-        installed = metadata.distribution(package)
-    except metadata.PackageNotFoundError:
+    if file is None or file.name != "__init__.py":
         return ""
-    place = Path(str(installed.locate_file(package))).resolve()
-    return installed.version if file is not None and place in file.parents else ""
+    installed = _named_as(package, file) or _recording(file)
+    return installed.version if installed is not None else ""
+
+
+def _named_as(package: str, file: Path) -> metadata.Distribution | None:
+    """The distribution of a package's name, if the package is its."""
+    try:
+        found = metadata.distribution(package)
+    except metadata.PackageNotFoundError:
+        return None
+    return found if Path(str(found.locate_file(package))).resolve() in file.parents else None
+
+
+def _recording(file: Path) -> metadata.Distribution | None:
+    """The distribution in whose record a package's file is: yaml is PyYAML's."""
+    place = file.parents[1]
+    line = f"\n{file.relative_to(place).as_posix()},".encode()
+    for record in place.glob("*.dist-info/RECORD"):
+        if line in b"\n" + record.read_bytes():
+            return metadata.Distribution.at(record.parent)
+    return None
 
 
 @functools.cache

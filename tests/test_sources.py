@@ -1,0 +1,25 @@
+"""What a kernel is made of: own sources by content, packages of others by version."""
+
+from importlib import metadata
+from pathlib import Path
+
+import yaml
+
+from ab_sim.sources import sources, versions
+
+DRIVE = "ab_sim.drive.drive"
+
+
+def test_a_package_counts_by_the_version_of_the_distribution_that_has_it() -> None:
+    found = sources([DRIVE])
+    assert "ab_sim.limited_yaml" in found  # imports yaml, which PyYAML installs
+    assert not [module for module in found if module.partition(".")[0] == "yaml"]
+    assert versions(found)["yaml"] == metadata.version("PyYAML")
+    assert versions(found)["numpy"] == metadata.version("numpy")
+
+
+def test_another_environment_that_links_the_same_files_changes_nothing() -> None:
+    """As uv does while results are computed: the time of the file itself changes, as here."""
+    file = Path(yaml.__file__)
+    file.chmod(file.stat().st_mode)
+    assert DRIVE in sources([DRIVE])
