@@ -48,7 +48,11 @@ class WhirlWithoutBalls:
         self._last: tuple[float, float] | None = None
 
     def along(self, time: np.ndarray, speed: np.ndarray) -> np.ndarray:
-        """Return the whirl W [m] at the next times [s] of a run with these speeds [rad/s]."""
+        """Return the whirl W [m] at the next times [s] of a run with these speeds [rad/s].
+
+        After a speed that is no finite number it is NaN.
+        """
+        speed = np.where(np.isfinite(speed), speed, np.nan)
         if self._last is None:
             self._last = float(time[0]), float(speed[0])
         length = np.diff(time, prepend=self._last[0])
@@ -75,7 +79,7 @@ def _exponentials(matrices: np.ndarray) -> np.ndarray:
 
     To 1e-11 of their size, all rows at once, in some 7 us each; ``scipy.linalg.expm`` takes 1 ms.
     """
-    size = np.abs(matrices).sum(axis=2).max(initial=1.0)
+    size = np.fmax.reduce(np.abs(matrices).sum(axis=2), axis=None, initial=1.0)
     # The same for all usual steps, so that blocks of any size give the same bits.
     halvings = max(int(np.ceil(np.log2(size))) + 1, 16)
     scaled = matrices / 2.0**halvings

@@ -64,7 +64,7 @@ def test_it_is_in_reports_and_tables(tmp_path: Path) -> None:
     )
     assert said.exit_code == 0, said.output
     report = json.loads((tmp_path / "r.json").read_text())
-    assert list(report)[list(report).index(KEY) - 1] == "balanced", "the last one"
+    assert list(report)[list(report).index(KEY) - 1] == "verdict", "the last one"
     assert report[KEY] > 0 and report["without_balls"][KEY] > 0
     (row,) = [line for line in said.output.splitlines() if "largest a [m/s^2]" in line]
     assert f"{report[KEY]:.3g}" in row and f"{report['without_balls'][KEY]:.3g}" in row
@@ -81,7 +81,8 @@ def test_it_is_in_the_table_of_the_documentation(monkeypatch: pytest.MonkeyPatch
     from_code = importlib.import_module("from_code")
     lines = list(from_code.merits())
     assert (
-        f"| `{KEY}` | m/s^2 | smaller | the deck's, in the end | `max hypot(x'', y'')` |" in lines
+        f"| `{KEY}` | m/s^2 | smaller | sweep, tune, robust | the deck's, in the end "
+        "| `max hypot(x'', y'')` |" in lines
     )
     assert any("`final_whirl_relative_to_no_balls`" in line for line in lines)
 
@@ -96,6 +97,7 @@ def test_it_is_listed_with_all_that_is_said_of_it() -> None:
             "kind": "number",
             "meaning": "the deck's, in the end",
             "equation": "max hypot(x'', y'')",
+            "taken_by": "sweep, tune, robust",
         }
     ]
 

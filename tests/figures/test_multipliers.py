@@ -19,7 +19,7 @@ def test_the_plane_names_each_solution_and_its_verdict(tmp_path: Path) -> None:
         multipliers_figure(found, tmp_path / "f.svg")
     text = (tmp_path / "f.svg").read_text()
     for words in (
-        "feeding-deck at 130 rad/s", "deck at rest, balls at 142.3, -142.3 deg: unstable, largest "
+        "feeding-deck at 130 rad/s", "deck at rest, balls at -217.7, -142.3 deg: unstable, largest "
         "1.02948", ": stable, largest 0.961249", "around 1",
     ):  # fmt: skip
         assert words in text

@@ -102,7 +102,7 @@ def test_a_change_on_the_way_is_told_with_its_time(tmp_path: Path, fault: str) -
 def test_a_sensor_that_sits_turned_from_the_beginning_is_asked_about(tmp_path: Path) -> None:
     found = identified(recorded(tmp_path / "run.rrd", "pickup turned 0.5", at=1))
     (sign,) = (reason for reason in found.reasons if "would explain it" in reason)
-    assert sign.startswith("disc_angle of run would explain it: with disc angle of run = -0.5")
+    assert sign.startswith("disc_angle of run would explain it: with encoder zero = -0.5")
     assert "is the sensor turned" in sign and sign.endswith("to fit it: --free disc_angle")
     assert not any("fits until" in reason for reason in found.reasons)
 

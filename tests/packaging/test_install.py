@@ -119,7 +119,7 @@ def test_why_a_test_is_skipped_is_printed(pytestconfig: pytest.Config) -> None:
     assert "s" in pytestconfig.option.reportchars
     told = run_well("make", "-n", "test", "LAUNCH=/a:/b", cwd=ROOT)
     calls = re.findall(r"(\S+) \S+ -m pytest", told)
-    assert calls == ["PYTHONPATH=/a:/b"] * 3
+    assert len(calls) > 3 and {*calls} == {"PYTHONPATH=/a:/b"}
 
 
 @pytest.mark.ros

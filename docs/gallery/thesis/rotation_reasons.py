@@ -53,6 +53,6 @@ def stable_claim() -> Claim:
     return Claim(
         "5.8, chapter 7", "odd multiples of -180 deg are stable positions",
         f"both at {where:.1f} deg, at {END_SPEED:g} rad/s: what disturbs them grows by "
-        f"{there.lambda_max:.2f} 1/s; stable is +-{rest[0].max():.1f} deg (ours: it falls)",
+        f"{there.lambda_max:.2f} 1/s; stable is +-{rest[0].min():.1f} deg (ours: it falls)",
         bool(there.stable), "1 g is too heavy: see figure 4.7",
     )  # fmt: skip
