@@ -9,6 +9,7 @@ from ab_msgs_py import Block, Health, Level, Task, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
 from ab_sim.nodes.state_publishers import StatePublishers
 from ab_sim.scene import Scene
 
@@ -75,7 +76,8 @@ class Outputs:
         node = self._node
         hardware = self._hardware or f"{node.get_namespace()}/{self._scene}".lstrip("/")
         name = node.get_fully_qualified_name()
-        health = Health(name, Task.DRIVE, level, text, dict(values or {}), hardware, time_ns)
+        shown = {**(values or {}), PARAMETERS: changed_parameters(node)}
+        health = Health(name, Task.DRIVE, level, text, shown, hardware, time_ns)
         self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
 
     def other_clock(self) -> str:
