@@ -108,8 +108,41 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
         )
 
 
+class _Repeats(NamedTuple):
+    """How a series repeats its values."""
+
+    lengths: np.ndarray
+    """Numbers of equal samples in a row, but for long stretches."""
+    usual: float
+    """Median of these."""
+    coarse: bool
+    """Whether most changes are of one or two steps of a resolution."""
+
+
+def _repeats(values: np.ndarray) -> _Repeats | None:
+    """Return how a series repeats its values; None if it hardly does."""
+    jumps = np.abs(np.diff(values))
+    changes = np.flatnonzero(jumps)
+    lengths = np.diff(changes)
+    # At a speed that is held nothing changes for long.
+    lengths = lengths[lengths < LONG * len(values)]
+    if len(lengths) < FEWEST or lengths.sum() < HELD * len(lengths):
+        return None
+    usual = float(np.median(lengths))
+    step = float(np.min(np.diff(np.unique(values))))
+    steps = jumps[changes] / step
+    whole = np.mean(np.abs(steps - np.rint(steps)) < OFF_WHOLE) > REGULAR
+    return _Repeats(lengths, usual, bool(whole and float(np.median(steps)) < HELD))
+
+
+HOLDS = (
+    "is held: it changes every {:g} samples only, and repeats its last value until then, which "
+    "is late by half of that; "
+)
+
+
 def check_held(values: np.ndarray, what: str, name: str) -> None:
-    """Refuse a series that repeats each value until the next one: late by half an interval.
+    """Refuse a spindle's series that repeats each value until the next one.
 
     A coarse resolution repeats values as well. But its changes are of one or two steps of it, and
     not regular in time.
@@ -117,25 +150,32 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
     Raises:
         InputError: as of ``check_time``.
     """
-    jumps = np.abs(np.diff(values))
-    changes = np.flatnonzero(jumps)
-    lengths = np.diff(changes)
-    # At a speed that is held nothing changes for long.
-    lengths = lengths[lengths < LONG * len(values)]
-    if len(lengths) < FEWEST or lengths.sum() < HELD * len(lengths):
+    repeats = _repeats(values)
+    if repeats is None:
         return
-    usual = float(np.median(lengths))
-    step = float(np.min(np.diff(np.unique(values))))
-    steps = jumps[changes] / step
-    whole = np.mean(np.abs(steps - np.rint(steps)) < OFF_WHOLE) > REGULAR
-    coarse = whole and float(np.median(steps)) < HELD
-    if coarse and np.mean(lengths == usual) < REGULAR:
+    if repeats.coarse and np.mean(repeats.lengths == repeats.usual) < REGULAR:
         return
     raise InputError(
-        f"{name}: {what}: is held: it changes every {usual:g} samples only, and repeats its last "
-        "value until then, which is late by half of that; interpolate it between its changes, or "
+        f"{name}: {what}: {HOLDS.format(repeats.usual)}interpolate it between its changes, or "
         "record it at every sample"
     )
+
+
+def check_held_signal(values: np.ndarray, what: str, name: str) -> None:
+    """Refuse a signal that is sampled slower than the rows, and held between its samples.
+
+    Raises:
+        InputError: as of ``check_time``.
+    """
+    repeats = _repeats(values[np.isfinite(values)])
+    if repeats is None or repeats.coarse or repeats.usual < 2.0:
+        return
+    # A signal at rest and one that is clipped repeat values, too, but not as regularly.
+    if np.mean(np.abs(repeats.lengths - repeats.usual) <= 1.0) > REGULAR:
+        raise InputError(
+            f"{name}: {what}: {HOLDS.format(repeats.usual)}keep the rows at which it changes; of a "
+            "ROS bag, give the bag and not its import"
+        )
 
 
 def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> None:

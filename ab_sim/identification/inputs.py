@@ -1,5 +1,6 @@
 """From files to recordings as the fit takes them."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -12,6 +13,7 @@ from ab_sim.identification.checks import (
     check_agree,
     check_finite,
     check_held,
+    check_held_signal,
     check_sense,
     check_signal,
     check_speed,
@@ -25,10 +27,17 @@ from ab_sim.identification.mapping import (
     factor_of,
     kind_of_unit,
     number_of,
+    pair_of,
     sensitivity_factor,
     usual_mapping,
 )
-from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, UNITS, Measured
+from ab_sim.identification.measured import (
+    ACCELERATION,
+    DISC_ANGLE,
+    DISPLACEMENT,
+    UNITS,
+    Measured,
+)
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
 from ab_sim.quoting import short
@@ -64,10 +73,9 @@ def measured_of(
         InputError: it cannot be used; says why and what to do.
         RecordingError: it cannot be read.
     """
-    table = read_table(path)
+    table = read_table(path, None if signal is None else pair_of(signal)[0])
     if mapping is None:
-        recorded = table.description.get("scene") or {}
-        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        sensors, probes = sensors_of(table)
         found = usual_mapping(list(table.columns), sensors, probes, signal)
         if isinstance(found, str):
             if table.description:
@@ -77,6 +85,19 @@ def measured_of(
             )
         mapping = found
     return _Reader(table, scene, mapping).measured(with_balls)
+
+
+def sensors_of(table: Table) -> tuple[list[str], list[str]]:
+    """Return names of accelerometers and of probes: those of the recorded scene, else of a bag."""
+    recorded = table.description.get("scene")
+    if recorded:
+        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        return sensors, probes
+    pickups = (table.description.get("pickups") or {}).items()
+    return (
+        [name for name, kind in pickups if kind == ACCELERATION],
+        [name for name, kind in pickups if kind == DISPLACEMENT],
+    )
 
 
 class _Reader:
@@ -136,6 +157,8 @@ class _Reader:
         if sensor is not None and step is not None:
             every = steps_per_sample(sensor.sample_rate, step)
             kept &= np.rint(time / step).astype(np.int64) % every == 0
+        for k, each in enumerate(mapping.signals):
+            check_held_signal(signals[kept, k], f"signals.{k} ({each.column})", name)
         speeds = np.array([schedule.speed(0.0), schedule.top_speed])
         rests = mapping.at_rest
         free = dict.fromkeys((*mapping.free, *(() if angle is not None else (DISC_ANGLE,))))
@@ -262,6 +285,8 @@ class _Reader:
                 return known.model_validate(recorded[section][asked])
         if asked in self._scene.pickups:
             return self._scene.pickups[asked]
+        if asked in itertools.chain(*sensors_of(self._table)):
+            return None  # of a test rig: its low-pass is not known
         raise InputError(
             f"{self._name}: sensor = {asked!r}: the scene has "
             + (", ".join(self._scene.pickups) or "no sensors")

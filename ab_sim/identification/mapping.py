@@ -21,6 +21,8 @@ SPELLINGS = {
     ("mg", "m/s^2"): "mg_0",
 }
 """Units as instruments write them, in lower case, with what they measure, and as pint does."""
+PAIRS = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
+"""Columns of the deck's own motion in ab_sim's recordings."""
 AXES = (0.0, 1.5707963267948966)
 """Directions of the first and the second signal, unless told: the deck's x and y."""
 
@@ -209,6 +211,11 @@ def number_of(value: str | float, si: str, said: str) -> float:
     return float(value)
 
 
+def pair_of(signal: str) -> tuple[str, str]:
+    """Columns of a signal in ab_sim's own recordings."""
+    return PAIRS.get(signal, (f"{signal}_1", f"{signal}_2"))
+
+
 def usual_mapping(
     names: Sequence[str], sensors: Sequence[str], probes: Sequence[str], wanted: str | None
 ) -> Mapping | str:
@@ -227,10 +234,9 @@ def usual_mapping(
     if wanted is None:
         usual = DISPLACEMENT if "x" in names else ACCELERATION
         wanted = next(iter((*sensors, *probes)), usual)
-    pairs = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
-    pair = pairs.get(wanted, (f"{wanted}_1", f"{wanted}_2"))
+    pair = pair_of(wanted)
     if not {*pair} <= {*names}:
-        known = (*pairs, *sensors, *probes)
+        known = (*PAIRS, *sensors, *probes)
         if wanted not in known:
             return f"signal {short(wanted)}: must be one of {', '.join(known)}"
         return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"

@@ -11,11 +11,15 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
+from ab_msgs_py import ImuSample, JointSample, WhirlSample
+from ab_msgs_py.topics import IMU, JOINT_STATES, PROBE
+from ab_sim.bags.messages import encoded
 from ab_sim.errors import InputError
-from ab_sim.identification.checks import check_held, check_signal, check_time
+from ab_sim.identification.checks import check_held, check_held_signal, check_signal, check_time
 from ab_sim.identification.inputs import measured_of
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
 from ab_sim.identification.tables import read_table
+from tests.bags.made import bag_of
 from tests.identification import drives
 
 TEXT = "t,speed,ch1,Temp °C\n0.0,1.0,2.5,20\n0.1,1.5,3.5,20\n"
@@ -197,3 +201,53 @@ def test_a_held_series_is_named(values: np.ndarray) -> None:
 )
 def test_a_ramp_and_a_coarse_tachometer_are_not_held(values: np.ndarray) -> None:
     check_held(values, "speed", "bench")
+
+
+WHIRL = np.sin(0.05 * np.arange(4000.0)) + 0.01 * FLUTTER
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.repeat(WHIRL, 2),
+        np.repeat(WHIRL, 4),
+        WHIRL[np.arange(9000) * 3 // 10],
+    ],
+)
+def test_a_held_signal_is_named(values: np.ndarray) -> None:
+    with pytest.raises(InputError, match=r"bench: ch1: is held: .* keep the rows at which it"):
+        check_held_signal(values, "ch1", "bench")
+
+
+@pytest.mark.parametrize("per_turn", [7.3, 20.0, 200.0])
+@pytest.mark.parametrize("size", [1.0, 3.0, 5.0, 20.0, 100.0])
+def test_coarse_and_clipped_signals_are_not_held(size: float, per_turn: float) -> None:
+    values = size * np.sin(2.0 * np.pi / per_turn * np.arange(8000.0))
+    check_held_signal(np.round(values), "ch1", "bench")
+    check_held_signal(np.round(values + 0.3 * FLUTTER[0]), "ch1", "bench")
+    check_held_signal(np.clip(values, -0.3 * size, 0.3 * size), "ch1", "bench")
+    check_held_signal(np.concatenate([np.zeros(3000), values]), "ch1", "bench")
+
+
+def test_a_bag_is_read_at_the_samples_of_its_sensor(tmp_path: Path) -> None:
+    """An IMU at the rate of the joints and a probe at half of it, as a board publishes them."""
+    run = drives.recorded(drives.scene(), noise=0.0)
+    said = []
+    for row, t in enumerate(run["t"]):
+        time = round(1e9 * t)
+        angle, speed = np.radians(run["encoder"][row]), run["rpm"][row] * np.pi / 30.0
+        joint = JointSample(time, angle, speed, (), (), (), None, "")
+        said.append(("/joint_states", time, encoded(JOINT_STATES, joint)))
+        place = 1e-3 * run["ch1"][row], 1e-3 * run["ch2"][row], 0.0
+        felt = ImuSample(time, tuple(1e4 * x for x in place), 0.0, "imu_link")
+        said.append(("/imu/data_raw", time, encoded(IMU, felt)))
+        if row % 2 == 0:
+            said.append(("/displacement", time, encoded(PROBE, WhirlSample(time, place, "eddy"))))
+    bag = bag_of(tmp_path / "rig", said)
+    imu = measured_of(bag, drives.scene())
+    assert (imu.kind, imu.sensor, len(imu.time)) == ("acceleration", None, len(run["t"]) - 1)
+    eddy = measured_of(bag, drives.scene(), signal="eddy")
+    assert (eddy.kind, eddy.notes) == ("displacement", ())
+    assert eddy.signals[:, 0] == pytest.approx(1e-3 * run["ch1"][2::2], rel=1e-12)
+    with pytest.raises(InputError, match="signal 'nose': must be one of .*imu_link, eddy"):
+        measured_of(bag, drives.scene(), signal="nose")
