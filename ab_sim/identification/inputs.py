@@ -19,9 +19,11 @@ from ab_sim.identification.checks import (
     check_speed,
     check_time,
 )
+from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import (
     AXES,
     ColumnOf,
+    Keyphasor,
     Mapping,
     SignalColumn,
     factor_of,
@@ -116,10 +118,20 @@ class _Reader:
         signals[np.isinf(signals)] = np.nan
         time = self._time(len(signals))
         check_time(time, name)
-        own, step = self._run(time)
-        time = time - (0.0 if own else time[0])
         speed = self._optional(mapping.speed, "rad/s", "speed")
         angle = self._optional(mapping.angle, "rad", "angle")
+        cut: tuple[str, ...] = ()
+        if mapping.keyphasor is not None:
+            angle = self._angle_from(mapping.keyphasor, time)
+            known = np.isfinite(angle)
+            cut = (
+                f"{int((~known).sum())} samples before the first pulse and after the last one of "
+                "the keyphasor left out",
+            )
+            time, signals, angle = time[known], signals[known], angle[known]
+            speed = None if speed is None else speed[known]
+        own, step = self._run(time)
+        time = time - (0.0 if own else time[0])
         if angle is not None:
             check_finite(time, angle, "angle", name)
             check_held(angle, "angle", name)
@@ -161,7 +173,9 @@ class _Reader:
             check_held_signal(signals[kept, k], f"signals.{k} ({each.column})", name)
         speeds = np.array([schedule.speed(0.0), schedule.top_speed])
         rests = mapping.at_rest
-        free = dict.fromkeys((*mapping.free, *(() if angle is not None else (DISC_ANGLE,))))
+        pulses = mapping.keyphasor
+        zero_known = angle is not None if pulses is None else pulses.angle is not None
+        free = dict.fromkeys((*mapping.free, *(() if zero_known else (DISC_ANGLE,))))
         return Measured(
             name=name,
             time=time[kept],
@@ -180,6 +194,7 @@ class _Reader:
             at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
             notes=(
                 *self._table.notes,
+                *cut,
                 *self._left_out(time[kept], signals[kept]),
                 *filter(None, remarks),
             ),
@@ -230,6 +245,14 @@ class _Reader:
         else:
             factor = factor_of(unit, si, f"{self._name}: {said}")
         return factor * self._table.column(asked.column, said)
+
+    def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
+        """Angle of the spindle; NaN where there are no pulses."""
+        reading = self._table.column(asked.column, "keyphasor")
+        check_finite(time, reading, "keyphasor", self._name)
+        said = f"{self._name}: keyphasor.angle"
+        first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", said)
+        return first + angle_from_pulses(time, reading, asked.per_turn, self._name)
 
     def _optional(self, asked: ColumnOf | None, si: str, said: str) -> np.ndarray | None:
         return None if asked is None else self._numbers(asked, si, said)

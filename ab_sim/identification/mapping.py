@@ -16,9 +16,11 @@ from ab_sim.scene.units import has_unit, in_si
 
 SPELLINGS = {
     **dict.fromkeys((("1/min", "rad/s"), ("min^-1", "rad/s"), ("u/min", "rad/s")), "rpm"),
+    **dict.fromkeys((("1/min.", "rad/s"), ("min-1", "rad/s"), ("upm", "rad/s")), "rpm"),
     **dict.fromkeys((("rpm", "rad/s"), ("r/min", "rad/s"), ("rev/min", "rad/s")), "rpm"),
     **dict.fromkeys((("g", "m/s^2"), ("gn", "m/s^2")), "g_0"),
     ("mg", "m/s^2"): "mg_0",
+    ("m/s2", "m/s^2"): "m/s^2",
 }
 """Units as instruments write them, in lower case, with what they measure, and as pint does."""
 PAIRS = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
@@ -48,6 +50,16 @@ class SignalColumn(ColumnOf):
     )
 
 
+class Keyphasor(Section):
+    """A column with pulses of a mark on the spindle."""
+
+    column: str = Field(description="its name")
+    per_turn: int = Field(default=1, ge=1, description="pulses each turn")
+    angle: str | float | None = Field(
+        default=None, description="of the spindle at the first pulse, rad; default: fitted"
+    )
+
+
 class Mapping(Section):
     """What a table's columns are."""
 
@@ -57,6 +69,9 @@ class Mapping(Section):
     )
     speed: ColumnOf | None = Field(default=None, description="the spindle's speed, rad/s")
     angle: ColumnOf | None = Field(default=None, description="the spindle's angle, rad")
+    keyphasor: Keyphasor | None = Field(
+        default=None, description="pulses from which the spindle's angle is taken instead"
+    )
     signals: tuple[SignalColumn, ...] = Field(
         description="displacement or acceleration along one or two axes", min_length=1, max_length=2
     )
@@ -84,8 +99,10 @@ class Mapping(Section):
     def _whole(self) -> "Mapping":
         if (self.time is None) == (self.sampling is None):
             raise ValueError("give exactly one of time (a column) and sampling (a rate)")
-        if self.speed is None and self.angle is None:
-            raise ValueError("give speed or angle of the spindle, or both: the fit follows it")
+        if self.speed is None and self.angle is None and self.keyphasor is None:
+            raise ValueError("give speed, angle or keyphasor of the spindle: the fit follows it")
+        if self.angle is not None and self.keyphasor is not None:
+            raise ValueError("give angle or keyphasor, not both: both say how the spindle turned")
         return self
 
     @property

@@ -110,14 +110,14 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
         return _of_bag(path, rows_of)
     if not path.exists():
         raise InputError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise InputError(f"{path}: is no file but a pipe or device; write it to a file first")
     if ending == ".rrd":
         return _of_recording(open_recording(path), path.stem)
     if ending not in (".parquet", ".csv"):
         raise InputError(
             f"{path}: must be a recording (.rrd), a ROS bag (its folder), .parquet or .csv"
         )
-    if not path.is_file():
-        raise InputError(f"{path}: is no file but a pipe or device; write it to a file first")
     if path.stat().st_size == 0:
         raise InputError(f"{path}: is empty")
     encoding = _encoding(path) if ending == ".csv" else UTF_8

@@ -17,6 +17,7 @@ from ab_sim.bags.messages import encoded
 from ab_sim.errors import InputError
 from ab_sim.identification.checks import check_held, check_held_signal, check_signal, check_time
 from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
 from ab_sim.identification.tables import read_table
 from tests.bags.made import bag_of
@@ -84,8 +85,10 @@ def test_time_stamps_take_no_unit(tmp_path: Path) -> None:
         table.unit_of("c", "ms")
 
 
-def test_a_pipe_is_named(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe.csv"
+@pytest.mark.parametrize("name", ["pipe.csv", "pipe.rrd", "63"])
+def test_a_pipe_is_named(tmp_path: Path, name: str) -> None:
+    """Also that of a shell's ``<(command)``, which has no ending."""
+    pipe = tmp_path / name
     os.mkfifo(pipe)
     with pytest.raises(InputError, match="is no file but a pipe or device; write it to a file"):
         read_table(pipe)
@@ -117,8 +120,12 @@ def test_a_repeated_time_is_told_with_its_reason(digits: int | None, says: str) 
 @pytest.mark.parametrize(
     ("unit", "si", "factor"),
     [
-        *((unit, "rad/s", np.pi / 30.0) for unit in ("1/min", "RPM", "min^-1", "U/min", "rpm")),
+        *(
+            (unit, "rad/s", np.pi / 30.0)
+            for unit in ("1/min", "RPM", "min^-1", "U/min", "rpm", "min-1")
+        ),
         *((unit, "m/s^2", 9.80665) for unit in ("G", "g", "g_0")),
+        ("m/s2", "m/s^2", 1.0),
         ("mm", "m", 1e-3),
     ],
 )
@@ -251,3 +258,50 @@ def test_a_bag_is_read_at_the_samples_of_its_sensor(tmp_path: Path) -> None:
     assert eddy.signals[:, 0] == pytest.approx(1e-3 * run["ch1"][2::2], rel=1e-12)
     with pytest.raises(InputError, match="signal 'nose': must be one of .*imu_link, eddy"):
         measured_of(bag, drives.scene(), signal="nose")
+
+
+def pulse_train(angle: np.ndarray, logic: bool) -> np.ndarray:
+    """Reading of a mark that passes once a turn: logic levels, or a smooth peak in volts."""
+    if logic:
+        return (np.mod(angle, 2.0 * np.pi) < 1.0).astype(float)
+    return 5.0 / (1.0 + np.exp(-8.0 * (np.cos(angle + 1.0) - 0.8)))
+
+
+def keyphasor_map(tmp_path: Path, words: str = "") -> Any:
+    lines = [each for each in drives.MAP.splitlines() if "rpm" not in each]
+    text = "\n".join(lines).replace(
+        "angle: {column: encoder, unit: deg}", f"keyphasor: {{column: pulses{words}}}"
+    )
+    return read_mapping_file(drives.mapping(tmp_path, text))
+
+
+@pytest.mark.parametrize(("logic", "off"), [(False, 0.01), (True, 0.15)])
+def test_pulses_tell_the_angle(tmp_path: Path, logic: bool, off: float) -> None:
+    """Logic levels are known to a sample only: 0.18 rad at 180 rad/s."""
+    run = drives.recorded(drives.scene(), noise=0.0)
+    angle = np.radians(run["encoder"])
+    pulses = pulse_train(angle, logic)
+    found = angle_from_pulses(run["t"], pulses, 1, "bench")
+    there = np.isfinite(found)
+    wrong = found[there] - angle[there]
+    assert np.abs(wrong - np.median(wrong)).max() < off
+    file = drives.write({**run, "pulses": pulses}, tmp_path / "bench.csv")
+    measured = measured_of(file, drives.scene(), keyphasor_map(tmp_path))
+    assert measured.free == ("disc_angle",) and not measured.at_rest
+    assert f"{np.sum(~there)} samples before the first pulse and after" in measured.notes[0]
+    assert measured.spindle_angle == pytest.approx(found[there][1:], abs=1e-3)
+    known = measured_of(file, drives.scene(), keyphasor_map(tmp_path, ", angle: 30 deg"))
+    assert known.free == ()
+    assert known.schedule.angle(0.0) == pytest.approx(np.pi / 6.0 + found[there][0], abs=1e-3)
+
+
+def test_a_missing_pulse_is_told(tmp_path: Path) -> None:
+    angle = 0.1 * np.arange(4000.0)
+    pulses = pulse_train(angle, logic=True)
+    pulses[(angle > 20 * np.pi) & (angle < 21 * np.pi)] = 0.0
+    with pytest.raises(InputError, match=r"after 0.5655 s the next pulse comes in 0.126 s.*missing"):
+        angle_from_pulses(1e-3 * np.arange(4000.0), pulses, 1, "bench")
+    with pytest.raises(InputError, match="has 0 pulses; must be at least 10"):
+        angle_from_pulses(1e-3 * np.arange(4000.0), 0.0 * pulses, 1, "bench")
+    with pytest.raises(InputError, match="give angle or keyphasor, not both"):
+        read_mapping_file(drives.mapping(tmp_path, drives.MAP + "keyphasor: {column: rpm}\n"))
