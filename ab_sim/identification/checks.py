@@ -4,6 +4,7 @@ import math
 from typing import NamedTuple
 
 import numpy as np
+from numpy.lib.stride_tricks import sliding_window_view
 
 from ab_sim.errors import InputError, exact
 
@@ -24,6 +25,9 @@ CLIPPED = 3
 AT_PEAK = 4.0
 """Ratio of samples at the largest value to those at the value next to it, from which it is
 clipped."""
+SPIKE, TALL, AROUND = 8.0, 3.0, 12
+"""Times as far off the median of five samples as those near it, and times the signal's r.m.s., from
+which a sample is a spike; samples on either side that are near."""
 LONG, HELD, REGULAR, OFF_WHOLE = 0.05, 1.7, 0.9, 0.05
 """Share of a series without change that counts as constant; mean number of equal samples from
 which it is held; share of equal intervals between changes from which they are regular; distance
@@ -106,6 +110,26 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
             f"s, and so are {len(rows)} of {len(values)}, but runs have to follow the spindle; is "
             "its sensor connected? fill them in, or cut the recording there"
         )
+
+
+def spikes_in(values: np.ndarray) -> np.ndarray:
+    """Return rows of one or two samples that stand out of all near them, and of the signal.
+
+    Args:
+        values: of a signal, NaN where there is none.
+    """
+    rows = np.flatnonzero(np.isfinite(values))
+    some = values[rows]
+    if len(some) < FEWEST:
+        return rows[:0]
+    middle = np.median(sliding_window_view(np.pad(some, 2, mode="edge"), 5), axis=1)
+    off = np.abs(some - middle)
+    around = sliding_window_view(np.pad(off, AROUND, mode="reflect"), 2 * AROUND + 1)
+    # The largest one near it that belongs to no spike of up to two samples.
+    usual = np.partition(around, -3, axis=1)[:, -3]
+    tall = off > max(TALL * float(middle.std()), 1e-300)
+    found: np.ndarray = rows[tall & (off > SPIKE * usual)]
+    return found
 
 
 class _Repeats(NamedTuple):

@@ -18,6 +18,7 @@ from ab_sim.identification.checks import (
     check_signal,
     check_speed,
     check_time,
+    spikes_in,
 )
 from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import (
@@ -116,6 +117,7 @@ class _Reader:
         )  # fmt: skip
         # One that is infinite is as little known as one that is not there.
         signals[np.isinf(signals)] = np.nan
+        spikes = self._without_spikes(signals)
         time = self._time(len(signals))
         check_time(time, name)
         speed = self._optional(mapping.speed, "rad/s", "speed")
@@ -169,10 +171,16 @@ class _Reader:
         if sensor is not None and step is not None:
             every = steps_per_sample(sensor.sample_rate, step)
             kept &= np.rint(time / step).astype(np.int64) % every == 0
+        rests = mapping.at_rest
+        if rests is None:
+            rests = abs(schedule.speed(0.0)) < STANDS * schedule.top_speed
+        if len(axes) == 1 and not rests:
+            remarks.append(
+                "does not begin at rest, and has one signal: the deck's start across it is not "
+                "known, and taken as 0"
+            )
         for k, each in enumerate(mapping.signals):
             check_held_signal(signals[kept, k], f"signals.{k} ({each.column})", name)
-        speeds = np.array([schedule.speed(0.0), schedule.top_speed])
-        rests = mapping.at_rest
         pulses = mapping.keyphasor
         zero_known = angle is not None if pulses is None else pulses.angle is not None
         free = dict.fromkeys((*mapping.free, *(() if zero_known else (DISC_ANGLE,))))
@@ -191,14 +199,30 @@ class _Reader:
             free=tuple(free),
             trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
             doubt=sense.doubt,
-            at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
+            at_rest=rests,
             notes=(
                 *self._table.notes,
                 *cut,
+                *spikes,
                 *self._left_out(time[kept], signals[kept]),
                 *filter(None, remarks),
             ),
         )
+
+    def _without_spikes(self, signals: np.ndarray) -> list[str]:
+        """Set spikes of a real drive's signals to NaN; return what is said of them."""
+        notes = []
+        # In a simulation a ball that hits another one makes spikes.
+        for k, each in enumerate(() if self._table.description else self._mapping.signals):
+            rows = spikes_in(signals[:, k])
+            if len(rows):
+                one = "spike" if len(rows) == 1 else "spikes"
+                notes.append(
+                    f"{len(rows)} {one} in {each.column} left out, the first at row {rows[0]}: is "
+                    "its line disturbed?"
+                )
+                signals[rows, k] = np.nan
+        return notes
 
     def _left_out(self, time: np.ndarray, signals: np.ndarray) -> list[str]:
         """What is not there and not fitted, in words."""

@@ -15,7 +15,13 @@ from ab_msgs_py import ImuSample, JointSample, WhirlSample
 from ab_msgs_py.topics import IMU, JOINT_STATES, PROBE
 from ab_sim.bags.messages import encoded
 from ab_sim.errors import InputError
-from ab_sim.identification.checks import check_held, check_held_signal, check_signal, check_time
+from ab_sim.identification.checks import (
+    check_held,
+    check_held_signal,
+    check_signal,
+    check_time,
+    spikes_in,
+)
 from ab_sim.identification.inputs import measured_of
 from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
@@ -299,9 +305,37 @@ def test_a_missing_pulse_is_told(tmp_path: Path) -> None:
     angle = 0.1 * np.arange(4000.0)
     pulses = pulse_train(angle, logic=True)
     pulses[(angle > 20 * np.pi) & (angle < 21 * np.pi)] = 0.0
-    with pytest.raises(InputError, match=r"after 0.5655 s the next pulse comes in 0.126 s.*missing"):
+    with pytest.raises(
+        InputError, match=r"after 0.5655 s the next pulse comes in 0.126 s.*missing"
+    ):
         angle_from_pulses(1e-3 * np.arange(4000.0), pulses, 1, "bench")
     with pytest.raises(InputError, match="has 0 pulses; must be at least 10"):
         angle_from_pulses(1e-3 * np.arange(4000.0), 0.0 * pulses, 1, "bench")
     with pytest.raises(InputError, match="give angle or keyphasor, not both"):
         read_mapping_file(drives.mapping(tmp_path, drives.MAP + "keyphasor: {column: rpm}\n"))
+
+
+@pytest.mark.parametrize("per_turn", [4.5, 20.0, 200.0])
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.3])
+def test_spikes_are_told_from_a_whirl_and_noise(per_turn: float, noise: float) -> None:
+    """Over a resonance, where most of the recording is quiet."""
+    at = np.arange(4000.0)
+    whirl = np.exp(-(((at - 2000.0) / 600.0) ** 2)) * np.sin(2.0 * np.pi / per_turn * at)
+    values = np.concatenate([np.zeros(500), whirl + noise * FLUTTER])
+    assert spikes_in(values).tolist() == []
+    assert spikes_in(np.round(5.0 * values)).tolist() == []
+    values[[700, 701, 2500, 3999]] = 9.0, -8.0, 1e6, -9.0
+    values[3000] = np.nan
+    assert spikes_in(values).tolist() == [700, 701, 2500, 3999]
+
+
+def test_spikes_are_left_out_and_named(tmp_path: Path) -> None:
+    table = drives.recorded(drives.scene())
+    spiky = {**table, "ch1": table["ch1"].copy()}
+    spiky["ch1"][[400, 900]] = 1e6, -50.0
+    file = drives.write(spiky, tmp_path / "bench.csv")
+    found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
+    assert found.notes[0] == (
+        "2 spikes in ch1 left out, the first at row 400: is its line disturbed?"
+    )
+    assert np.nanmax(np.abs(found.signals)) < 2e-3
