@@ -1,6 +1,6 @@
 """Publishers of a drive's node."""
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 
 from rclpy.node import Node
@@ -9,6 +9,7 @@ from ab_msgs_py import Block, Health, Level, Task, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
 from ab_sim.nodes.state_publishers import StatePublishers
 from ab_sim.scene import Scene
 
@@ -40,8 +41,8 @@ class Outputs:
         """Clear the latched topics: no scene is loaded."""
         self._observed.end()
 
-    def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every accelerometer sample of some integration steps."""
+    def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
+        """Publish every accelerometer sample of some integration steps, and what follows of all."""
         self._observed.sampled(runs, faults)
 
     def state_values(
@@ -75,7 +76,8 @@ class Outputs:
         node = self._node
         hardware = self._hardware or f"{node.get_namespace()}/{self._scene}".lstrip("/")
         name = node.get_fully_qualified_name()
-        health = Health(name, Task.DRIVE, level, text, dict(values or {}), hardware, time_ns)
+        shown = {**(values or {}), PARAMETERS: changed_parameters(node)}
+        health = Health(name, Task.DRIVE, level, text, shown, hardware, time_ns)
         self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
 
     def other_clock(self) -> str:

@@ -111,21 +111,21 @@ QOS_POLICIES: dict[str, Sequence[str]] = {
     "history": ("keep_last", "keep_all"),
     "depth": (),  # a number
 }
-PARAMETERS = "parameters: "
-"""What a node's log entry with its parameters begins with."""
+PARAMETERS = "parameters"
+"""Key of a node's diagnostics, and first word of the log entry, with its parameters."""
 
 
 def close_parameters(node: Node) -> None:
     """Refuse values for undeclared parameters, and log those that differ from their defaults.
 
-    To be called after all parameters were declared. The log is latched, so that a recorder that
-    starts later has it. ROS itself ignores values for undeclared parameters. Overrides
-    of a topic's QoS are declared with the topic: only their form is checked here.
+    To be called after all parameters were declared. ROS itself ignores values for undeclared
+    parameters. Overrides of a topic's QoS are declared with the topic: only their form is checked
+    here.
 
     Raises:
         InputError: names the parameters that were given and are not there, and the nearest.
     """
-    known = [name for name in node.get_parameters_by_prefix("") if "." not in name]
+    known = _known(node)
     for name, given in node.handle.get_parameters(Parameter).items():
         if name.startswith(QOS):
             _check_override(name, given.value)
@@ -135,15 +135,23 @@ def close_parameters(node: Node) -> None:
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
                 "goes into a file, under their names"
             )
-    values = {name: node.get_parameter(name).value for name in sorted(known)}
+    node.get_logger().info(f"{PARAMETERS}: {changed_parameters(node)}")
+
+
+def changed_parameters(node: Node) -> str:
+    """Return the parameters that differ from their defaults now, with their values."""
+    values = {name: node.get_parameter(name).value for name in sorted(_known(node))}
     defaults = _DEFAULTS.get(node, _ROS_DEFAULTS)
     changed = [
         f"{name} = {value!r}"
         for name, value in values.items()
         if name not in defaults or value != defaults[name]
     ]
-    text = f"{', '.join(changed)}; others as by default" if changed else "all as by default"
-    node.get_logger().info(PARAMETERS + text)
+    return f"{', '.join(changed)}; others as by default" if changed else "all as by default"
+
+
+def _known(node: Node) -> list[str]:
+    return [name for name in node.get_parameters_by_prefix("") if "." not in name]
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:

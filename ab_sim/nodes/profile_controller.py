@@ -19,7 +19,14 @@ from ab_sim.errors import AbSimError, InputError
 from ab_sim.nodes import profile_words
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.log import PlainLog
-from ab_sim.nodes.parameters import ParameterSpec, close_parameters, declare, path_of
+from ab_sim.nodes.parameters import (
+    PARAMETERS,
+    ParameterSpec,
+    changed_parameters,
+    close_parameters,
+    declare,
+    path_of,
+)
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_action import ProfileAction
 from ab_sim.nodes.profile_ears import ProfileEars
@@ -221,6 +228,7 @@ class ProfileController(PlainLog):
             "commands published": str(self._published),
             "sends": "speeds" if self._sent is None else "a trajectory",
             "listeners": str(self.listeners),
+            PARAMETERS: changed_parameters(self),
         }
         health = Health(
             self.get_fully_qualified_name(),

@@ -161,9 +161,10 @@ class RecordedFiles:
             self._write(lambda recording: recording.state(name, time, state))
 
     def standing(self, about: str, time: float, text: str, source: str) -> None:
-        """Note what holds for long, in this file and at the beginning of every further one."""
-        self._standing[source, about] = text
-        self.event(time, text, "INFO", source)
+        """Note what holds until it is said otherwise, in this file and in every further one."""
+        if self._standing.get((source, about)) != text:
+            self._standing[source, about] = text
+            self.event(time, text, "INFO", source)
 
     def flush(self) -> None:
         """Write what was taken; where nothing can be written, try another file now and then."""

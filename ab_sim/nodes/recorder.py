@@ -21,6 +21,7 @@ from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import (
     PARAMETERS,
+    changed_parameters,
     close_parameters,
     declare,
     recording_file,
@@ -230,6 +231,9 @@ class Recorder(PlainLog):
         for health in entries:
             if health.namespace != self.get_namespace():
                 continue
+            if parameters := health.values.get(PARAMETERS):
+                text = f"{health.node.rpartition('/')[2]}: {PARAMETERS}: {parameters}"
+                self._files.standing(health.node, self._time, text, PARAMETERS)
             factor = _number(health.values.get("real-time factor", "nan"))
             if math.isfinite(factor):
                 self._files.scalar(REAL_TIME_FACTOR, self._time, factor)
@@ -257,9 +261,7 @@ class Recorder(PlainLog):
         _, level, node, text = event
         if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
-        if text.startswith(PARAMETERS):
-            self._files.standing(node, self._time, f"{node}: {text}", "parameters")
-        else:
+        if not text.startswith(f"{PARAMETERS}: "):  # in the diagnostics, for late recorders, too
             self._files.event(self._time, f"{node}: {text}", level, "log")
 
     def _state(self) -> str:
@@ -280,6 +282,7 @@ class Recorder(PlainLog):
             **{f"messages dropped, {topic}": count for topic, count in dropped.items()},
             "messages malformed": self._malformed,
             "messages waiting": len(self._inbox),
+            PARAMETERS: changed_parameters(self),
         }
         level = Level.OK
         slow_bag = self._bag is not None and self._bag.dropped

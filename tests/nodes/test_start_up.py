@@ -51,6 +51,11 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     fleet.until(lambda: status and text_of(status[-1]) == "done", "the profile is done")
     fleet.until(lambda: joints and joints[-1].velocity[0] == 200.0, "the drive is there")
     fleet.until(lambda: fleet.value("drive_sim", "real-time factor"), "its pace is measured")
+    assert fleet.set("drive_sim", speed_factor=0.5)[0]
+    fleet.until(
+        lambda: "speed_factor = 0.5" in fleet.value("drive_sim", "parameters"),
+        "it says what it was told",
+    )
     for node in ("drive_sim", "profile_controller", "recorder"):
         assert fleet.stop(node) == 0, node
         assert "Traceback" not in fleet.log(node)
@@ -71,7 +76,10 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     assert any("profile: running" in text for text in texts)
     assert any("profile: done" in text for text in texts)
     parameters = [text for text in texts if ": parameters: " in text]
-    for parameter in ("drive_sim: parameters: ", "start_paused = True", "use_sim_time = True"):
+    for parameter in (
+        "drive_sim: parameters: ", "start_paused = True", "use_sim_time = True", "lead_time = 0.0",
+        "speed_factor = 0.5",
+    ):  # fmt: skip
         assert any(parameter in text for text in parameters), parameter
     assert not any("command_rate" in text for text in parameters), "it has its default"
     assert cells(file, "/health/profile", "StateChange:state")[-1] == ["done"]
