@@ -269,7 +269,7 @@ def _of_recording(run: StoredRun, name: str) -> Table:
         raise InputError(f"{run.path}: the recording is empty: it has no samples")
     samples = run.trajectory()
     columns = {channel: samples[channel] for channel in run.channels}
-    notes = [run.torn] if run.torn else []
+    notes = [*run.remarks]
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
     first: dict[str, float] = {}
