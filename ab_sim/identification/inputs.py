@@ -12,13 +12,10 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
-    check_held,
-    check_held_signal,
     check_sense,
     check_signal,
     check_speed,
     check_time,
-    spikes_in,
 )
 from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import (
@@ -41,12 +38,14 @@ from ab_sim.identification.measured import (
     UNITS,
     Measured,
 )
+from ab_sim.identification.sampling_checks import check_held, check_held_signal, spikes_in
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
 from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
 from ab_sim.scene.probes import ProximityProbe
 from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
+from ab_sim.spindle import SpeedSchedule
 
 SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
 """Of a scene, by section: what reads accelerations, and what displacements."""
@@ -134,20 +133,7 @@ class _Reader:
             speed = None if speed is None else speed[known]
         own, step = self._run(time)
         time = time - (0.0 if own else time[0])
-        if angle is not None:
-            check_finite(time, angle, "angle", name)
-            check_held(angle, "angle", name)
-            # Of an encoder that counts one turn only, the turns have to be found.
-            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
-            check_speed(time, np.gradient(angle, time), "angle", name)
-        if speed is not None:
-            check_speed(time, speed, "speed", name)
-            check_held(speed, "speed", name)
-        if speed is not None and angle is not None:
-            check_agree(time, speed, angle, name)
-        schedule = schedule_from(time - time[0], speed, angle, name)
-        if time[0] > 0.0:
-            schedule = schedule.moved(float(time[0]))
+        schedule = self._schedule(time, speed, angle)
         axes = self._axes()
         turned = schedule.angles(time)
         remarks = [
@@ -208,6 +194,27 @@ class _Reader:
                 *filter(None, remarks),
             ),
         )
+
+    def _schedule(
+        self, time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None
+    ) -> SpeedSchedule:
+        """Profile of the spindle, from what was recorded of it."""
+        name = self._name
+        if angle is not None:
+            check_finite(time, angle, "angle", name)
+            check_held(angle, "angle", name)
+            # Of an encoder that counts one turn only, the turns have to be found.
+            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
+            check_speed(time, np.gradient(angle, time), "angle", name)
+        if speed is not None:
+            check_speed(time, speed, "speed", name)
+            check_held(speed, "speed", name)
+        if speed is not None and angle is not None:
+            check_agree(time, speed, angle, name)
+        schedule = schedule_from(time - time[0], speed, angle, name)
+        if time[0] > 0.0:
+            schedule = schedule.moved(float(time[0]))
+        return schedule
 
     def _without_spikes(self, signals: np.ndarray) -> list[str]:
         """Set spikes of a real drive's signals to NaN; return what is said of them."""
