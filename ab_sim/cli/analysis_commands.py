@@ -273,8 +273,8 @@ def sensitivity(
 
     The derivatives are those of the steps that are taken, to rounding: all numbers change at once,
     in one run. Where balls stick and come loose, and a motor reaches its limit, the times of that
-    move with the numbers. Balls that hit each other have no derivative here; nor have merits that
-    are no numbers, or the time of a sample.
+    move with the numbers, and so do those at which balls hit each other. Merits that are no
+    numbers have no derivative; nor has the time of a sample.
 
     The JSON has `merits`, by name each with value, unit, and `by` key: value and unit of the key,
     derivative (unit per unit) and elasticity (percent per percent; null where the merit is 0).
