@@ -118,6 +118,8 @@ class CommandPath:
         """Number of commands received before the last reset."""
         self._rules = rules
         self.stopped = False
+        self.stop_wanted = False
+        """Whether the next call of ``order`` begins an emergency stop; any thread may set it."""
         self.lead(scene_limits, step)
 
     @property
@@ -333,6 +335,9 @@ class CommandPath:
             now: the step.
             speed: returns the spindle's present speed [rad/s].
         """
+        if self.stop_wanted:
+            self.stop_wanted = False
+            self.emergency_stop()
         while self._bus and self._bus[0].due <= now:
             command = self._bus.popleft()
             self.acted.append(command.stamp)
