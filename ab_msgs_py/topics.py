@@ -92,6 +92,17 @@ WHIRL = declare(
         "m",
     )
 )
+ONCE_PER_TURN = declare(
+    Topic(
+        "whirl/once_per_turn",
+        "geometry_msgs/msg/PointStamped",
+        Conversion(WhirlSample.fields, WhirlSample.of),
+        "the displacement's part that comes once per turn, on axes that turn with the spindle, x "
+        "to the unbalance",
+        "m",
+        rate="`wake_rate`, from the first whole turn on",
+    )
+)
 DECK_POSE = declare(
     Topic(
         "deck_pose",

@@ -1,6 +1,6 @@
 """Publishers of a drive's node."""
 
-from collections.abc import Iterable, Mapping, Sequence, Set
+from collections.abc import Mapping, Sequence, Set
 from pathlib import Path
 
 from rclpy.node import Node
@@ -41,8 +41,8 @@ class Outputs:
         """Clear the latched topics: no scene is loaded."""
         self._observed.end()
 
-    def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every accelerometer sample of some integration steps."""
+    def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
+        """Publish every accelerometer sample of some integration steps, and what follows of all."""
         self._observed.sampled(runs, faults)
 
     def state_values(

@@ -1,7 +1,7 @@
 """Publishers of a drive's state, at every wake-up."""
 
 import math
-from collections.abc import Callable, Iterable, Sequence, Set
+from collections.abc import Callable, Sequence, Set
 from operator import itemgetter
 from typing import NamedTuple
 
@@ -24,15 +24,16 @@ from ab_sim.drive.published import (
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.nodes.accelerometers import Accelerometers
+from ab_sim.nodes.once_per_turn import OncePerTurn
 from ab_sim.scene import Scene
 
 
 class StatePublishers:
     """Publishes a drive's state (`ab_sim.drive.published`), and the deck's pose on tf.
 
-    Also the drive's URDF, and every sample of its accelerometers. A deck in the plane has the same
-    topics: it moves along two axes and does not turn. tf needs tf2_msgs; without it a message is
-    logged.
+    Also the drive's URDF, every sample of its accelerometers, and what comes once per turn. A deck
+    in the plane has the same topics: it moves along two axes and does not turn. tf needs tf2_msgs;
+    without it a message is logged.
 
     Args:
         node: of the publishers; its namespace is part of the frames' names.
@@ -43,6 +44,7 @@ class StatePublishers:
         self._publishers = {topic: topic.publisher(node) for topic in STATE_TOPICS}
         self._model = topics.MODEL.publisher(node)
         self._accelerometers = Accelerometers(node)
+        self._once_per_turn = OncePerTurn(node)
         self._streams: list[_Stream] = []
         self._subscribed: list[_Stream] = []
         self._tf_static = None
@@ -64,6 +66,7 @@ class StatePublishers:
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
         self._model.publish(topics.MODEL.message(urdf_of(scene)))
         self._accelerometers.begin(scene)
+        self._once_per_turn.begin(scene)
         named = StateChannels(self._namespace, channels, scene.balls.count, list(scene.sensors))
         self._names, self._tilts = named.names, named.tilts
         first = channels.index("ball_0_angle") if scene.balls.count else 0
@@ -124,9 +127,10 @@ class StatePublishers:
             if stream.sensor not in silent:
                 stream.send(stream.message.at(time, stream.numbers(values)))
 
-    def sampled(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every accelerometer sample of some integration steps."""
+    def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
+        """Publish every accelerometer sample of some integration steps, and what follows of all."""
         self._accelerometers.publish(runs, faults)
+        self._once_per_turn.publish(runs)
 
     def _stream(self, topic: Topic, messages: Template) -> "_Stream":
         handle = self._publishers[topic].handle

@@ -42,6 +42,7 @@ SAMPLES: dict[Topic, Any] = {
     topics.TF_STATIC: [],
     topics.IMU: ImuSample(TIME, PLACE, 0.25, "pickup"),
     topics.PROBE: WhirlSample(TIME, PLACE, "probe"),
+    topics.ONCE_PER_TURN: WhirlSample(TIME, PLACE, "spindle"),
     topics.MODEL: "<robot/>",
     topics.DESCRIPTION: {"a": "ß"},
     topics.FAULTS: ["ball_0 sticks"],

@@ -9,6 +9,7 @@ import pytest
 
 from ab_msgs_py import Block, JointSample, PoseSample, VibrationSample, WhirlSample, topics
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.turn_vector import once_per_turn
 from ab_sim.recording import read_recording
 from tests.nodes.fleet import Fleet
 
@@ -37,7 +38,13 @@ def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) 
     """What topics show is what blocks hold and what is recorded; frames say on which axes."""
     heard = {
         topic.name: fleet.listen(topic._replace(name=f"left/{topic.name}"))
-        for topic in (topics.JOINT_STATES, topics.VIBRATION, topics.WHIRL, topics.DECK_POSE)
+        for topic in (
+            topics.JOINT_STATES,
+            topics.VIBRATION,
+            topics.WHIRL,
+            topics.DECK_POSE,
+            topics.ONCE_PER_TURN,
+        )
     }
     blocks = fleet.listen(topics.BLOCK._replace(name="left/vibration/block"))
     tf = fleet.listen(topics.TF) if topics.TF.type else []
@@ -66,6 +73,14 @@ def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) 
         assert math.fsum(q * q for q in pose.turn) == pytest.approx(1.0, abs=1e-14)
     for whirl in map(WhirlSample.of, heard["whirl"]):
         assert (whirl.place, whirl.frame) == (place[whirl.time], "left/drive_housing")
+    vectors = once_per_turn(run)
+    turning = by_time(run, np.column_stack([vectors.real, vectors.imag, 0.0 * vectors.real]))
+    seen = [WhirlSample.of(message) for message in heard["whirl/once_per_turn"]]
+    assert {one.frame for one in seen} == {"left/spindle"}
+    known = [one for one in seen if not math.isnan(turning[one.time][0])]
+    assert len(known) > 200, "but for the first turn after this test listened"
+    for one in known:
+        assert one.place == pytest.approx(turning[one.time], rel=1e-9, abs=1e-12)
     for shaken in map(VibrationSample.of, heard["vibration"]):
         assert (shaken.linear, shaken.frame) == (linear[shaken.time], "left/drive_housing")
         assert shaken.angular == pytest.approx(angular[shaken.time], rel=1e-12)

@@ -13,6 +13,7 @@ from pydantic import BaseModel
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import InputError, SceneError, nearest
 from ab_sim.quoting import short
+from ab_sim.scene.changes import listed
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -147,15 +148,8 @@ def _listed(node: Any, path: str, scene: Scene) -> Any:
     """Where one number stands for all, or none is given, the list of them."""
     if node is None and path == "start.ball_angles":
         return start_angles(scene)
-    if node is None and path == "start.ball_rates":
-        return (0.0,) * scene.balls.count
-    if type(node) is float and path in ("balls.mass", "balls.radius"):
-        return (node,) * scene.balls.count
-    if type(node) is float and path == "race.height":
-        return (node,)
-    if type(node) is float and path.startswith("mounts."):
-        return (node,) * 3
-    return node
+    entries = listed(path, node, scene.balls.count)
+    return tuple(entries) if isinstance(entries, list) else entries
 
 
 def _replaced(node: Any, parts: Sequence[str], value: float, scene: Scene, path: str = "") -> Any:

@@ -1,0 +1,54 @@
+"""The vibration's part that comes once per turn, as a balancing machine shows it."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from rclpy.node import Node
+
+from ab_msgs_py import WhirlSample, topics
+from ab_msgs_py.prefilled import Prefilled
+from ab_msgs_py.samples import frame_of
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.turn_vector import TurnVector
+from ab_sim.scene import Scene
+from ab_sim.scene.frames import SPINDLE
+
+
+class OncePerTurn:
+    """Publishes the vector over the last turn while somebody listens.
+
+    Args:
+        node: of the publisher; its namespace is part of the frame's name.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._publisher = topics.ONCE_PER_TURN.publisher(node)
+        frame = frame_of(node.get_namespace(), SPINDLE)
+        self._message = Prefilled(
+            topics.ONCE_PER_TURN.message(WhirlSample(0, (0.0, 0.0, 0.0), frame))
+        )
+        self._turn: TurnVector | None = None
+
+    def begin(self, scene: Scene) -> None:
+        """Begin with the next sample: it belongs to another run."""
+        self._turn, self._step_ns = None, round(scene.solver.step * 1e9)
+
+    def publish(self, runs: Sequence[Trajectory]) -> None:
+        """Publish the vector at the last of further samples, if a whole turn lies before it.
+
+        Args:
+            runs: the samples of all integration steps since the last call.
+        """
+        if not self._publisher.get_subscription_count():
+            self._turn = None
+            return
+        if self._turn is None:
+            self._turn = TurnVector()
+        vector = complex(np.nan)
+        for run in runs:
+            if len(run):
+                vector = self._turn.of(run["angle"], run["x"], run["y"])[-1]
+                time = round(run["step"][-1]) * self._step_ns
+        if np.isfinite(vector):
+            place = float(vector.real), float(vector.imag), 0.0
+            self._publisher.publish(self._message.at(time, place))
