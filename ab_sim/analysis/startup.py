@@ -5,8 +5,6 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
-from scipy.interpolate import CubicHermiteSpline
-from scipy.optimize import brentq
 
 from ab_sim.drive.trajectory import Trajectory, whirl_of
 from ab_sim.scene.model import Scene
@@ -123,11 +121,16 @@ def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
     k = int(np.argmax(passed))
     if k == 0:
         return float(time[0])
-    near = slice(k - 1, k + 1)
-    angle = CubicHermiteSpline(
-        time[near], trajectory.ball_angles[near], trajectory.ball_rates[near]
-    )
-    return float(brentq(lambda t: float(np.max(angle(t))) + math.pi, time[k - 1], time[k]))
+    length = float(time[k] - time[k - 1])
+    angles, rates = trajectory.ball_angles, length * trajectory.ball_rates
+    path = _cubic(angles[k - 1], angles[k], rates[k - 1], rates[k])
+    before, after = 0.0, 1.0
+    while before < (between := 0.5 * (before + after)) < after:
+        if np.max(_value(path, np.full(trajectory.balls, between))) > -math.pi:
+            before = between
+        else:
+            after = between
+    return float(time[k - 1]) + after * length
 
 
 def settling_begins(scene: Scene) -> float | None:

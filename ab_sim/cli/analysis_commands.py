@@ -32,7 +32,7 @@ def modes(
         typer.Option(metavar="FILE", help="Draw frequencies and damping over speed (Campbell)."),
     ] = None,
 ) -> None:
-    """Natural frequencies, damping ratios and mode shapes of the deck in its suspension.
+    """Compute the deck's natural frequencies, damping and modes.
 
     About where it hangs at rest, at one speed of the spindle, and over speeds from 0 to
     spindle.max_speed, where gyroscopic moments change them. Rotor and balls are averaged over one
@@ -71,7 +71,7 @@ def equilibria(
         typer.Option(metavar="FILE", help="Draw the branches over speed: .png, .svg or .pdf."),
     ] = None,
 ) -> None:
-    """Where the balls can rest on the rotor at a speed that is held, and how firmly.
+    """Find where balls can rest at a constant speed, and if stable.
 
     All resting states at one speed: p+q has p balls on the side of the displacement and q
     opposite, /1 the larger whirl and /2 the smaller; a sign per ball where balls differ; balanced
@@ -111,7 +111,7 @@ def stability(
     json: JsonOption = None,
     plot: MapPlotOption = None,
 ) -> None:
-    """Which resting states are stable over two values of the scene; which starts end balanced.
+    """Map stability over two values, or the starts that end balanced.
 
     A map is computed where it changes only, and so is what was computed before: an interrupted one
     goes on. Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole
@@ -190,7 +190,7 @@ def floquet(
         ),
     ] = None,
 ) -> None:
-    """Motions that repeat with every turn of the spindle, and whether they are stable (Floquet).
+    """Find motions that repeat each turn, and if they are stable.
 
     At a speed that is held; for scenes whose spindle angle stays in the equations (a deck in space,
     unequal suspension, gravity across the shaft), and others too. Found by Newton's method, judged
@@ -226,7 +226,7 @@ def recovery(
         typer.Option(metavar="FILE", help="Draw settling time and amplitude over drag."),
     ] = None,
 ) -> None:
-    """How a scene recovers from its change of speed, and with which drag of the race best.
+    """Show how a drive recovers from a change of speed.
 
     Settling time: from the instant of the largest whirl after the change of speed has begun to the
     one from which on the whirl stays within 1e-6 mm of that of the resting state that it goes to.
@@ -269,12 +269,12 @@ def sensitivity(
         Path | None, typer.Option(metavar="FILE", help="Draw percents per percent as bars.")
     ] = None,
 ) -> None:
-    """What a small change of a scene's numbers makes of what its run is judged by, exactly.
+    """Compute how much each value of a scene changes the result.
 
     The derivatives are those of the steps that are taken, to rounding: all numbers change at once,
     in one run. Where balls stick and come loose, and a motor reaches its limit, the times of that
-    move with the numbers. Balls that hit each other have no derivative here; nor have merits that
-    are no numbers, or the time of a sample.
+    move with the numbers, and so do those at which balls hit each other. Merits that are no
+    numbers have no derivative; nor has the time of a sample.
 
     The JSON has `merits`, by name each with value, unit, and `by` key: value and unit of the key,
     derivative (unit per unit) and elasticity (percent per percent; null where the merit is 0).
@@ -296,7 +296,7 @@ def paper(
     ] = Path("out/papers"),
     json: JsonOption = None,
 ) -> None:
-    """Compute a published paper again: its figures, and its values beside ours.
+    """Reproduce a published paper: its figures and numbers.
 
     Papers come with the sources of ab_sim, in docs/gallery. Without a name, those there are.
 

@@ -34,7 +34,6 @@ app = typer.Typer(
     cls=CommandGroup,
     help="Simulate an optical disc drive with a ball-type automatic balancer.",
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     rich_markup_mode="markdown",
 )
@@ -67,7 +66,7 @@ def run(
     rrd: RunRecordingOption = None,
     every: ThinningOption = 1,
 ) -> None:
-    """Run a scene without ROS, as fast as it goes.
+    """Simulate a scene offline, at full speed, and judge the run.
 
     The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl,
     theta, ball_rate, stuck, and where the scene has them motor_torque, readings; of a deck in
@@ -117,7 +116,7 @@ def effects(
         ),
     ] = False,
 ) -> None:
-    """List the effects that a scene can name: meaning, equation, source, parameters.
+    """List the effects that a scene can name, with their equations.
 
     `ab-sim effects suspension --equation` prints what its code computes: f_1 = -c v_1 - k u_1,
     the energy and the loss; symbols as in docs/equations.md.
@@ -134,7 +133,7 @@ def effects(
 
 @app.command()
 def sensors() -> None:
-    """List the sensors that a scene can have: meaning, equation, source, parameters."""
+    """List the sensors that a scene can have, with their equations."""
     from ab_sim.cli.tables import print_sensors
 
     print_sensors()
@@ -149,7 +148,7 @@ def merits(
         bool, typer.Option("--json", help="Print the same as JSON, a list of merits.")
     ] = False,
 ) -> None:
-    """List what a run is judged by: name, unit, which values are better, meaning, equation.
+    """List the merits that a run is judged by, with their equations.
 
     By these names `ab-sim run --json` and `merits_of` in Python give them. Unit e: a length in
     eccentricities, 1: it has none, -: it is no number. False is smaller than true. The last stretch
@@ -164,7 +163,7 @@ def merits(
 
 @app.command()
 def check(scene: SceneArgument, change: SetOption = None) -> None:
-    """Check a scene and say what it would simulate, without running it.
+    """Check a scene without running it, and say what it simulates.
 
     But for one that asks for an accuracy: what delivers it, and at what price, is measured on runs
     of the scene, as `ab-sim run` would do it.
@@ -179,7 +178,7 @@ def check(scene: SceneArgument, change: SetOption = None) -> None:
 
 @app.command()
 def urdf(scene: SceneArgument, change: SetOption = None) -> None:
-    """Print a scene as a URDF, for robot_state_publisher's parameter robot_description.
+    """Print a scene as a URDF, for robot_state_publisher.
 
     `drive_sim` publishes the same on the topic robot_description, for RViz. Joints have the names
     that they have in joint_states; where the deck is, `drive_sim` says on tf.
@@ -203,7 +202,7 @@ def c(
         typer.Option(metavar="FILE", help="Write it as an FMU (FMI 3.0, co-simulation): .fmu."),
     ] = None,
 ) -> None:
-    """Write a scene's drive as self-contained C99, or as an FMU, for tests without Python or ROS.
+    """Write a scene's drive as C99 source or as an FMU.
 
     The equations of its kind of scene, steps of a fixed length, live commands, its speed profile,
     its accelerometers (without noise). The same bits as `ab-sim run` with any C99 compiler that has
@@ -234,7 +233,7 @@ def cost(
         Path | None, typer.Option(metavar="FILE", help="Draw the times with their spread.")
     ] = None,
 ) -> None:
-    """Measure what each effect of a scene costs: time per step, and to get its kernel.
+    """Measure the time that each effect of a scene costs.
 
     With no effects, with each alone, with the scene's set. The first time takes some seconds per
     effect, and more for friction and contact, to compile the kernels.
@@ -254,7 +253,7 @@ def accuracy(
         Path | None, typer.Option(metavar="FILE", help="Draw errors over CPU time, log-log.")
     ] = None,
 ) -> None:
-    """Measure what an accuracy costs: each stepper over a range of steps, beside other solvers.
+    """Measure error against CPU time for each stepper.
 
     Errors in ball angle, whirl and energy balance against a reference whose own uncertainty is
     stated: an independent one for scenes without friction, contact and motor, for others ab_sim's
@@ -275,7 +274,7 @@ def demo(
     view: ViewOption = "none",
     now: NowOption = False,
 ) -> None:
-    """Run a start-up that gets balanced live: three ROS 2 nodes, recorded by Rerun, then judged.
+    """Run a start-up that balances, live over ROS 2, and judge it.
 
     The table and the picture show it beside the same start-up without its variable-speed period,
     and without balls. With --view web, the run starts when a browser shows the page, or with Enter;
@@ -307,7 +306,7 @@ def live(
     ] = None,
     now: NowOption = False,
 ) -> None:
-    """Run a scene in real time, over ROS 2: drive_sim, profile_controller and recorder in one.
+    """Run a scene in real time over ROS 2: all nodes in one command.
 
     With --view web, the run starts when a browser shows the page, or with Enter; after the run the
     page is served until Ctrl-C. A viewer's window stays until you close it. `ab-sim view FILE`
@@ -328,7 +327,9 @@ def view(
         int, typer.Option(min=0, max=65535, help="Of the page with --web; 0: any that is free.")
     ] = 0,
 ) -> None:
-    """Show recordings in Rerun's viewer, side by side; what still grows is followed.
+    """Show recordings in Rerun's viewer, side by side.
+
+    A file that is still being recorded is followed.
 
     Until the window is closed, or Ctrl-C. Nothing is sent to anybody.
     """

@@ -25,13 +25,13 @@ def import_(
     ] = None,
     namespace: NamespaceOption = None,
 ) -> None:
-    """Make a recording of a ROS 2 bag.
+    """Convert a ROS 2 bag to a recording.
 
     With vibration/block it is to the bit what the recorder would have written. Without, it has what
-    there is of spindle/command, joint_states, vibration and whirl, with a row for each stamp of
-    the one that has most; where positions are unknown there are plots and no drawing. An unfinished
-    bag is read as far as it goes. Where a drive was reset there are several recordings, FILE,
-    FILE-2 and so on.
+    there is of spindle/command, joint_states, vibration, whirl, imu/data_raw and displacement, with
+    a row for each stamp of the sensor that has most; where positions are unknown there are plots
+    and no drawing. An unfinished bag is read as far as it goes. Where a drive was reset there are
+    several recordings, FILE, FILE-2 and so on.
     """
     from ab_sim.cli.bags import import_command
 
@@ -40,7 +40,7 @@ def import_(
 
 @bag_commands.command()
 def mend(bag: BagArgument) -> None:
-    """Complete a ROS 2 bag whose recorder was killed, in place.
+    """Repair a ROS 2 bag whose recorder was killed, in place.
 
     What is whole in it stays, to the bit, and gets the index and the counts that other programs ask
     for. A new file is written beside the old one first, and takes its place when it is complete.
@@ -60,7 +60,7 @@ def replay(
         bool, typer.Option("--start-paused", help="Wait for the service replay/pause, with false.")
     ] = False,
 ) -> None:
-    """Publish a ROS 2 bag again with its timing, and each topic with its quality of service.
+    """Publish a ROS 2 bag again, with its timing and QoS.
 
     Commands, too: whoever listens to spindle/command obeys them. drive_description is told first;
     a recorder that listens records the same samples.

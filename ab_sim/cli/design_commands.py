@@ -76,7 +76,7 @@ def sweep(
     plot: SweepPlotOption = None,
     units: UnitsOption = "",
 ) -> None:
-    """Run a scene over values of its keys, and judge each run by merits.
+    """Run a scene over ranges of its values, and judge each run.
 
     What is done is kept: killed at any time, the same command goes on where it was; given again, it
     has its answer at once. Results do not depend on the number of processes,
@@ -120,7 +120,7 @@ def tune(
     plot: TunePlotOption = None,
     units: UnitsOption = "",
 ) -> None:
-    """Find the values of keys with which a merit is best, within bounds on others.
+    """Find the values with which a scene is best, within limits.
 
     First by differential evolution over the whole ranges, then near the best that it has found
     (Nelder and Mead). Only runs that settled count: that did not fail, whose balls do not circulate
@@ -169,7 +169,7 @@ def robust(
     plot: RobustPlotOption = None,
     units: UnitsOption = "",
 ) -> None:
-    """Say what share of built drives balances, how good they are, which tolerance is to blame.
+    """Estimate how many built drives balance, given tolerances.
 
     Runs are independent random draws. The share has Wilson's interval, quantiles have that of order
     statistics, first-order and total Sobol indices that of a bootstrap, differences of designs are
@@ -218,7 +218,7 @@ def size(
     scene: SizeSceneOption = None,
     plot: SizePlotOption = None,
 ) -> None:
-    """Size a balancer: balls, drag and start-up from what the drive must do; each claim is run.
+    """Size a balancer: balls, drag and start-up for given limits.
 
     Numbers may have their unit; without, they are SI. For each number of balls it looks for the
     lightest ones with a drag window: above the drag up to which balls circulate, and such that the

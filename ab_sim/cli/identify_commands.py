@@ -104,7 +104,7 @@ def identify(
         typer.Option(metavar="FILE", help="Draw measured beside fitted: .png, .svg or .pdf."),
     ] = None,
 ) -> None:
-    """Find a drive's numbers from recordings of its vibration and its spindle's speed.
+    """Fit a drive's parameters to recorded vibration and speed.
 
     Recordings without balls are fitted first, then start angles of the balls from many random
     starts on a growing part of each recording, then everything at once. Every number has its

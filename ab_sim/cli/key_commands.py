@@ -40,7 +40,7 @@ def schema(
         typer.Option(metavar="FILE", help="Write it to a .json file. Default: standard output."),
     ] = None,
 ) -> None:
-    """Print the JSON Schema of a scene file, with which an editor completes and checks scenes.
+    """Print the JSON Schema of scene files, for editors.
 
     With yaml-language-server (VS Code's YAML extension, Neovim, Emacs, Helix): run
     `ab-sim schema --out scene.schema.json`, and begin a scene beside it with the line

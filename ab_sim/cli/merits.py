@@ -37,7 +37,7 @@ def merits_table(
     table = Table(title=title, caption_justify="left")
     table.add_column("", no_wrap=True)
     for head in columns:
-        table.add_column(head, overflow="fold")
+        table.add_column(head, overflow="fold", min_width=len("balanced"))
 
     for merit, row in _rows():
         cells = [row.text(merits, scale) for merits in runs_beside]

@@ -8,6 +8,7 @@ import typer
 from ab_sim.cli.node_services import DRIVE, SERVICES, ServiceArgument, ServiceCommand
 
 node_commands = typer.Typer(
+    short_help="Command a running drive's speed; pause, step or reset nodes.",
     help="Command a running drive's speed, or ask nodes to pause, step, start and so on. Exit "
     "codes: 0 done, 1 refused by the node, 2 bad input or nobody there.",
     no_args_is_help=True,

@@ -39,7 +39,7 @@ def export(
     namespace: BagNamespaceOption = None,
     rate: BagRateOption = None,
 ) -> None:
-    """Write a recording's samples to other formats, in double precision to the bit.
+    """Convert a recording to Parquet, CSV or a ROS 2 bag.
 
     Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
     in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
@@ -77,7 +77,7 @@ def state(
         typer.Option("--at", metavar="T", help="At this time [s]. Default: its end."),
     ] = None,
 ) -> None:
-    """Print a state of a recording as the section `start` of a scene.
+    """Print a recorded state as the section `start` of a scene.
 
     A run goes on from there, also in another scene with as many balls:
     `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. A sample does not show whether
@@ -101,7 +101,7 @@ def compare(
         ),
     ] = None,
 ) -> None:
-    """Run a scene under a recording's commands, and show how far each channel is from it.
+    """Run a recording's commands again, and compare each channel.
 
     A recording of ab_sim is followed step by step, and with its own scene gives the same bits, run
     live or offline. Another one is aligned by time: the scene begins at its first sample, obeys
@@ -137,7 +137,7 @@ def report(
     ] = None,
     json: JsonOption = None,
 ) -> None:
-    """What recorded runs come to, side by side: a table, a picture, a page.
+    """Judge recorded runs side by side: table, picture or web page.
 
     Speed, whirl, driving force, ball angles, tilt and motor torque over time, as far as there are;
     the deck's path, of the whole run and of the last turns; the spectrum of the vibration at the

@@ -5,6 +5,7 @@ from collections.abc import Iterator
 import numpy as np
 from rich.table import Table
 
+from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.sensitivity import NoDerivative, Sensitivities, real_keys, sensitivities
 from ab_sim.analysis.sensitivity.keys import RealKey, scale_of
 from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities, differentiable_merits
@@ -29,6 +30,11 @@ def sensitivity_command(
     def work(tell: Tell) -> Outcome:
         run, without = _run(scene, wanted, tell)
         found = run.of_merits(names)
+        if not merits_of(run.trajectory, run.scene, ["settled"])["settled"]:
+            without.append(
+                "the run has not settled: final values still change, and so do their derivatives; "
+                "a longer duration tells of the settled drive"
+            )
         return Outcome([*_shown(run, found), *without], found.report, plotted(found))
 
     return Command(work, scene.name)

@@ -102,14 +102,15 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     """Magnitudes that no sound run reaches; beyond them the state is nonsense.
 
     A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
-    one step, which no stepper can follow. Angles and energies grow without limit in sound runs.
+    one step, which no stepper can follow. Energies grow without limit in sound runs.
     """
     layout = layout_of(system)
     bounds = np.full(layout.size, 1e150)
     bounds[layout.deck] = 1e6
+    bounds[layout.angles] = MOST_ANGLE
     bounds[layout.rates] = 3.0 / step
     if has_motor(system.effects):
-        bounds[layout.spindle.start + 1] = 3.0 / step
+        bounds[layout.spindle.start : layout.spindle.start + 2] = MOST_ANGLE, 3.0 / step
     return bounds
 
 
@@ -136,6 +137,8 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
 
 TOUCHING = 1e-12
 """Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
+MOST_ANGLE = 1e15
+"""rad; beyond it a double has no digits left below a turn."""
 DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
 LOOP = "the motor's speed loop"

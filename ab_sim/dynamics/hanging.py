@@ -3,7 +3,6 @@
 from collections.abc import Callable
 
 import numpy as np
-from scipy.optimize import approx_fprime, root
 
 FARTHEST = 1e6
 """m; what holds no weight within it holds none."""
@@ -30,6 +29,8 @@ def place_at_rest(
     Returns:
         Displacement and turn, shape (ways + turns,); None if none is found.
     """
+    from scipy.optimize import approx_fprime, root  # takes as long as a run to import
+
     size = float(np.linalg.norm(weight))
     if not size > NO_WEIGHT:
         return np.zeros(len(weight) + turns)

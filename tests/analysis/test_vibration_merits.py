@@ -5,8 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy import signal
 
 from ab_sim.analysis import merits_of, merits_of_pieces, run_scene
+from ab_sim.analysis.merits.vibration import BandPass
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene
 from tests.analysis.made import made
@@ -52,6 +54,20 @@ def test_a_sine_comes_through_by_the_filters_gain(
     assert merits["vibration_velocity_rms"] == 1e3 * merits.vibration_velocity_rms
     if 20 <= frequency <= 1000:  # else what begins at once passes better than what goes on
         assert merits.vibration_velocity_peak == pytest.approx(2e-3 * passed, rel=0.15)
+
+
+@pytest.mark.parametrize("step", [1e-3, 2e-4, 4e-5])
+def test_the_filters_are_those_of_scipy(step: float) -> None:
+    values = np.cumsum(np.random.default_rng(1).standard_normal((3000, 2)), axis=0)
+    steps = np.arange(3001.0)
+    passed = BandPass().passed(steps, step * steps, np.vstack([values[:1], values]))[1:]
+    sections = signal.butter(4, 10.0, "highpass", fs=1 / step, output="sos")
+    if step < 5e-4:
+        low = signal.butter(4, 1000.0, "lowpass", fs=1 / step, output="sos")
+        sections = np.vstack([sections, low])
+    at_rest = signal.sosfilt_zi(sections)[:, :, None] * values[0]
+    expected, _ = signal.sosfilt(sections, values, axis=0, zi=at_rest)
+    assert np.abs(passed - expected).max() < 1e-9 * np.abs(expected).max()
 
 
 def test_3_db_are_lost_at_10_and_at_1000_hz(scene: Any) -> None:

@@ -1,11 +1,16 @@
 """What the help says arrives as it was written."""
 
+import os
 import re
+import subprocess
+import sys
+from pathlib import Path
 
 import pytest
 from typer.main import get_command
 
 from ab_sim.cli.app import app
+from ab_sim.cli.contents import CONTENTS
 from tests.cli.tool import ab_sim
 
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
@@ -15,6 +20,14 @@ def told(name: str) -> list[str]:
     """All texts of a command's help."""
     command = COMMANDS[name]
     return [command.help, *(getattr(parameter, "help", None) or "" for parameter in command.params)]
+
+
+def installed(environment: dict[str, str], *arguments: str) -> str:
+    """What the installed command prints."""
+    command = [Path(sys.executable).with_name("ab-sim"), *arguments]
+    return subprocess.run(
+        command, env=dict(os.environ) | environment, capture_output=True, text=True, check=True
+    ).stdout
 
 
 def bracketed(text: str) -> list[str]:
@@ -33,3 +46,18 @@ def test_units_and_extras_in_brackets_arrive(name: str) -> None:
     for text in told(name):
         for unit in bracketed(text):
             assert shown.count(unit) >= sum(other.count(unit) for other in told(name)), unit
+
+
+def test_every_command_has_one_line_under_one_heading() -> None:
+    listed = [name for names in CONTENTS.values() for name in names]
+    assert sorted(listed) == sorted(COMMANDS)
+    shown = installed({"COLUMNS": "80"}, "--help").splitlines()
+    for heading, names in CONTENTS.items():
+        (at,) = [row for row, line in enumerate(shown) if line.startswith(f"╭─ {heading} ─")]
+        rows = shown[at + 1 : at + 1 + len(names)]
+        assert [row.split()[1] for row in rows] == [*names], "in 80 columns none takes two lines"
+
+
+def test_a_shell_completes_commands() -> None:
+    asked = {"_AB_SIM_COMPLETE": "complete_bash", "COMP_WORDS": "ab-sim equ", "COMP_CWORD": "1"}
+    assert installed(asked).split() == ["equilibria"]

@@ -96,7 +96,7 @@ class Merits(MotionMerits):
         BroadBandWatch,
         lambda vibration: vibration.final,
         Row(
-            f"vibration, rms, {LOWEST:g} to {HIGHEST:g} Hz [mm/s]",
+            f"rms velocity, {LOWEST:g}-{HIGHEST:g} Hz [mm/s]",
             lambda m, _: m.vibration_velocity_null or milli_text(m.vibration_velocity_rms),
         ),
         better=Better.SMALLER,
@@ -117,7 +117,7 @@ class Merits(MotionMerits):
         "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
         BroadBandWatch,
         lambda vibration: vibration.whole,
-        Row("vibration, rms, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
+        Row("rms velocity, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
         better=Better.SMALLER,
     )
     vibration_velocity_peak = Merit[float | None](

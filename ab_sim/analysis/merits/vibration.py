@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from ab_sim.analysis.merits.each_run import EachRun, JudgedRun
+from ab_sim.compiling import Cube, Table, compiled
 from ab_sim.drive.trajectory import Trajectory
 
 LOWEST, HIGHEST = 10.0, 1000.0
@@ -39,7 +40,7 @@ class BandPass:
         self._spacing, self._duration = -1, math.nan
         self.begun: list[int] = []
         """Where among the newest samples it has begun."""
-        self._sections, self._state = np.empty((0, 6)), np.empty(0)
+        self._sections, self._state = np.empty((0, 5)), np.empty((0, 2, 0))
 
     def passed(self, steps: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
         """What comes through of the next samples, at least one.
@@ -70,32 +71,67 @@ class BandPass:
     def _evenly(self, values: np.ndarray) -> np.ndarray:
         if len(self._sections) == 0:
             return np.zeros(values.shape)
-        from scipy import signal  # takes long to import
-
-        passed, self._state = signal.sosfilt(self._sections, values, axis=0, zi=self._state)
-        return np.asarray(passed)
+        passed = np.ascontiguousarray(values.T)
+        compiled(through_sections)(self._sections, self._state, passed)
+        return passed.T
 
     def _begin(self, spacing: int) -> None:
-        from scipy import signal  # takes long to import
-
         self._spacing = spacing
         self._sections = _sections(1.0 / (spacing * self._duration))
-        if len(self._sections):
-            self._state = signal.sosfilt_zi(self._sections)[:, :, None] * self._before
+        self._state = _at_rest(self._sections, self._before)
 
 
 @lru_cache
 def _sections(rate: float) -> np.ndarray:
-    """Of the filters, shape (sections, 6), for a rate of samples [Hz]; none where that is low."""
-    from scipy import signal  # takes long to import
+    """Return b0, b1, b2, a1, a2 of the filters' sections for a rate of samples [Hz].
 
-    if rate <= 2.0 * LOWEST:
-        return np.empty((0, 6))
-    sections = signal.butter(ORDER, LOWEST, "highpass", fs=rate, output="sos")
+    Butterworth filters by the bilinear transform, as ``scipy.signal.butter`` makes them, whose
+    import would take longer than the run. Shape (sections, 5); no sections where the rate is low.
+    """
+    bands = [(LOWEST, np.array([1.0, -2.0, 1.0]))] if rate > 2.0 * LOWEST else []
     if rate > 2.0 * HIGHEST:
-        low = signal.butter(ORDER, HIGHEST, "lowpass", fs=rate, output="sos")
-        sections = np.vstack((sections, low))
-    return np.asarray(sections)
+        bands.append((HIGHEST, np.array([1.0, 2.0, 1.0])))
+    found = []
+    for edge, zeros in bands:
+        k = math.tan(math.pi * edge / rate)
+        for pair in range(ORDER // 2):
+            damped = 2.0 * math.sin(math.pi * (2 * pair + 1) / (2 * ORDER)) * k
+            whole = 1.0 + damped + k * k
+            gain = (1.0 if zeros[1] < 0.0 else k * k) / whole
+            poles = 2.0 * (k * k - 1.0) / whole, (1.0 - damped + k * k) / whole
+            found.append([*(gain * zeros), *poles])
+    return np.array(found).reshape(-1, 5)
+
+
+def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the states after these values were there for ever, shape (sections, 2, channels)."""
+    state = np.empty((len(sections), 2, len(values)))
+    for (b0, b1, b2, a1, a2), (first, second) in zip(sections, state, strict=True):
+        passed = values * ((b0 + b1 + b2) / (1.0 + a1 + a2))
+        first[:], second[:] = passed - b0 * values, b2 * values - a2 * passed
+        values = passed
+    return state
+
+
+def through_sections(sections: Table, state: Cube, values: Table) -> None:
+    """Filter values in place, transposed direct form II; to be compiled.
+
+    Args:
+        sections: b0, b1, b2, a1, a2 of each, shape (sections, 5).
+        state: of each, shape (sections, 2, channels); changes.
+        values: shape (channels, samples).
+    """
+    for channel in range(values.shape[0]):
+        for k in range(values.shape[1]):
+            x = values[channel, k]
+            for s in range(sections.shape[0]):
+                y = sections[s, 0] * x + state[s, 0, channel]
+                state[s, 0, channel] = (
+                    sections[s, 1] * x - sections[s, 3] * y + state[s, 1, channel]
+                )
+                state[s, 1, channel] = sections[s, 2] * x - sections[s, 4] * y
+                x = y
+            values[channel, k] = x
 
 
 class BroadBand:

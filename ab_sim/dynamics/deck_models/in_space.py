@@ -2,10 +2,9 @@
 
 import contextlib
 import math
-from typing import Final
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
-from scipy.spatial.transform import Rotation
 
 from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
@@ -29,6 +28,9 @@ from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.model import Scene
+
+if TYPE_CHECKING:
+    from scipy.spatial.transform import Rotation
 
 EULER: Final = "ZXY"
 """gamma, alpha, beta, about the axes as they have turned."""
@@ -60,6 +62,13 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
     )
 
 
+def _rotation() -> "type[Rotation]":
+    """SciPy's class. Its import takes as long as a run, and decks in the plane do without."""
+    from scipy.spatial.transform import Rotation
+
+    return Rotation
+
+
 def start_of(scene: Scene, system: System) -> np.ndarray:
     """Its states at t = 0, shape (13,).
 
@@ -67,10 +76,10 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
         SceneError: it is to start where it hangs at rest, and there is no such place.
     """
     start = scene.start.deck
-    place, turn = np.zeros(3), Rotation.identity()
+    place, turn = np.zeros(3), _rotation().identity()
     if any(system.deck_model.gravity) and (start.position is None or start.tilt is None):
         hangs = _at_rest(system)
-        place, turn = hangs[:3], Rotation.from_rotvec(hangs[3:])
+        place, turn = hangs[:3], _rotation().from_rotvec(hangs[3:])
     if start.position is not None:
         place = np.array(start.position)
     tilt = start.tilt
@@ -79,7 +88,7 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
         tilt = alpha, beta, gamma
     else:
         alpha, beta, gamma = tilt
-        turn = Rotation.from_euler(EULER, (gamma, alpha, beta))
+        turn = _rotation().from_euler(EULER, (gamma, alpha, beta))
     rates = angular_velocity(tilt, start.tilt_rate or (0.0, 0.0, 0.0))
     x, y, z, w = turn.as_quat()
     return np.array([*place, w, x, y, z, *(start.velocity or (0.0, 0.0, 0.0)), *rates])
@@ -138,7 +147,7 @@ def linearised(system: System) -> Linearised:
     """
     rest = _at_rest(system) if any(system.deck_model.gravity) else np.zeros(6)
     deck, effects = system.deck_model, system.effects
-    turn = Rotation.from_rotvec(rest[3:]).as_matrix()
+    turn = _rotation().from_rotvec(rest[3:]).as_matrix()
     ring, tall, first = _averaged(system)
     gravity = turn.T @ np.array(deck.gravity)
     mass, damping, gyroscopic, stiffness = (np.zeros((6, 6)) for _ in range(4))
@@ -201,7 +210,7 @@ def _hardened(system: System) -> System:
     with contextlib.suppress(SceneError):
         if any(deck.gravity):
             rest = _at_rest(system)
-            place, turn = rest[:3], Rotation.from_rotvec(rest[3:]).as_matrix()
+            place, turn = rest[:3], _rotation().from_rotvec(rest[3:]).as_matrix()
     mounts = deck.mounts.copy()
     for mount in mounts:
         moved = place + turn @ mount[:3] - mount[:3]
@@ -262,7 +271,7 @@ def _at_rest(system: System) -> np.ndarray:
     pull, size = np.array(deck.gravity), mass * float(np.linalg.norm(deck.gravity))
 
     def unbalanced(place: np.ndarray) -> np.ndarray:
-        turn = Rotation.from_rotvec(place[3:]).as_matrix()
+        turn = _rotation().from_rotvec(place[3:]).as_matrix()
         force, moment = mass * pull, np.cross(turn @ first, pull)
         for mount in deck.mounts:
             axes = mount[9:].reshape(3, 3)
@@ -291,7 +300,7 @@ def _mounts(scene: Scene) -> np.ndarray:
     rows = np.empty((len(scene.mounts), MOUNT_WIDTH))
     for row, mount in zip(rows, scene.mounts, strict=True):
         # Rows of the matrix that turns the ground's axes into the mount's.
-        axes = Rotation.from_rotvec(mount.turned).as_matrix().T
+        axes = _rotation().from_rotvec(mount.turned).as_matrix().T
         stiffness, damping = np.broadcast_to(mount.stiffness, 3), np.broadcast_to(mount.damping, 3)
         row[:] = np.concatenate([mount.position, stiffness, damping, axes.ravel()])
     return rows
