@@ -79,7 +79,5 @@ class StallGuard:
             "last samples",
             file=sys.stderr,
         )
-        leaving = threading.Thread(target=leave_graph, args=(self._node,), daemon=True)
-        leaving.start()
-        leaving.join(LEAVING)
+        leave_graph(self._node, LEAVING)
         interruption.leave(1)
