@@ -138,8 +138,10 @@ def clustered_place(
 
 
 def balanced_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """Return the balanced states; for three or more balls the symmetric, worst and best
-    positions."""
+    """Return the balanced states.
+
+    For three or more balls: the symmetric, the worst and the best position.
+    """
     if speed == 0.0:
         return [_standing(system, rotor)]
     if not rotor.moments:
