@@ -221,8 +221,6 @@ def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mo
     """Return the modal assurance criterion: 1 for modes of equal shape, 0 for orthogonal ones.
 
     The result has shape (ones, others).
-
-
     """
     p, q = (np.array([mode.shape for mode in modes]) for modes in (ones, others))
     sizes = [np.einsum("ki,ij,kj->k", r.conj(), about.mass, r).real for r in (p, q)]

@@ -37,8 +37,6 @@ def changes_in(
     together with the recordings that fit. It is extended as long as the prediction agrees with the
     measurement.
 
-
-
     Args:
         problem: problem with all recordings.
         white: whether the residuals of the whole fit are noise, for each recording.

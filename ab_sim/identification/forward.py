@@ -126,8 +126,6 @@ class RecordedDrive:
         agree to 1e-6 but take longer: 1.4 times as long for seven parameters if runs are
         sequential.
 
-
-
         Args:
             values: values of the scene.
             places: positions of the parameters for derivatives.

@@ -42,8 +42,6 @@ def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
 
     Balls lie in pairs at +-beta; with an odd number the last ball lies at pi. None if balls differ
     or cannot balance.
-
-
     """
     n = len(rotor.moments)
     if n == 0 or len({*rotor.kinds}) > 1 or not can_balance(rotor):

@@ -39,8 +39,6 @@ def resting_system(scene: Scene) -> System:
 
     Effects in ``LEFT_OUT`` are removed, and gravity if it has no component across the shaft.
 
-
-
     Raises:
         SceneError: the deck model is not a built-in one, the spindle's angle is in the equations,
             or its speed is a state.

@@ -47,8 +47,6 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
 
     Without friction, low = high.
 
-
-
     Args:
         scene: scene with rolling_friction, race_friction or both.
         speed: w [rad/s].
