@@ -40,7 +40,7 @@ _KEPT = ("time", "x", "y", "vx", "vy")
 """Channels of the deck on the axes that turn with the rotor.
 
 On these axes the path is smooth enough to interpolate between samples to a fraction of the band.
-The whirl is the same on both axes.
+The whirl is the same as on fixed axes.
 """
 
 
