@@ -2,26 +2,25 @@
 
 The error of a method on a scene cannot be predicted: it depends on the passage through resonance,
 on events and more. The scene's own run is therefore repeated with one setting after the other. This
-takes some milliseconds each for a start-up of seconds:
+takes some milliseconds each for a start-up of seconds.
 
-1. The explicit method of the highest order runs with shorter and shorter steps until two
-   neighbours differ by far less than what is asked. The last run is the reference; what it differs
-   by from the one before bounds what is left of its own error, rounding that events amplify
-   included. If shorter steps do not bring it down any more, that is the best that double precision
-   gives here. Its steps are such that other runs' steps end where one of its own does: just after a
-   jump of the spindle's acceleration, errors peak for some milliseconds, which the longest steps
-   leave out.
-   Where drag alone makes its steps far shorter, the method that solves for the drag takes its
-   place, with smaller and smaller tolerances instead.
-2. A method that keeps to a tolerance runs with as long a step as the first method can take, which
-   only says how close samples are, and with tolerances from what is asked downwards. The others
-   run with the steps that their order lets expect to be enough, as long as they can be cheaper
-   than what has been found.
-3. Of each method the longest step whose error, times ``SAFETY``, is within what is asked is timed
-   again, in turns. The cheapest one is taken; of those that cost the same within ``ALIKE``, which
-   a clock cannot tell apart, the most accurate one: errors are the same in every measurement, so
-   that the choice is, too, but for prices at the very edge of that. What was chosen is part of the
-   results, and it, not the wish, is what a recording holds.
+1. Reference. The explicit method of the highest order runs with decreasing steps until two
+   successive runs differ by far less than the requested accuracy. The last run is the reference.
+   Its difference from the run before bounds its own error, including rounding that events
+   amplify. If shorter steps no longer reduce the difference, double precision is exhausted. The
+   reference's steps are chosen so that other runs' steps end where one of its own does: just
+   after a jump of the spindle's acceleration, errors peak for some milliseconds, which the
+   longest steps skip. If drag alone makes the steps far shorter, the method that solves for the
+   drag replaces the explicit one, with decreasing tolerances.
+2. Candidates. A method with a tolerance runs with the longest step of the first method, which
+   only sets the density of samples, and with tolerances from the requested accuracy downwards.
+   The other methods run with the steps that their order suggests, as long as they can be cheaper
+   than the best so far.
+3. Choice. For each method, the longest step whose error times ``SAFETY`` is within the requested
+   accuracy is timed again, in turns. The cheapest is taken. Among prices that are equal within
+   ``ALIKE``, the most accurate is taken. Errors are reproducible and clocks are not, so that the
+   choice is reproducible except at the edge of ``ALIKE``. The choice is part of the results, and
+   a recording contains it instead of the request.
 """
 
 import math
@@ -108,7 +107,7 @@ class _Search:
         without_drag = largest_step(self._usual, beside_drag)[0]
         stiff = other in self._tolerant and without_drag >= DRAG_RULES * longest[USUAL]
         self._first = other if other is not None and stiff else self._usual
-        # Samples of those that keep to a tolerance are as close as the usual one's own.
+        # Methods with a tolerance get samples as dense as the usual method's steps.
         close = without_drag if stiff else longest[USUAL]
         longest |= {stepper.name: close for stepper in self._tolerant}
         self._others = [] if stiff else [s for s in by_step if s is not self._usual]

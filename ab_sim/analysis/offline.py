@@ -67,12 +67,12 @@ class OfflineRun(Presented):
         Parameters
         ----------
         comparison : Comparison, optional
-            What ``ab_sim.compare_run`` has found, to be drawn beside it.
+            Result of ``ab_sim.compare_run``, drawn for comparison.
 
         Returns
         -------
         matplotlib.figure.Figure
-            What ``ab-sim run --plot`` draws.
+            The picture of ``ab-sim run --plot``.
         """
         return drawn(self._picture, self, comparison)
 

@@ -53,7 +53,7 @@ def refined(
         if before is None:
             _compute(verdicts, found, np.ix_(*lines))
         else:
-            # Each line has the labels of the last one that was there already.
+            # A new line starts with the labels of the last known line before it.
             last = [
                 old[np.searchsorted(old, new, "right") - 1]
                 for old, new in zip(before, lines, strict=True)

@@ -41,7 +41,8 @@ UNDECIDED = 32
 SPREAD = 64
 """Bit of a stable state with W > 0 and balls off the line of the displacement.
 
-It occurs, for example, with a race off the shaft's axis, where the deck cannot come fully to rest.
+It occurs, for example, with a race off the shaft's axis, and includes the state of least possible
+whirl.
 """
 NOTHING = 0
 """Label of a point without a stable state."""

@@ -70,7 +70,7 @@ def drive_of_balls(
 
 
 def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> BalancedPlaces:
-    """Return balanced positions reached from random starts by steepest reduction of unbalance.
+    """Return balanced positions, reached from random starts by minimal-norm steps.
 
     Unbalances are evenly spaced in their range and start angles are random. Both are equal for all
     drives with the same number of balls.
