@@ -1,7 +1,7 @@
 """Balls that circulate permanently on the race instead of coming to rest.
 
-Balls that stall near a critical speed while the rotor accelerates stay there. The whirl that they
-cause takes as much power from them as the drag of the race supplies.
+Balls that stall near a critical speed while the rotor accelerates stay there. The torque of the
+whirl that they cause balances the drag of the race.
 """
 
 import math

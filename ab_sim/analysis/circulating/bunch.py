@@ -2,7 +2,7 @@
 
 Of n balls, p are at one place of the race and turn at s < w; the other q = n - p rest on the rotor.
 In axes that turn at s the deck is displaced by z > 0, and the bunch is at angle alpha from z. With
-b = w - s, the drag torque on the balls balances the power lost by their whirl if
+b = w - s, the drag torque on the balls balances the torque of their whirl if
 
     D z = s^2 p m R exp(i alpha),                      p c_b R^2 b = Im D z^2,
     D = k - M s^2 + i c s + q m^2 s^4 / (2 (mu b^2 + i c_b b)),
