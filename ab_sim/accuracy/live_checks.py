@@ -151,13 +151,13 @@ class LiveChecks:
         if self._window is None:
             begin = time.thread_time()
             self._window = self._begin_window()
-            self._commands = ()  # The window begins with what they did.
+            self._commands = ()  # The window starts after these commands.
             self._account(begin)
         recording, commands = self._recording, self._commands
         try:
             taken = self._drive.advance(steps)
         except DivergedError:
-            self._window = None  # What was taken before that is missing in it.
+            self._window = None  # It lacks the samples of this call.
             raise
         self._commands = ()
         if len(taken) and recording:
@@ -186,7 +186,7 @@ class LiveChecks:
         steps = int(min(SLICE, self._longest / self._per_step)) or 1
         if self._recorded() < steps:
             if self._recording:
-                return  # A whole slice will be there soon.
+                return  # Wait until a whole slice is recorded.
             steps = self._recorded()
         # Ensures spent + cost <= share * (worked + spent + cost).
         paid = self._most / (1.0 - self._most) if self._most < 1.0 else math.inf

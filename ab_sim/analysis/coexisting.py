@@ -138,7 +138,7 @@ def _exact(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
     try:
         found = circulating_solution(scene.model_copy(update={"effects": effects}), bunch)
     except SceneError:
-        return None  # A turn of the spindle takes too many steps.
+        return None  # a turn of the spindle takes too many steps
     if found is None or abs(found.speed - bunch.speed) > NEAR * abs(bunch.speed):
         return None
     return found

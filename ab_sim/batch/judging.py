@@ -154,7 +154,7 @@ class _Room:
         """Compute the whirl of eight runs while their samples are in the cache."""
         eight = slice(at, at + LANES)
         if self._whirl is not None:
-            with np.errstate(all="ignore"):  # one may have diverged
+            with np.errstate(all="ignore"):  # some runs may have diverged
                 self._whirl[eight] = whirl_of(self._x[eight], self._y[eight])
 
     def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:

@@ -54,7 +54,7 @@ class Batch(Presented):
             "runs": str(len(self)),
             "in lanes": str(self.in_lanes),
         }
-        # At standstill nothing whirls.
+        # Leave out aborted runs: they have no whirl at standstill.
         kept = [run.trajectory for run in self.runs if len(run.trajectory) and not run.aborted]
         if kept:
             last = [float(path.whirl[-1]) for path in kept]

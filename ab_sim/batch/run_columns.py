@@ -226,7 +226,7 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
     finite = [np.isfinite(each).reshape(count, -1).all(axis=1) for each in columns.values()]
     try:
         sure = np.all([*finite, _sure(base, bodies, count)], axis=0)
-    except (TypeError, ValueError):  # an effect that branches on its numbers
+    except (TypeError, ValueError):  # an effect branches on its numbers
         return None
     rows = np.flatnonzero(sure)
     return Split(RunColumns(base, columns, bodies), rows) if len(rows) else None

@@ -71,7 +71,7 @@ class SequentialRuns:
                 taken = member.trajectory(samples, every // in_kernel)
                 runs.append(BatchRun(member.scene, taken, ""))
             else:
-                # A Drive reports what diverged, and where.
+                # Repeat with a Drive, which reports the diverged state and its time.
                 diverged, spent = run_one_by_one([member], every)
                 runs += diverged
             seconds += spent

@@ -142,17 +142,17 @@ class Cluster:
         if self._client is None:
             from distributed import Client
 
-            self._ends.enter_context(_silence())  # which the import would break
+            self._ends.enter_context(_silence())  # after the import, which configures logging
             made: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
 
             def connect() -> None:
                 try:
                     made.put(Client(self._address, timeout=ANSWERS, set_as_default=False))
-                except Exception as error:  # whatever else may listen there
+                except Exception as error:  # another service may listen there
                     made.put(error)
 
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of versions, which are compared here
+                warnings.simplefilter("ignore")  # version warnings: compared by ab_sim
                 # Connect in a thread: another service at this address might never answer.
                 threading.Thread(target=connect, daemon=True).start()
                 found = self._first(made)
@@ -199,7 +199,7 @@ class Cluster:
                     found.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
                 except Late as error:
                     if flying[0].status != "finished":
-                        break  # it was lost with its worker, and is computed again
+                        break  # lost with its worker and computed again
                     raise WorkerLost(
                         f"a worker's result has not arrived within {ARRIVES:g} s: can the "
                         f"scheduler at {self._address} reach its workers? {KEPT}"
@@ -209,7 +209,7 @@ class Cluster:
             return found
         if flying[0].status == "error":
             raise _failure(flying[0].exception())
-        if flying[0].status == "cancelled":  # as all are when the connection breaks
+        if flying[0].status == "cancelled":  # the connection broke
             raise self._lost()
         if self.waiting is not None:
             self.waiting(None if self._threads else f"waiting for workers at {self._address}")

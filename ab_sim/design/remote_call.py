@@ -124,7 +124,7 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
         return pickle.dumps(Differs(socket.gethostname(), _made_of(modules)))
     try:
         for module in modules:
-            importlib.import_module(module)  # registers what is in it
+            importlib.import_module(module)  # registers its metrics and effects
         function, items = pickle.loads(work)
         return pickle.dumps(Done([function(item) for item in items]))
     except Exception as error:

@@ -69,7 +69,7 @@ def search(
         integrality=[each.whole for each in ranges],
         vectorized=True,
         updating="deferred",
-        tol=0.0,  # runs are given; costs say by their order only what is better
+        tol=0.0,  # the budget ends the search; only the order of costs matters
         polish=False,
     )
     free = [k for k, each in enumerate(ranges) if not each.whole]

@@ -299,7 +299,7 @@ def _check(task: Task) -> None:
     looked_at = _at_shares(task, Spreading((), 1, 0), (0.5, 0.0, 1.0 - 1e-9))
     check_first(Job(task.scene, looked_at.keys, task.merits), looked_at)
     if task.spreading.tolerances:
-        _at_shares(task, task.spreading, (0.5,)).at(0)  # says what is wrong with the spread
+        _at_shares(task, task.spreading, (0.5,)).at(0)  # raises if the spread is invalid
 
 
 def _at_shares(task: Task, spreading: Spreading, shares: Sequence[float]) -> Candidates:

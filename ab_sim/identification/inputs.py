@@ -340,7 +340,7 @@ class _Reader:
         if asked in self._scene.pickups:
             return self._scene.pickups[asked]
         if asked in itertools.chain(*sensors_of(self._table)):
-            return None  # of a test rig: its low-pass is not known
+            return None  # a test rig's sensor, whose low-pass is unknown
         raise InputError(
             f"{self._name}: sensor = {asked!r}: the scene has "
             + (", ".join(self._scene.pickups) or "no sensors")

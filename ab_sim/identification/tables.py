@@ -256,7 +256,7 @@ def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
         return _plain(column.cast(kind.value_type))
     if pa.types.is_decimal(kind):
         return column.cast(pa.float64())
-    if pa.types.is_time(kind):  # of the day
+    if pa.types.is_time(kind):  # time of day
         return column.cast(pa.int32() if kind.bit_width == 32 else pa.int64()).cast(
             pa.duration(kind.unit)
         )

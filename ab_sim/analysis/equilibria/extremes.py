@@ -76,7 +76,7 @@ def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
     at_ends = growth(np.array([levels[0] + close, levels[-1] - close]))
     for k in low.tolist():
         if k in (0, len(levels) - 1) and seen[k] <= at_ends[min(k, 1)]:
-            continue  # it rises from this end
+            continue  # the growth rises from this end: no interior minimum
         bounds = levels[max(k - 1, 0)], levels[min(k + 1, len(levels) - 1)]
         found = minimize_scalar(
             lambda x: float(growth(np.array([x]))[0]), bounds=bounds, method="bounded",

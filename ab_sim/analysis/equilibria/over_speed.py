@@ -192,7 +192,7 @@ def _crossings(
             brentq(lambda w: at(w).lambda_max, speeds[one], speeds[two], xtol=1e-300, rtol=1e-14)
         )
         if np.abs(speed - speeds[[0, -1]]).min() <= SAME * speed:
-            continue  # of the state that it meets there
+            continue  # the crossing belongs to the state met at this end
         state = at(speed)
         nearest = state.eigenvalues[np.argsort(np.abs(state.eigenvalues.real - state.lambda_max))]
         frequency = float(np.abs(nearest[0].imag))

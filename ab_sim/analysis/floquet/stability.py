@@ -262,7 +262,7 @@ def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
     races = np.unique(heights, return_counts=True)[1] if turn.scene.deck is not None else [n]
     free = sum(max(0, int(balls) - 2) for balls in races)
     if n and turn.scene.deck is None and turn.system.deck_model.unbalance == 0.0:
-        free = max(free, 1)  # Balls that balance nothing but each other can sit anywhere.
+        free = max(free, 1)  # Without an unbalance all positions can be rotated.
     return min(free, int(np.sum(np.abs(multipliers - 1.0) <= STRUCTURAL)))
 
 

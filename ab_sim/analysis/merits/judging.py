@@ -123,7 +123,7 @@ class JudgedRuns:
     def counted_from_rest(self, channels: tuple[str, ...], samples: np.ndarray) -> np.ndarray:
         """Return samples with displacements from the decks' rest positions; copied if changed."""
         if "z" not in channels or not any(rest.place.any() for rest in self.rests):
-            return samples  # in the plane they count from there
+            return samples  # planar displacements start from rest already
         runs = zip(self.rests, samples, strict=True)
         return np.array(
             [rest.counted_from(Trajectory(channels, run)).samples for rest, run in runs]

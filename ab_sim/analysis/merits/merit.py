@@ -326,7 +326,7 @@ class MeritValues:
         # The keys differ from the attributes' names, and their values are in reported units.
         return f"{type(self).__name__}({self.report()!r})"
 
-    if not TYPE_CHECKING:  # to which each name would be an attribute
+    if not TYPE_CHECKING:  # a type checker would accept any attribute name
 
         def __getattr__(self, name: str) -> NoReturn:
             hint = f"; write merits[{name!r}]" if name in _merits else ""

@@ -75,5 +75,5 @@ def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
             for own, each in zip(self.own, samples, strict=True):
                 own.take(each)
 
-    OwnWatch.__module__ = kind.__module__  # so that what follows from it is told from older code's
+    OwnWatch.__module__ = kind.__module__  # cached results depend on the metric's sources
     return OwnWatch

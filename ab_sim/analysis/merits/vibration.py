@@ -141,7 +141,7 @@ class BroadBand:
     def __init__(self, run: JudgedRun) -> None:
         sensors = run.scene.sensors.values()
         self._places = [(np.array(each.position), each.axis_angle) for each in sensors]
-        if not self._places:  # C, on the deck's axes
+        if not self._places:  # measure at C, along the deck's axes
             self._places = [(np.zeros(3), 0.0)]
         self._band = BandPass()
         self._squares, self._whole, self._count = np.zeros(1), np.zeros(1), 0

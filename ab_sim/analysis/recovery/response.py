@@ -208,7 +208,7 @@ def nearest_state(
         return None
     if state.structural_zeros:
         system, zeros = resting_system(scene), state.structural_zeros
-        label = state.label.partition(",")[0]  # of its worst, best or symmetric position
+        label = state.label.partition(",")[0]  # without the suffix ", worst" or ", best"
         state = resting_state(system, states.speed, label, state.u, theta, zeros)
     return None if state.stable is False else state
 

@@ -260,7 +260,7 @@ def sizing_failure(found: Sizing) -> str:
     runs = "; ".join(
         f"{count} balls: {100 * each.share.value:.1f} % balanced" for count, each in found.tried
     )
-    holds = len(list(_holds(found.specification)))  # all are tried before balls are given up
+    holds = len(list(_holds(found.specification)))  # all were tried
     also = f", also with each of {holds} holds of the speed (variable-speed periods)"
     return (
         f"nothing can be sized: runs contradict the prediction of {wanted:g} % ({runs})"
