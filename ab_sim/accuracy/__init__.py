@@ -1,4 +1,4 @@
-"""What an accuracy costs, how far runs are apart, and how far a live one may be from the truth."""
+"""Choice of a solver for a requested accuracy, and error estimates of live runs."""
 
 from ab_sim.accuracy.resolve import resolve_accuracy
 from ab_sim.accuracy.search import cheapest

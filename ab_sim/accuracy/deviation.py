@@ -1,4 +1,4 @@
-"""How far one run is from another, in the units in which an accuracy is asked for."""
+"""Differences between two runs, in the units of a requested accuracy."""
 
 from typing import NamedTuple
 
@@ -7,26 +7,27 @@ import numpy as np
 from ab_sim.drive.trajectory import Trajectory
 
 MOST_SAMPLES = 200_000
-"""Of a run, for comparing; of a longer one fewer are kept than there are steps."""
+"""Largest number of samples per run for a comparison; longer runs are decimated."""
 ROUNDING = 8.0 * float(np.finfo(float).eps)
-"""No number is known better than to some of its last digits, even where two runs agree on more."""
+"""Least relative error of a number: some of its last digits are always uncertain."""
 
 
 class Samples(NamedTuple):
-    """What runs are compared by, at equally spaced times; the start is not among them."""
+    """Samples of a run for comparison at equally spaced times, without the start."""
 
     position: np.ndarray
-    """Deck displacement on inertial axes [m], shape (samples, 2), or 3 where it moves in space."""
+    """Displacement of the deck on inertial axes [m], shape (samples, 2), or (samples, 3) in
+    space."""
     angles: np.ndarray
-    """theta of each ball, unwrapped [rad], shape (samples, balls)."""
+    """Angle theta of each ball, unwrapped [rad], shape (samples, balls)."""
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> "Samples":
-        """All of a trajectory, copied: the rest of it need not be kept."""
+        """Return copies of a trajectory's samples, so that the rest can be released."""
         return cls(trajectory.position.copy(), trajectory.ball_angles.copy())
 
     def every(self, so_many: int) -> "Samples":
-        """Each so-many-th, which is the last of every so many."""
+        """Return the last sample of every ``so_many``."""
         return Samples(self.position[so_many - 1 :: so_many], self.angles[so_many - 1 :: so_many])
 
 
@@ -34,17 +35,17 @@ class Deviation(NamedTuple):
     """Largest differences between a run and its reference, over the run and at its end."""
 
     angle: float
-    """Of any ball's angle theta, over the run [rad]; 0 without balls."""
+    """Largest difference of a ball angle theta over the run [rad]; 0 without balls."""
     whirl: float
-    """Of the deck's displacement, a vector's length, over the run [units]; see ``deviation``."""
+    """Largest length of the displacement's difference over the run [units]; see ``deviation``."""
     angle_end: float
-    """As ``angle``, at the last sample."""
+    """Difference of ball angles at the last sample [rad]."""
     whirl_end: float
-    """As ``whirl``, at the last sample."""
+    """Difference of the displacement at the last sample [units]."""
 
 
 def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
-    """Compare two runs at all times at which both have samples.
+    """Compare two runs at their common times.
 
     Args:
         run, reference: samples of the same stretch of time, each equally spaced up to its end; one
@@ -67,7 +68,7 @@ def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
 
 
 def rounding(run: Samples, unit: float) -> Deviation:
-    """The least that a run may be said to be off by; ``unit`` as of ``deviation``."""
+    """Return the least error that a run can be credited with; ``unit`` as for ``deviation``."""
     angle = ROUNDING * float(np.abs(run.angles).max(initial=0.0))
     whirl = ROUNDING * float(np.abs(run.position).max(initial=0.0)) / unit
     return Deviation(angle, whirl, angle, whirl)

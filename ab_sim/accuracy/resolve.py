@@ -1,4 +1,4 @@
-"""From a scene that asks for an accuracy to one with a stepper and a step."""
+"""Resolution of a requested accuracy to a stepper and a step."""
 
 import time
 
@@ -16,20 +16,20 @@ def resolve_accuracy(
     commanded: bool = False,
     tell: Tell | None = None,
 ) -> tuple[Scene, WorkPrecision | None]:
-    """The scene with a solver: where it asks for an accuracy, the cheapest that delivers it.
+    """Return the scene with the cheapest solver that delivers its requested accuracy.
 
-    That is measured on the scene's own run, from its start over its profile and duration, which
-    may take minutes; the commands that a live drive may get instead are not known, and nothing of
-    the profile is decided while it runs: see ``Scene.planned``.
+    Errors are measured on the scene's own run, over its profile and duration, which may take
+    minutes. Commands of a live drive are unknown, and a profile controlled during the run is
+    replaced by its plan, see ``Scene.planned``.
 
     Args:
-        scene: a scene; if it asks for no accuracy it is returned as it is, with no price.
-        period: s; the step goes into it a whole number of times.
+        scene: scene; without a requested accuracy it is returned unchanged, with None.
+        period: period [s], a whole multiple of the step.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
-        tell: called before each run with the setting, and CPU time spent and allowed [s].
+        tell: called before each run with the setting, and the CPU time spent and allowed [s].
 
     Raises:
-        SceneError: what is asked for cannot be had; says what can.
+        SceneError: the accuracy cannot be reached; the message states the best possible one.
         DivergedError: the scene's run diverges with every step.
     """
     if scene.accuracy is None:

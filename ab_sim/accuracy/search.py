@@ -1,27 +1,26 @@
-"""The cheapest stepper and step that are measured to deliver the accuracy a scene asks for.
+"""Search for the cheapest stepper and step that deliver a requested accuracy.
 
-Nothing is known beforehand of the error of a method on a scene: it depends on the passage through
-resonance, on events, on everything. So the scene's own run is done with one setting after the
-other, which takes some milliseconds each for a start-up of seconds:
+The error of a method on a scene cannot be predicted: it depends on the passage through resonance,
+on events and more. The scene's own run is therefore repeated with one setting after the other. This
+takes some milliseconds each for a start-up of seconds.
 
-1. The explicit method of the highest order runs with shorter and shorter steps until two
-   neighbours differ by far less than what is asked. The last run is the reference; what it differs
-   by from the one before bounds what is left of its own error, rounding that events amplify
-   included. If shorter steps do not bring it down any more, that is the best that double precision
-   gives here. Its steps are such that other runs' steps end where one of its own does: just after a
-   jump of the spindle's acceleration, errors peak for some milliseconds, which the longest steps
-   leave out.
-   Where drag alone makes its steps far shorter, the method that solves for the drag takes its
-   place, with smaller and smaller tolerances instead.
-2. A method that keeps to a tolerance runs with as long a step as the first method can take, which
-   only says how close samples are, and with tolerances from what is asked downwards. The others
-   run with the steps that their order lets expect to be enough, as long as they can be cheaper
-   than what has been found.
-3. Of each method the longest step whose error, times ``SAFETY``, is within what is asked is timed
-   again, in turns. The cheapest one is taken; of those that cost the same within ``ALIKE``, which
-   a clock cannot tell apart, the most accurate one: errors are the same in every measurement, so
-   that the choice is, too, but for prices at the very edge of that. What was chosen is part of the
-   results, and it, not the wish, is what a recording holds.
+1. Reference. The explicit method of the highest order runs with decreasing steps until two
+   successive runs differ by far less than the requested accuracy. The last run is the reference.
+   Its difference from the run before bounds its own error, including rounding that events
+   amplify. If shorter steps no longer reduce the difference, double precision is exhausted. The
+   reference's steps are chosen so that other runs' steps end where one of its own does: just
+   after a jump of the spindle's acceleration, errors peak for some milliseconds, which the
+   longest steps skip. If drag alone makes the steps far shorter, the method that solves for the
+   drag replaces the explicit one, with decreasing tolerances.
+2. Candidates. A method with a tolerance runs with the longest step of the first method, which
+   only sets the density of samples, and with tolerances from the requested accuracy downwards.
+   The other methods run with the steps that their order suggests, as long as they can be cheaper
+   than the best so far.
+3. Choice. For each method, the longest step whose error times ``SAFETY`` is within the requested
+   accuracy is timed again, in turns. The cheapest is taken. Among prices that are equal within
+   ``ALIKE``, the most accurate is taken. Errors are reproducible and clocks are not, so that the
+   choice is reproducible except at the edge of ``ALIKE``. The choice is part of the results, and
+   a recording contains it instead of the request.
 """
 
 import math
@@ -39,23 +38,27 @@ from ab_sim.integrate.stepper import Stepper
 from ab_sim.scene.model import Scene
 
 ALIKE = 1.15
-"""Prices whose ratio is below this are the same: CPU times of short runs scatter so much."""
+"""Ratio of prices below which they are equal, due to the scatter of CPU times of short runs."""
 SHARPER = 10.0
-"""How much less than the error allowed, ``SAFETY`` included, the references may differ by."""
+"""Required ratio of the allowed error, with ``SAFETY``, to the difference of the references."""
 STALLED = 3
-"""Refinements, one after the other, that fail to halve the references' difference: rounding is
-reached. One that makes it larger by ``SHARPER`` shows instead that what came before it agreed by
-chance."""
+"""Number of successive refinements without halving of the difference that indicates rounding.
+
+A refinement that increases the difference by ``SHARPER`` shows instead that earlier runs agreed by
+chance.
+"""
 SHARED = 20
-"""The reference's rung is a multiple of this: the steps of all shorter rungs, and every second or
-fifth step of the others, then end at one of its samples."""
+"""Factor of the reference's rung.
+
+Steps of all shorter rungs, and every second or fifth step of the others, then end at one of its
+samples.
+"""
 DRAG_RULES = 20.0
-"""Where steps could be longer by this if it were not for the drag, the explicit methods are not
-looked at."""
+"""Ratio of steps without and with drag above which explicit methods are left out."""
 TOLERANCES = 6
-"""So many are tried of a method that keeps to one, but for a reference."""
+"""Largest number of tolerances tried per method, except for a reference."""
 FEWEST = 4
-"""Steps to choose from that a period has to leave."""
+"""Least number of possible steps that a period must leave."""
 
 
 def cheapest(
@@ -65,18 +68,18 @@ def cheapest(
     commanded: bool = False,
     tell: Tell | None = None,
 ) -> tuple[Scene, WorkPrecision]:
-    """The scene with the solver that delivers the accuracy it asks for at the least price.
+    """Return the scene with the cheapest solver that delivers its requested accuracy.
 
     Args:
-        scene: asks for an accuracy.
-        run: runs a scene.
-        period: s; the step goes into it a whole number of times, as a live node needs it.
+        scene: scene with a requested accuracy.
+        run: function that runs a scene.
+        period: period [s], a whole multiple of the step, as a live node needs it.
         commanded: whether the step has to be stable up to ``spindle.max_speed``.
-        tell: called before each run: see ``Trials``.
+        tell: called before each run, see ``Trials``.
 
     Raises:
-        SceneError: what is asked for cannot be had, or not be measured in a sensible time; says
-            what can.
+        SceneError: the accuracy cannot be reached, or not be measured in reasonable time; the
+            message states what is possible.
         DivergedError: the scene's run diverges with every step.
     """
     return _Search(scene, run, period, commanded, tell).choose()
@@ -104,7 +107,7 @@ class _Search:
         without_drag = largest_step(self._usual, beside_drag)[0]
         stiff = other in self._tolerant and without_drag >= DRAG_RULES * longest[USUAL]
         self._first = other if other is not None and stiff else self._usual
-        # Samples of those that keep to a tolerance are as close as the usual one's own.
+        # Methods with a tolerance get samples as dense as the usual method's steps.
         close = without_drag if stiff else longest[USUAL]
         longest |= {stepper.name: close for stepper in self._tolerant}
         self._others = [] if stiff else [s for s in by_step if s is not self._usual]
@@ -117,7 +120,7 @@ class _Search:
             )
 
     def choose(self) -> tuple[Scene, WorkPrecision]:
-        """Find the reference, then what is good enough, then what is cheapest."""
+        """Find the reference, then accurate settings, then the cheapest of them."""
         self._find_reference()
         found = [self._longest_passing(self._first)]
         tolerant = [stepper for stepper in self._tolerant if stepper is not self._first]
@@ -142,14 +145,14 @@ class _Search:
         )
 
     def _error(self, tried: Tried) -> Deviation:
-        """How far a run may be from the truth: from the reference, and that one's own doubt."""
+        """Return the error bound of a run: distance from the reference plus its error."""
         if tried is self._reference:
             return self._doubt
         found = self._between(tried, self._reference)
         return Deviation(*(a + b for a, b in zip(found, self._doubt, strict=True)))
 
     def _find_reference(self) -> None:
-        """Refine the first method's setting until that changes nothing that matters."""
+        """Refine the first method's setting until changes are negligible."""
         differences: list[Deviation] = []
         least, stalled, enough = math.inf, 0, False
         previous: Tried | None = None
@@ -182,11 +185,11 @@ class _Search:
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
 
     def _ladder(self, stepper: Stepper) -> list[tuple[int, Mapping[str, float]]]:
-        """Of a method's settings, from coarse to fine: rungs, or a rung with tolerances.
+        """Return a method's settings from coarse to fine: rungs, or rungs with tolerances.
 
-        Two rungs by turns for a reference: the smallest tolerances lead to the same collocation
-        steps, and only other ones show what rounding does. Collocation steps go over 2^k or 3 2^k
-        samples, so that those of samples five times as close are others.
+        A reference alternates between two rungs. The smallest tolerances give equal collocation
+        steps, and only different steps reveal rounding errors. Collocation steps span 2^k or 3 2^k
+        samples, so that samples five times as dense give different ones.
         """
         rungs = self._trials.rungs(stepper)
         if not stepper.keeps_tolerance:
@@ -209,7 +212,7 @@ class _Search:
         ]
 
     def _allowed(self, tried: Tried) -> Deviation:
-        """Error allowed in a run's collocation steps, which two runs that are alike do not show."""
+        """Return the error allowed in collocation steps, which a difference of runs hides."""
         angle = tried.parameters.get("tolerance", 0.0)
         whirl = angle * self.scene.race.radius / self.scene.whirl_unit[0]
         return Deviation(angle, whirl, angle, whirl)
@@ -243,7 +246,7 @@ class _Search:
         )
 
     def _cheaper(self, stepper: Stepper, work_precision: float) -> list[Tried]:
-        """The longest step of another method that is accurate enough, if it can be cheaper."""
+        """Return the longest accurate step of another method, if it may be cheaper."""
         rungs = self._trials.rungs(stepper)
         at, failed = 0, -1
         while at < len(rungs):
@@ -251,7 +254,7 @@ class _Search:
                 return []
             tried = self._trials.run(stepper, rungs[at])
             if tried is not None and self._passes(tried):
-                # What was expected may have been too careful: longer steps, while they pass.
+                # The expected step may be too short: try longer ones while they pass.
                 for longer in range(at - 1, failed, -1):
                     better = self._trials.run(stepper, rungs[longer])
                     if better is None or not self._passes(better):
@@ -268,7 +271,7 @@ class _Search:
         return []
 
     def _within_tolerance(self, stepper: Stepper) -> list[Tried]:
-        """The largest tolerance of a method that keeps to one which is accurate enough."""
+        """Return the largest accurate tolerance of a method with tolerances."""
         for rung, parameters in self._ladder(stepper)[:TOLERANCES]:
             tried = self._trials.run(stepper, rung, parameters)
             if tried is None:
@@ -283,7 +286,7 @@ class _Search:
         return deviation(a, b, self.scene.whirl_unit[0])
 
     def _share(self, error: Deviation) -> float:
-        """The error as a share of what is asked."""
+        """Return the error relative to the requested one."""
         return share_of(self.asked, error.angle, error.whirl)
 
     def _passes(self, tried: Tried) -> bool:
@@ -295,7 +298,7 @@ def _told(tried: Tried) -> str:
 
 
 def _rounded_up(value: float) -> float:
-    """To two digits, so that who asks for it gets it."""
+    """Round up to two digits, so that a request of this accuracy succeeds."""
     if not 0.0 < value < math.inf:
         return value
     digit = 10.0 ** (math.floor(math.log10(value)) - 1)

@@ -1,4 +1,4 @@
-"""Runs of a scene with one setting after the other, within a budget of CPU time."""
+"""Trial runs of a scene with different settings, within a budget of CPU time."""
 
 import math
 from collections.abc import Callable, Mapping
@@ -13,68 +13,68 @@ from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 
 RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
-"""Steps are the longest one divided by these: 10, 5, 2.5, 2, 1 ms ..."""
+"""Divisors of the longest step: they give 10, 5, 2.5, 2, 1 ms ..."""
 LONGEST = 1.0
-"""s, of any step."""
+"""Longest step [s]."""
 MOST_SECONDS = 300.0
-"""CPU time for measuring after which it is given up."""
+"""Budget of CPU time for measurements [s]."""
 ROUNDS, ENOUGH = 5, 1.0
-"""Finalists are timed in this many rounds, or in fewer that have taken this long [s]."""
+"""Number of rounds in which finalists are timed, and CPU time that ends them early [s]."""
 PROBE = 500
-"""About so many steps are taken first with each method, which may compile a kernel."""
+"""Approximate number of steps of the first run of each method, which may compile a kernel."""
 NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
 
 
 class Timed(NamedTuple):
-    """A run, done, and what it took."""
+    """Finished run with its cost."""
 
     samples: Samples
     seconds: float
-    """CPU time of the steps."""
+    """CPU time of the steps [s]."""
 
 
 Tell = Callable[[str, int, int], None]
-"""What is done now; CPU time spent, and what may be [s]."""
+"""Progress callback: current setting, CPU time spent, CPU time allowed [s]."""
 Run = Callable[[Scene, int, int], Timed]
-"""Runs a scene from its start: so many steps, of which every so-manieth is kept."""
+"""Function of a scene, a number of steps and a stride: run and keep every stride-th sample."""
 
 
 @dataclass
 class Tried:
-    """A setting that has been run."""
+    """Setting that has been run."""
 
     scene: Scene
     stepper: Stepper
     rung: int
     kept: int
-    """Samples per longest step, of which the rung is a whole multiple."""
+    """Samples per longest step; a divisor of the rung."""
     samples: Samples
     seconds: float
-    """The least time that its run has taken."""
+    """Least CPU time of its runs [s]."""
 
     @property
     def step(self) -> float:
-        """s."""
+        """Step [s]."""
         return self.scene.solver.step
 
     @property
     def parameters(self) -> Mapping[str, float]:
-        """What the stepper is given."""
+        """Parameters of the stepper."""
         return self.scene.solver.parameters
 
 
 class TooExpensiveError(SceneError):
-    """Measuring would take too long."""
+    """Error: measurements would take too long."""
 
 
 class Trials:
-    """What has been tried with a scene.
+    """Trial runs of a scene.
 
     Args:
-        scene: what to run; its profile and duration.
-        run: runs it.
-        longest: the longest step of each method [s], by name; others are not tried.
-        period: s; all steps go into it a whole number of times. None: a power of ten.
+        scene: scene with profile and duration.
+        run: function that runs it.
+        longest: longest step of each method [s], by name; others are not tried.
+        period: period [s], a whole multiple of all steps; None for a power of ten.
         tell: called before each run.
     """
 
@@ -90,29 +90,29 @@ class Trials:
         reach = min(max(longest.values()), LONGEST)
         base = period or 10.0 ** max(math.ceil(math.log10(reach) - 1e-9), -6)
         self._base = round(1e9 * base)
-        """ns: the longest step; all others are parts of it."""
+        """Longest step [ns]; all others divide it."""
         bases = max(1, math.ceil(scene.duration / (1e-9 * self._base) - 1e-9))
         self._stride = math.ceil(bases / MOST_SAMPLES)
         self._bases = self._stride * math.ceil(bases / self._stride)
         self._spent = 0.0
         self._per_step: dict[str, float] = {}
-        """Least CPU time per step so far."""
+        """Least CPU time per step so far [s], by stepper."""
         self.tried: list[Tried] = []
 
     @property
     def length(self) -> float:
-        """How long the runs are [s]: the scene's duration, up to a whole step."""
+        """Duration of the runs [s]: the scene's, rounded up to a whole step."""
         return 1e-9 * self._base * self._bases
 
     def rungs(self, stepper: Stepper) -> list[int]:
-        """Of the ladder, from the longest stable step down to those of whole nanoseconds."""
+        """Return the rungs from the longest stable step to those of whole nanoseconds."""
         longest = min(self._longest[stepper.name], LONGEST)
         return [
             rung for rung in RUNGS if self._base % rung == 0 and 1e-9 * self._base / rung <= longest
         ]
 
     def expected(self, stepper: Stepper, rung: int, like: Stepper) -> float:
-        """CPU time that a run will take [s]; by evaluations beside ``like``, until it has run."""
+        """Return the expected CPU time of a run [s]; scaled from ``like`` if unmeasured."""
         per_step = self._per_step.get(stepper.name)
         if per_step is None:
             per_step = self._per_step[like.name] * stepper.evaluations / like.evaluations
@@ -125,18 +125,18 @@ class Trials:
         parameters: Mapping[str, float] = NO_PARAMETERS,
         last: bool = False,
     ) -> Tried | None:
-        """Run a setting; None if it diverges, or the scene does not take that stepper or step.
+        """Run a setting; return None if it diverges or the scene refuses it.
 
         Raises:
-            SceneError, DivergedError: the same, of the ``last`` one.
-            TooExpensiveError: it would go beyond what measuring may take.
+            SceneError, DivergedError: the ``last`` setting failed.
+            TooExpensiveError: the run would exceed the budget.
         """
         try:
             step = 1e-9 * (self._base // rung)
             scene = with_solver(self.scene, stepper.name, step, parameters)
             if stepper.name not in self._per_step:
                 few = rung * max(1, min(self._bases, PROBE // rung))
-                # Twice: the first time kernels may be compiled.
+                # Run twice, because the first run may compile kernels.
                 for _ in range(2):
                     self._go(scene, few, 1)
             self._afford(stepper, rung)
@@ -154,7 +154,7 @@ class Trials:
         return tried
 
     def time_again(self, finalists: list[Tried]) -> None:
-        """In turns, so that what else the machine does falls on all of them."""
+        """Time finalists in turns, so that other load of the machine affects all of them."""
         spent = 0.0
         for _ in range(ROUNDS):
             for one in finalists:

@@ -1,4 +1,4 @@
-"""The setting that was chosen for an accuracy."""
+"""Setting chosen for a requested accuracy."""
 
 from collections.abc import Mapping
 from typing import NamedTuple
@@ -7,30 +7,30 @@ from ab_sim.accuracy.deviation import Deviation
 from ab_sim.scene.sections import Accuracy
 
 SAFETY = 4.0
-"""What the measured error is multiplied by before it is compared with what is asked."""
+"""Safety factor on the measured error before comparison with the requested one."""
 
 
 class WorkPrecision(NamedTuple):
-    """The setting taken, what error was measured with it, and what it costs."""
+    """Chosen setting with its measured error and cost."""
 
     asked: Accuracy
     stepper: str
     step: float
-    """s."""
+    """Step [s]."""
     parameters: Mapping[str, float]
-    """What the stepper is given."""
+    """Parameters of the stepper."""
     measured: Deviation
-    """Largest error over the scene's run, without safety factor; the reference's is included."""
+    """Largest error over the run, without safety factor; includes the reference's own error."""
     reference: str
-    """What it was measured against: one of the package's own steppers, at a finer setting."""
+    """Reference of the measurement: one of the package's steppers, at a finer setting."""
     unit: str
-    """Of the whirl's error: e, or R, the race's radius."""
+    """Unit of the whirl's error: e, or the race radius R."""
     seconds: float
-    """CPU time per simulated second, as measured when the choice was made."""
+    """CPU time per simulated second, measured at the time of the choice."""
 
     @property
     def reason(self) -> str:
-        """For people: what was measured, asked and paid."""
+        """Text for users: measured error, requested accuracy and cost."""
         measured, asked = [], []
         for tolerance, error, unit in (
             (self.asked.angle, self.measured.angle, "rad"),
@@ -48,7 +48,7 @@ class WorkPrecision(NamedTuple):
         )
 
     def report(self) -> dict[str, object]:
-        """The same as JSON-able values, SI units, the whirl in ``whirl_unit``."""
+        """Return JSON-able values in SI units, the whirl in ``whirl_unit``."""
         return {
             "asked": self.asked.model_dump(exclude_none=True),
             "measured": {"angle": self.measured.angle, "whirl": self.measured.whirl},
@@ -61,13 +61,13 @@ class WorkPrecision(NamedTuple):
 
 
 def setting(stepper: str, step: float, parameters: Mapping[str, float]) -> str:
-    """For people: a stepper with its step [s] and what else it is given."""
+    """Return a text of a stepper with its step [s] and parameters."""
     given = "".join(f", {name} {value:g}" for name, value in parameters.items())
     return f"{stepper} at {1e3 * step:g} ms{given}"
 
 
 def share_of(asked: Accuracy, angle: float, whirl: float) -> float:
-    """Errors as a share of what is asked, the larger one: at most 1 where they are within it."""
+    """Return the larger ratio of error to requested accuracy; at most 1 if both are met."""
     shares = [
         error / tolerance
         for error, tolerance in ((angle, asked.angle), (whirl, asked.whirl))

@@ -1,4 +1,4 @@
-"""What a run shows and is judged by, and running a scene offline, alone or beside others."""
+"""Offline runs of a scene, alone or compared, with their metrics and further analyses."""
 
 from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.comparison import compare, without_balls, without_period

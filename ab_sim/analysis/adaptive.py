@@ -1,4 +1,4 @@
-"""What an adaptive start-up came to: what its controller believed, and what is true."""
+"""Outcome of an adaptive start-up: the controller's estimates and the true values."""
 
 import math
 from typing import NamedTuple
@@ -13,20 +13,20 @@ from ab_sim.scene.model import Scene
 
 
 class AdaptiveOutcome(NamedTuple):
-    """What a controller did during a run."""
+    """Actions and estimates of a controller during a run."""
 
     state: State
-    """At the end."""
+    """State at the end."""
     words: str
-    """For people: what it does at the end, and why."""
+    """Text for users: the controller's state at the end, and its reason."""
     belief: Belief
-    """At the end."""
+    """Estimates at the end."""
     beliefs: tuple[BeliefAt, ...]
-    """One for each command period, the start included."""
+    """Estimates at each command period, including the start."""
 
     @classmethod
     def of(cls, start_up: AdaptiveRun) -> "AdaptiveOutcome":
-        """What one came to so far."""
+        """Return the outcome of a start-up so far."""
         controller = start_up.controller
         return cls(
             controller.state,
@@ -36,7 +36,7 @@ class AdaptiveOutcome(NamedTuple):
         )
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values, SI units; None for what it does not know."""
+        """Return the outcome as JSON-able values in SI units; None for unknown values."""
         belief = self.belief
         return {
             "state": self.state.text,
@@ -52,7 +52,7 @@ class AdaptiveOutcome(NamedTuple):
 
 
 def net_unbalance(trajectory: Trajectory, scene: Scene) -> np.ndarray:
-    """How far the rotor's centre of mass, balls included, is off the shaft [m], shape (samples,).
+    """Return the offset of the rotor's centre of mass, balls included [m], shape (samples,).
 
     It is abs(M0 e + sum m_i R exp(i theta_i)) / M, which an adaptive start-up estimates.
     """

@@ -1,7 +1,7 @@
-"""Balls that go round the race for ever, instead of coming to rest on it.
+"""Balls that circulate permanently on the race instead of coming to rest.
 
-A bunch of balls that stalls near a critical speed, while the rotor speeds on, stays there: the
-whirl that it makes takes as much from it as the drag of the race gives it.
+Balls that stall near a critical speed while the rotor accelerates stay there. The torque of the
+whirl that they cause balances the drag of the race.
 """
 
 import math
@@ -10,24 +10,26 @@ from typing import Any, NamedTuple
 import numpy as np
 
 TURNS = 1.0
-"""Of a ball on the race, at least, in each third of the samples looked at."""
+"""Least number of revolutions of a ball on the race in each third of the samples."""
 KEPT = 0.9
-"""Of its speed on the race from the first third to the last: of a ball that loses more of it, it
-is not known that it does not come to rest."""
+"""Least ratio of a ball's speed on the race in the last third to that in the first.
+
+A ball that slows down more may still come to rest.
+"""
 
 
 class Circulation(NamedTuple):
-    """Balls that circulate at the end of a run."""
+    """Circulating balls at the end of a run."""
 
     balls: tuple[int, ...]
-    """Their numbers."""
+    """Indices of the balls."""
     speeds: tuple[float, ...]
-    """Of each of them, absolute, in the mean [rad/s]."""
+    """Mean absolute speed of each of them [rad/s]."""
     spindle_speed: float
-    """In the mean over the same time [rad/s]."""
+    """Mean spindle speed over the same time [rad/s]."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the result as JSON-able values."""
         return {
             "balls": list(self.balls),
             "speeds": list(self.speeds),
@@ -35,7 +37,7 @@ class Circulation(NamedTuple):
         }
 
     def text(self, balls: int) -> str:
-        """In words, for a run with so many balls."""
+        """Return a text for a run with ``balls`` balls."""
         low, high = (f"{pick(self.speeds):.4g}" for pick in (min, max))
         speeds = low if low == high else f"{low} to {high}"
         return (
@@ -45,10 +47,10 @@ class Circulation(NamedTuple):
 
 
 class CirculationMarks:
-    """Keeps of samples, as they come, those at the ends of three equal parts.
+    """Sampler that keeps the samples at the ends of three equal parts of a run.
 
     Args:
-        count: how many samples of each run there are to come.
+        count: number of samples of each run.
     """
 
     def __init__(self, count: int) -> None:
@@ -57,11 +59,11 @@ class CirculationMarks:
         self._taken = 0
 
     def take(self, time: np.ndarray, angle: np.ndarray, ball_angles: np.ndarray) -> None:
-        """The next samples.
+        """Process the next samples.
 
         Args:
-            time: s, shape (runs, samples).
-            angle: the spindle's [rad], the same.
+            time: times [s], shape (runs, samples).
+            angle: spindle angle [rad], same shape.
             ball_angles: theta_i, unwrapped [rad], shape (runs, samples, balls).
         """
         count = time.shape[1]
@@ -73,7 +75,7 @@ class CirculationMarks:
 
     @property
     def found(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Time and spindle's angle, shape (runs, 4); balls' angles, shape (runs, balls, 4)."""
+        """Times and spindle angles, shape (runs, 4); ball angles, shape (runs, balls, 4)."""
         time, psi, theta = (np.stack(rows, axis=-1) for rows in zip(*self._rows, strict=True))
         return time, psi, theta
 
@@ -81,12 +83,12 @@ class CirculationMarks:
 def circulation_of(
     time: np.ndarray, psi: np.ndarray, theta: np.ndarray
 ) -> list[Circulation | None]:
-    """Those that circulate, for each run; None where no ball does.
+    """Return the circulating balls of each run; None if no ball circulates.
 
     Args:
-        time: where three equal parts of the samples end, s, shape (runs, 4).
-        psi: the spindle's angle there [rad], the same.
-        theta: the balls' angles, unwrapped [rad], shape (runs, balls, 4).
+        time: times of the start and of the ends of three equal parts [s], shape (runs, 4).
+        psi: spindle angle at these times [rad], same shape.
+        theta: ball angles at these times, unwrapped [rad], shape (runs, balls, 4).
     """
     found: list[Circulation | None] = [None] * len(time)
     lasts = np.diff(time, axis=1)

@@ -1,8 +1,9 @@
-"""Balls that circulate beside resting states: whether they can at a speed, and over which speeds.
+"""Circulating balls that coexist with resting states, and their range of speeds.
 
-Where the closed form of one bunch (``analysis.circulating``) has a stable one, the motion of all
-balls together is computed exactly (``analysis.floquet.circulating``), also where swings are too
-large for the closed form; that of fewer is run. Friction is left out, as it is of resting states.
+A stable bunch is found in closed form (``analysis.circulating``). If all balls circulate, the
+motion is then computed exactly (``analysis.floquet.circulating``), even if swings are too large for
+the closed form. If fewer balls circulate, the motion is simulated. Friction is left out, as for
+resting states.
 """
 
 from dataclasses import dataclass
@@ -27,36 +28,36 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 MOST_NUMBERS = 8
-"""Numbers of balls that are looked for: of up to so many balls each, of more some."""
+"""Largest number of bunch sizes tried; with more balls, only some sizes are tried."""
 TURNS = 100.0
-"""Of the spindle in a beat, up to which a periodic solution is looked for."""
+"""Largest beat, in spindle revolutions, for which a periodic solution is computed."""
 NEAR = 0.05
-"""Share of its speed that an exact solution may differ by from the closed form it was begun at."""
+"""Largest relative difference in speed of an exact solution from the closed form."""
 
 
 class Coexisting(NamedTuple):
-    """A stable bunch at the speed that was asked for, and how far it reaches."""
+    """Stable bunch at the requested speed, and its range."""
 
     bunch: CirculatingBunch
-    """By the closed form."""
+    """Bunch by the closed form."""
     exact: CirculatingSolution | None
-    """Of all balls together; None of fewer, or where none was found."""
+    """Exact motion if all balls circulate; None for fewer balls, or if none was found."""
     run_speed: float | None
-    """s in a run that began beside it [rad/s]; None where there is an exact solution."""
+    """Speed s in a simulation that starts near the bunch [rad/s]; None with an exact solution."""
     over_speed: Reach | None
-    """The closed form's range about the speed [rad/s]; None where swings are too large for it."""
+    """Range of speed of the closed form [rad/s]; None if swings are too large for it."""
     over_drag: Reach | None
-    """The same about the scene's drag [N s/m]."""
+    """Range of drag of the closed form around the scene's drag [N s/m]."""
 
     @property
     def speed(self) -> float:
-        """s, absolute [rad/s]: the exact one, or that of the run."""
+        """Absolute speed s [rad/s]: exact, from the simulation, or from the closed form."""
         if self.exact is not None:
             return self.exact.speed
         return self.bunch.speed if self.run_speed is None else self.run_speed
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values, SI units."""
+        """Return the result as JSON-able values in SI units."""
         return {
             "balls": self.bunch.count,
             "speed": self.speed,
@@ -71,22 +72,21 @@ class Coexisting(NamedTuple):
 
 @dataclass(frozen=True)
 class CoexistingCirculation:
-    """Which numbers of balls can circulate in a stable bunch at a speed."""
+    """Numbers of balls that can circulate in a stable bunch at a speed."""
 
     speed: float
-    """w of the spindle [rad/s]."""
+    """Spindle speed w [rad/s]."""
     not_looked_for: str | None
-    """Why they are not looked for; None where they are."""
+    """Reason why the search is not possible; None if it was made."""
     numbers: tuple[int, ...] = ()
-    """Of balls in a bunch that were looked for, the largest first."""
+    """Bunch sizes that were tried, the largest first."""
     states: tuple[Coexisting, ...] = ()
-    """Those that were found, the most balls first; the others are at rest on the rotor."""
+    """Bunches that were found, the largest first; the other balls rest on the rotor."""
     elsewhere: tuple[Reach, ...] = ()
-    """The closed form's ranges of speed [rad/s] in which all balls can circulate, where they cannot
-    at this one."""
+    """Speed ranges [rad/s] in which all balls can circulate, if they cannot at this speed."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values, SI units."""
+        """Return the result as JSON-able values in SI units."""
         return {
             "not_looked_for": self.not_looked_for,
             "numbers": list(self.numbers),
@@ -96,7 +96,7 @@ class CoexistingCirculation:
 
 
 def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
-    """Bunches that can circulate in a scene beside its resting states.
+    """Return the bunches that can circulate in a scene in addition to its resting states.
 
     Args:
         scene: as ``equilibria_of`` takes it.
@@ -115,11 +115,12 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
 
 
 def _confirmed(scene: Scene, drive: BunchDrive, speed: float, count: int) -> Coexisting | None:
-    """A stable bunch of so many balls; None where it is not there, or does not last."""
+    """Return a stable bunch of ``count`` balls; None if it does not exist or does not last."""
     bunch = stalled(drive, speed, count, known=False)
     if bunch is None:
         return None
-    # What rests beside a bunch may sit in many ways, and a long beat takes long: it is run instead.
+    # The resting balls may sit in many ways, and a long beat takes long to integrate. Such a bunch
+    # is simulated instead.
     short = abs(speed) <= TURNS * abs(speed - bunch.speed)
     exact = _exact(scene, bunch) if count == drive.balls and short else None
     run_speed = None if exact else lasting_speed(scene, bunch)
@@ -132,12 +133,12 @@ def _confirmed(scene: Scene, drive: BunchDrive, speed: float, count: int) -> Coe
 
 
 def _exact(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
-    """Without friction; None where none is found that is the bunch's."""
+    """Return the exact solution without friction; None if none is found near the bunch."""
     effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
     try:
         found = circulating_solution(scene.model_copy(update={"effects": effects}), bunch)
     except SceneError:
-        return None  # A turn of the spindle takes too many steps.
+        return None  # a turn of the spindle takes too many steps
     if found is None or abs(found.speed - bunch.speed) > NEAR * abs(bunch.speed):
         return None
     return found

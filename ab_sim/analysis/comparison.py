@@ -1,4 +1,4 @@
-"""The same run without its balls, and without its variable-speed period: what they do."""
+"""Comparison of a run with runs without balls and without a variable-speed period."""
 
 from collections.abc import Callable
 
@@ -15,10 +15,10 @@ from ab_sim.scene.model import Scene
 def compare(
     run: OfflineRun, progress: Callable[[Drive, Trajectory], None] | None = None
 ) -> Comparison:
-    """Run again without the variable-speed period, and without balls; all else is the same.
+    """Repeat a run without its variable-speed period, and without its balls.
 
     Args:
-        run: what to compare with; the others last as long, with its stepper and step.
+        run: reference run; the others use its duration, stepper and step.
         progress: as in ``run_scene``.
     """
     period = balls = None
@@ -30,16 +30,17 @@ def compare(
 
 
 def without_period(scene: Scene) -> Scene:
-    """The scene whose spindle accelerates through, without its variable-speed period."""
+    """Return the scene with constant acceleration, without its variable-speed period."""
     what = "without variable-speed period"
     changes = {"name": f"{scene.name}, {what}", "profile.variable_speed_period": None}
     return changed_scene(scene, changes, what)
 
 
 def without_balls(scene: Scene) -> Scene:
-    """The scene whose balls, and their mass, have been taken out; the unbalance M0 e remains.
+    """Return the scene without balls and their mass; the unbalance M0 e remains.
 
-    Of an adaptive start-up, which would wait in vain for balls to move, the plain one is left.
+    An adaptive start-up is replaced by its plan, because its controller would wait for balls to
+    move.
     """
     what = "without balls"
     changes = {

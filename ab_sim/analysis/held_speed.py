@@ -1,4 +1,4 @@
-"""A scene's equations of motion while its spindle's speed is held for ever."""
+"""Equations of motion of a scene at constant spindle speed."""
 
 from ab_sim.dynamics.assemble import start_discrete_state, system_of
 from ab_sim.dynamics.system import has_motor
@@ -8,11 +8,11 @@ from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 
 FASTEST = 1e5
-"""Speed that can be held, as that of scenes [rad/s]."""
+"""Largest absolute speed that can be held, the same as the limit of scenes [rad/s]."""
 
 
 def last_speed(scene: Scene) -> float:
-    """At which a scene's profile ends [rad/s]; of one without, its start's."""
+    """Return the final speed of a scene's profile [rad/s]; without a profile, the start speed."""
     if scene.profile is not None and scene.profile.kind == "adaptive":
         return scene.profile.target_speed
     profile = SpeedSchedule.of_scene(scene)
@@ -20,13 +20,13 @@ def last_speed(scene: Scene) -> float:
 
 
 def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:
-    """f of y' = f(t, y) at one spindle speed, and its exact Jacobian.
+    """Return f of y' = f(t, y) at one spindle speed, with its exact Jacobian.
 
-    ``dynamics.system.has_spindle_angle(field.system)`` says whether the spindle's angle stays in
-    the equations; where not, f does not depend on t, and states can rest.
+    ``dynamics.system.has_spindle_angle(field.system)`` tells whether f depends on t through the
+    spindle angle. If it does not, states can rest.
 
     Args:
-        scene: what moves; its profile does not matter.
+        scene: scene; its profile is ignored.
         speed: w [rad/s].
         angle: psi at t = 0 [rad].
 

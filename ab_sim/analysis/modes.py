@@ -1,9 +1,9 @@
-"""Natural vibration of the deck in its suspension: modes, and how they change with speed.
+"""Natural vibration of the deck in its suspension: modes, and their change with speed.
 
-About where the deck hangs at rest, M q'' + (C + w G) q' + K q = 0 (``Linearised``), of which
-q = shape exp(lambda t) is a solution. Two eigenvalues make a mode: they are conjugates, or, where
-it is damped more than critically, real. Shapes are compared, and their parts weighed, by the
-kinetic energy M, which has one unit where lengths and angles have two.
+Around the deck's rest position, M q'' + (C + w G) q' + K q = 0 (``Linearised``), with solutions q =
+shape exp(lambda t). Each mode has two eigenvalues: conjugates, or two real ones if it is
+overdamped. Shapes are compared and weighted by the kinetic energy (mass matrix M), so that lengths
+and angles have a common unit.
 
 Sources: Genta, Dynamics of Rotating Systems (2005), ch. 2 and 3 (whirl, Campbell diagrams);
 Allemang, The Modal Assurance Criterion (2003): ``modal_assurance``, weighted by the mass matrix.
@@ -24,58 +24,58 @@ from ab_sim.scene.model import Scene
 
 AVERAGE = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"
 SPEEDS = 201
-"""Of the spindle, in a Campbell diagram."""
+"""Number of spindle speeds in a Campbell diagram."""
 STRAIGHT = 0.01
-"""Whirl below which the deck moves to and fro: on an ellipse 200 times as long as wide."""
+"""Amount of whirl below which motion counts as straight: an ellipse 200 times as long as wide."""
 MATTERS = 0.1
-"""Share of the energy from which on a coordinate is said to move."""
+"""Least fraction of the energy for which a coordinate is listed as moving."""
 ZERO = 1e-7
-"""Eigenvalues smaller than this share of the largest are 0: what is left of two zeros, rounded."""
+"""Threshold of zero eigenvalues relative to the largest: a double zero is rounded to this."""
 EQUAL = 1e-9
-"""Eigenvalues this near to each other, as a share of the largest, are one."""
+"""Relative distance below which eigenvalues are equal."""
 
 
 class Mode(NamedTuple):
-    """A natural vibration."""
+    """Natural vibration of the deck."""
 
     eigenvalues: tuple[complex, complex]
-    """[1/s]: conjugates, the one with the positive imaginary part first; or real, slow and fast."""
+    """Eigenvalues [1/s]: conjugates, positive imaginary part first; or real, slow and fast."""
     shape: np.ndarray
-    """Of the first of them, complex, shape (n,); the entry that is largest, in m or rad, is 1."""
+    """Complex shape of the first eigenvalue, shape (n,); the largest entry [m or rad] is 1."""
     whirl: float
-    """1: all of it circles in the spindle's sense; -1: against it; 0: to and fro."""
+    """Degree of whirl: 1 circular in the spindle's sense, -1 against it, 0 straight."""
 
     @property
     def frequency(self) -> float:
-        """|lambda|, undamped [rad/s]: the root of the eigenvalues' product; 0: nothing restores."""
+        """Undamped frequency [rad/s]: root of the eigenvalues' product; 0 without stiffness."""
         one, two = self.eigenvalues
         return float(np.sqrt(max(0.0, (one * two).real)))
 
     @property
     def damped_frequency(self) -> float:
-        """At which it swings [rad/s]; 0 where it does not."""
+        """Frequency of the damped oscillation [rad/s]; 0 if there is none."""
         return self.eigenvalues[0].imag
 
     @property
     def damping_ratio(self) -> float | None:
-        """Of critical; None where nothing restores."""
+        """Damping relative to critical damping; None without stiffness."""
         total = sum(self.eigenvalues).real
         return 0.0 - 0.5 * total / self.frequency if self.frequency > 0.0 else None
 
     @property
     def growth(self) -> float:
-        """The faster of its rates of growth [1/s]; negative where it decays."""
+        """Larger of the two growth rates [1/s]; negative if the mode decays."""
         return max(value.real for value in self.eigenvalues)
 
     @property
     def sense(self) -> str | None:
-        """forward, the spindle's; backward; None: to and fro."""
+        """Sense of whirl: ``forward`` (the spindle's), ``backward``; None if straight."""
         if abs(self.whirl) < STRAIGHT:
             return None
         return "forward" if self.whirl > 0.0 else "backward"
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values; complex numbers are [real, imaginary]."""
+        """Return the mode as JSON-able values; complex numbers are [real, imaginary]."""
         return {
             "frequency": self.frequency,
             "damping_ratio": self.damping_ratio,
@@ -89,17 +89,20 @@ class Mode(NamedTuple):
 
 @dataclass(frozen=True)
 class Campbell:
-    """Modes over the spindle's speed."""
+    """Modes over spindle speed (Campbell diagram)."""
 
     speeds: np.ndarray
-    """[rad/s], rising."""
+    """Speeds [rad/s], rising."""
     branches: tuple[tuple[Mode, ...], ...]
-    """Each a mode followed by its shape, one for each speed; by frequency at the first."""
+    """Modes tracked by shape, one tuple per mode and one entry per speed.
+
+    Tuples are ordered by frequency at the first speed.
+    """
     critical: tuple[tuple[float, Mode], ...]
-    """Speeds [rad/s] at which a mode's frequency is the spindle's, rising."""
+    """Critical speeds [rad/s], at which a mode's frequency equals the spindle speed, rising."""
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values."""
+        """Return the diagram as JSON-able values."""
         return {
             "speeds": self.speeds.tolist(),
             "branches": [
@@ -117,16 +120,16 @@ class Campbell:
 
 @dataclass(frozen=True, repr=False)
 class NaturalVibration(Presented):
-    """What there is to know of a scene's natural vibration; see ``ab_sim.modes``."""
+    """Natural vibration of a scene; see ``ab_sim.modes``."""
 
     _picture = "modes"
 
     scene: str
     linearised: Linearised
     speed: float
-    """[rad/s], of ``modes``."""
+    """Speed of ``modes`` [rad/s]."""
     modes: tuple[Mode, ...]
-    """By frequency, one for each coordinate."""
+    """Modes by frequency, one per coordinate."""
     over_speed: Campbell
 
     def _facts(self) -> dict[str, str]:
@@ -151,7 +154,7 @@ class NaturalVibration(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim modes --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim modes --help``."""
         about = self.linearised
         return {
             "scene": self.scene,
@@ -167,10 +170,10 @@ class NaturalVibration(Presented):
 
 
 def vibration_of(scene: Scene, speed: float = 0.0) -> NaturalVibration:
-    """A scene's modes at a speed [rad/s], and from 0 to ``spindle.max_speed``.
+    """Return a scene's modes at a speed [rad/s], and from 0 to ``spindle.max_speed``.
 
     Raises:
-        SceneError: there is no place where the deck hangs at rest.
+        SceneError: the deck has no rest position.
     """
     about = linearised(system_of(scene))
     over_speed = campbell(about, np.linspace(0.0, scene.spindle.max_speed, SPEEDS))
@@ -178,11 +181,11 @@ def vibration_of(scene: Scene, speed: float = 0.0) -> NaturalVibration:
 
 
 def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
-    """Follow modes over speeds, from one to the next by their shapes.
+    """Track modes over speed by the similarity of their shapes.
 
     Args:
-        about: the deck's equations.
-        speeds: [rad/s], rising, at least two.
+        about: linearised equations of the deck.
+        speeds: at least two rising speeds [rad/s].
     """
     rows = [modes_of(about, float(speeds[0]))]
     for speed in speeds[1:]:
@@ -197,14 +200,14 @@ def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
 
 
 def _followed(about: Linearised, before: tuple[Mode, ...], speed: float) -> tuple[Mode, ...]:
-    """Modes at a speed, in the order of those at one near it that they are like."""
+    """Return the modes at a speed, in the order of the most similar modes at a nearby speed."""
     modes = modes_of(about, speed)
     order = linear_sum_assignment(modal_assurance(about, before, modes), maximize=True)[1]
     return tuple(modes[k] for k in order)
 
 
 def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float, Mode]:
-    """Where between two speeds a mode's frequency is the speed."""
+    """Locate the speed between two others at which a mode's frequency equals the speed."""
 
     def at(speed: float) -> Mode:
         modes = modes_of(about, speed)
@@ -215,9 +218,9 @@ def _met(about: Linearised, mode: Mode, low: float, high: float) -> tuple[float,
 
 
 def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mode]) -> np.ndarray:
-    """Modal assurance criterion: 1 for modes of the same shape, 0 for orthogonal ones.
+    """Return the modal assurance criterion: 1 for modes of equal shape, 0 for orthogonal ones.
 
-    Shape (ones, others).
+    The result has shape (ones, others).
     """
     p, q = (np.array([mode.shape for mode in modes]) for modes in (ones, others))
     sizes = [np.einsum("ki,ij,kj->k", r.conj(), about.mass, r).real for r in (p, q)]
@@ -225,17 +228,17 @@ def modal_assurance(about: Linearised, ones: Sequence[Mode], others: Sequence[Mo
 
 
 def moving(about: Linearised, mode: Mode) -> tuple[str, ...]:
-    """What moves in a mode, most first: coordinates by the kinetic energy of each alone."""
+    """Return the moving coordinates by falling kinetic energy."""
     energy = np.diag(about.mass) * np.abs(mode.shape) ** 2
     share = energy / energy.sum()
     return tuple(about.coordinates[k] for k in np.argsort(-share) if share[k] >= MATTERS)
 
 
 def modes_of(about: Linearised, speed: float) -> tuple[Mode, ...]:
-    """Modes at a speed of the spindle [rad/s], by frequency, one for each coordinate."""
+    """Return the modes at a spindle speed [rad/s] by frequency, one per coordinate."""
     values, vectors = np.linalg.eig(about.matrix(speed))
     values = np.where(np.abs(values) <= ZERO * np.abs(values).max(), 0.0, values)
-    # Of p = L^T q, M = L L^T, the square is the kinetic energy.
+    # In coordinates p = L^T q with M = L L^T, |p|^2 is proportional to the kinetic energy.
     root = np.linalg.cholesky(about.mass).T
     shapes = root @ vectors[: len(root)]
     shapes = shapes / np.linalg.norm(shapes, axis=0)
@@ -253,10 +256,12 @@ Pair = tuple[complex, complex]
 def _swinging(
     values: np.ndarray, shapes: np.ndarray, whirl: np.ndarray
 ) -> Iterator[tuple[Pair, np.ndarray]]:
-    """Conjugate eigenvalues and their shapes; of equal ones, what turns which way apart."""
+    """Yield conjugate eigenvalues with their shapes; split equal ones by sense of whirl."""
     for group in _equal(values, np.flatnonzero(values.imag > 0.0)):
         basis = _orthogonal(shapes[:, group])
         if len(group) > 1 and basis is not None:
+            # Any basis of a repeated eigenvalue's space is valid. Diagonalising the whirl in it
+            # separates forward from backward motion.
             basis = basis @ np.linalg.eigh(basis.conj().T @ whirl @ basis)[1]
         for k, value in enumerate(values[group]):
             shape = shapes[:, group[k]] if basis is None else basis[:, k]
@@ -264,7 +269,7 @@ def _swinging(
 
 
 def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np.ndarray]]:
-    """Real eigenvalues two by two, of the most similar shapes; and the shape of the slower."""
+    """Yield pairs of real eigenvalues with the most similar shapes, and the slower one's shape."""
     real = np.flatnonzero(values.imag == 0.0)
     shapes = shapes.copy()
     for group in _equal(values, real):
@@ -272,7 +277,7 @@ def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np
         if basis is not None:
             shapes[:, group] = basis
     real = real[np.argsort(np.abs(values[real]), kind="stable")]
-    # Plus 1, so that 0 is left for those that have their partner.
+    # Offset by 1, so that 0 marks shapes that are already paired.
     like = np.triu(np.abs(shapes[:, real].conj().T @ shapes[:, real]) + 1.0, 1)
     while like.any():
         slow, fast = np.unravel_index(np.argmax(like), like.shape)
@@ -282,7 +287,7 @@ def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np
 
 
 def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
-    """Places of eigenvalues, those together that are one but for rounding."""
+    """Return groups of indices of eigenvalues that are equal within rounding."""
     scale, groups, left = np.abs(values).max(), [], list(among)
     while left:
         near = [k for k in left if abs(values[k] - values[left[0]]) <= EQUAL * scale]
@@ -292,13 +297,13 @@ def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
 
 
 def _orthogonal(shapes: np.ndarray) -> np.ndarray | None:
-    """Shapes that span the same, and are not alike; None where they are not independent."""
+    """Return an orthonormal basis of the shapes' span; None if they are linearly dependent."""
     basis, size, _ = np.linalg.svd(shapes, full_matrices=False)
     return basis if shapes.shape == basis.shape and size[-1] > 1e-6 else None
 
 
 def _whirling(about: Linearised) -> np.ndarray:
-    """H of the whirl q^H H q / q^H diag(M) q, shape (n, n)."""
+    """Return H of the whirl q^H H q / q^H diag(M) q, shape (n, n)."""
     found = np.zeros(about.mass.shape, complex)
     for x, y in about.across:
         found[x, y] = 1j * np.sqrt(about.mass[x, x] * about.mass[y, y])
@@ -309,6 +314,6 @@ def _whirling(about: Linearised) -> np.ndarray:
 def _mode(about: Linearised, pair: Pair, q: np.ndarray, speed: float) -> Mode:
     whirl = (q.conj() @ _whirling(about) @ q).real / (np.diag(about.mass) @ np.abs(q) ** 2)
     size = np.abs(q)
-    # The first of several equal ones, whatever rounding says.
+    # Take the first of several equal entries, independent of rounding.
     largest = np.argmax(size > (1.0 - EQUAL) * size.max())
     return Mode(pair, q / q[largest], float(-whirl if speed < 0.0 else whirl))

@@ -1,4 +1,4 @@
-"""Run a scene without ROS, as fast as it goes, with samples at the times asked for."""
+"""Offline run of a scene without ROS, with samples at requested times."""
 
 import cmath
 import math
@@ -31,35 +31,35 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class OfflineRun(Presented):
-    """A finished run: what moved, and what it is judged by; see ``ab_sim.simulate``."""
+    """Finished run with its trajectory and metrics; see ``ab_sim.simulate``."""
 
     _picture = "run"
     _rows = 0
 
     scene: Scene
-    """With the solver that was found, if an accuracy was asked for."""
+    """Scene of the run; with a requested accuracy, including the solver that was chosen."""
     trajectory: Trajectory
-    """Every integration step, the start included."""
+    """Trajectory with every integration step, including the start."""
     samples: tuple[Observation, ...]
-    """One per time asked for, in that order."""
+    """Observations, one per requested time and in that order."""
     variable_speed_period: float | None
-    """When the variable-speed period starts [s], where the profile has one."""
+    """Start of the variable-speed period [s], if the profile has one."""
     stepper: str
-    """Name of the stepper that ran it, which a scene may leave to be chosen."""
+    """Name of the stepper used; a scene may leave the choice open."""
     events: int
-    """Events located: reversals, sticking, release, impacts, limits of the motor."""
+    """Number of located events: reversals, sticking, release, impacts, limits of the motor."""
     steps_with_unresolved_events: int
-    """Steps with too many events to locate them all."""
+    """Number of steps with too many events to locate all of them."""
     merits: Merits
-    """What it is judged by."""
+    """Metrics of the run."""
     work_precision: WorkPrecision | None
-    """How the solver was found, if an accuracy was asked for."""
+    """Data of the solver choice, if an accuracy was requested."""
     decisions: tuple[Decided, ...] = ()
-    """Of a profile that decides while it runs, in their order."""
+    """Decisions of a profile that is controlled during the run, in order."""
     adaptive: AdaptiveOutcome | None = None
-    """What the controller of an adaptive start-up believed; None of another profile."""
+    """Outcome of an adaptive start-up; None for other profiles."""
     aborted: Decided | None = None
-    """When a profile that decides while it runs was aborted, and why; None if it was not."""
+    """Time and reason of an abort by the profile controller; None if there was none."""
 
     def plot(self, comparison: Comparison | None = None) -> "Figure":
         """Draw speed, whirl, driving force and ball angles over time.
@@ -67,12 +67,12 @@ class OfflineRun(Presented):
         Parameters
         ----------
         comparison : Comparison, optional
-            What ``ab_sim.compare_run`` has found, to be drawn beside it.
+            Result of ``ab_sim.compare_run``, drawn for comparison.
 
         Returns
         -------
         matplotlib.figure.Figure
-            What ``ab-sim run --plot`` draws.
+            The picture of ``ab-sim run --plot``.
         """
         return drawn(self._picture, self, comparison)
 
@@ -99,7 +99,7 @@ class OfflineRun(Presented):
         return self.trajectory._columns()
 
     def _once_per_turn(self) -> Iterator[dict[str, float | None]]:
-        """Size [m] and phase [rad] of what comes once per turn, at each sample asked for."""
+        """Yield magnitude [m] and phase [rad] of the once-per-turn vibration for each sample."""
         if not self.samples:
             return
         time, vectors = (
@@ -117,7 +117,10 @@ class OfflineRun(Presented):
             }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: ``ab-sim run --help``, ``ab-sim merits``."""
+        """Return all results as JSON-able values in SI units.
+
+        See ``ab-sim run --help`` and ``ab-sim merits``.
+        """
         duration = float(self.trajectory["time"][-1])
         return {
             "samples": [
@@ -156,15 +159,15 @@ def run_scene(
     """Run a scene's profile from its start to its end.
 
     Args:
-        scene: what to run; an accuracy that it asks for is resolved first. The run lasts
-            ``scene.duration``, or to the last of ``times``.
-        times: when to take samples [s]; they need not lie on the grid of steps.
+        scene: scene to run; a requested accuracy is resolved first. The run lasts
+            ``scene.duration``, or until the last of ``times``.
+        times: times of the samples [s]; they need not lie on the step grid.
         progress: called with the drive and the newest samples about ``parts`` times.
-        parts: how many pieces the run is cut into for ``progress``.
-        tell: called while an accuracy is measured, as by ``resolve_accuracy``.
+        parts: number of pieces of the run for ``progress``.
+        tell: called while an accuracy is measured, see ``resolve_accuracy``.
 
     Raises:
-        InputError: a time is negative or not finite, or the run would be absurdly long.
+        InputError: a time is negative or not finite, or the run would have too many samples.
         SceneError, DivergedError: see ``Drive`` and ``resolve_accuracy``.
     """
     for time in times:

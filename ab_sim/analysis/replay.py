@@ -1,4 +1,4 @@
-"""Run a recorded run again offline, with the same commands at the same times."""
+"""Offline repetition of a recorded run, with the recorded commands."""
 
 import math
 
@@ -13,14 +13,14 @@ from ab_sim.scene.model import Scene
 
 
 def replay(scene: Scene, recorded: Trajectory) -> Trajectory:
-    """The run that the recorded commands give, bit for bit what a sound recording holds.
+    """Return the run with the recorded commands; bit-identical to an intact recording.
 
     Args:
         scene: the recorded run's scene.
         recorded: consecutive samples of a commanded drive, from step 0 on.
 
     Raises:
-        InputError: samples are missing, so the commands' steps are not known.
+        InputError: samples are missing, so the steps of the commands are unknown.
     """
     steps, commands = recorded["step"], recorded["command"]
     if len(steps) == 0 or steps[0] != 0 or np.any(np.diff(steps) != 1):
@@ -29,12 +29,12 @@ def replay(scene: Scene, recorded: Trajectory) -> Trajectory:
 
 
 class ReplayedDrive:
-    """A drive that is commanded as a recording says, a part of the recording at a time.
+    """Drive that follows recorded commands, one part of the recording at a time.
 
     Args:
-        drive: at its start, which is where the recording begins.
-        first: the recorded step, or with ``at_times`` the time [s], at which it begins.
-        obeys: whether it is commanded; else it follows its profile, whatever the commands are.
+        drive: drive in its initial state, which is the start of the recording.
+        first: recorded step at the start; with ``at_times`` the recorded time [s].
+        obeys: whether the drive follows the commands; otherwise it follows its profile.
     """
 
     def __init__(self, drive: Drive, first: float = 0.0, obeys: bool = True) -> None:
@@ -44,15 +44,15 @@ class ReplayedDrive:
         self._last = drive.present()
 
     def at_steps(self, steps: np.ndarray, commands: np.ndarray) -> Trajectory:
-        """The drive at recorded steps, to the bit what it was if it was this drive.
+        """Return the drive at recorded steps; bit-identical if the recording is from this drive.
 
         Args:
-            steps: rising, of samples that follow those given before; shape (samples,).
-            commands: the command in force during the step that ends at each [rad/s]. Where steps
-                are left out, one that changed meanwhile acts as late as it may.
+            steps: rising step numbers of samples after the previous ones, shape (samples,).
+            commands: command [rad/s] in force during the step that ends at each sample. A command
+                that changed between two samples acts as late as possible.
 
         Raises:
-            InputError: the drive refuses a command; names it, and its step.
+            InputError: the drive refuses a command; the message contains it and its step.
             DivergedError: see ``Drive.advance``.
         """
         own = (steps - self._first).astype(np.int64)
@@ -60,12 +60,12 @@ class ReplayedDrive:
         return Trajectory(run.channels, run.samples[own - int(run["step"][0])])
 
     def at_times(self, times: np.ndarray, commands: np.ndarray) -> Trajectory:
-        """The drive at recorded times, between two of its steps on the straight line between them.
+        """Return the drive at recorded times, interpolated linearly between its steps.
 
         Args:
-            times: rising [s], of samples that follow those given before; shape (samples,).
-            commands: what is commanded from each of these times on [rad/s], which the drive obeys
-                from the nearest of its steps on; NaN: nothing.
+            times: rising times [s] of samples after the previous ones, shape (samples,).
+            commands: command from each of these times [rad/s], which takes effect at the nearest
+                step; NaN keeps the previous command.
 
         Raises:
             InputError, DivergedError: as ``at_steps``.
@@ -77,9 +77,9 @@ class ReplayedDrive:
         return Trajectory(run.channels, np.column_stack(columns))
 
     def _run(self, steps: np.ndarray, commands: np.ndarray, until: int) -> Trajectory:
-        """Obey commands from these steps on; the present, and every step until the last."""
+        """Apply commands at these steps; return the present sample and all until ``until``."""
         drive, parts = self.drive, [self._last]
-        # Where there is none, the last one holds.
+        # Without a command, the previous one stays in force.
         held = np.maximum.accumulate(np.where(np.isnan(commands), -1, np.arange(len(commands))))
         known = np.where(held < 0, self._command, commands[held])
         changes = np.flatnonzero(np.diff(known, prepend=self._command)).tolist()
@@ -97,14 +97,14 @@ class ReplayedDrive:
 
 
 def scene_from(scene: Scene, sample: dict[str, float]) -> Scene:
-    """The scene, begun in a state that was recorded, led by commands only.
+    """Return the scene with a recorded state as its start and without a profile.
 
     Args:
-        scene: with the deck and as many balls as the sample is of.
-        sample: a value for each channel.
+        scene: scene with the deck and the number of balls of the sample.
+        sample: value of each channel.
 
     Raises:
-        InputError: the sample shows no whole state; says what to do.
+        InputError: the sample does not contain a complete state; the message tells what to do.
     """
     try:
         start = start_from(sample, scene.balls.count, scene.deck is not None)

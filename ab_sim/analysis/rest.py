@@ -1,7 +1,8 @@
-"""Where the deck hangs at rest, and a run as seen from there.
+"""Rest position of the deck, and runs relative to it.
 
-A deck in the plane counts from there anyway; one in space from where its mounts are relaxed, so
-that its weight shows in the displacement, and is to be taken out before a whirl is judged.
+A planar deck is measured from its rest position. A deck in space is measured from the position of
+its unloaded mounts, so its weight shows in the displacement. That static part is removed before a
+whirl is evaluated.
 """
 
 from typing import NamedTuple
@@ -17,20 +18,20 @@ from ab_sim.scene.sections import StartDeck
 
 
 class Rest(NamedTuple):
-    """A deck in space, at rest."""
+    """Rest pose of a deck in space."""
 
     place: np.ndarray
-    """X, Y, Z of C [m]."""
+    """Position X, Y, Z of C [m]."""
     turn: np.ndarray
-    """Quaternion (w, x, y, z) from deck axes to the ground's."""
+    """Quaternion (w, x, y, z) from deck axes to ground axes."""
 
     @property
     def tilt(self) -> np.ndarray:
-        """Angles alpha, beta, gamma [rad]."""
+        """Tilt angles alpha, beta, gamma [rad]."""
         return tilt_of(self.turn)
 
     def counted_from(self, trajectory: Trajectory) -> Trajectory:
-        """The same run, with displacements that count from here."""
+        """Return the run with displacements relative to the rest position."""
         if not self.place.any():
             return trajectory
         samples = trajectory.samples.copy()
@@ -39,17 +40,17 @@ class Rest(NamedTuple):
         return Trajectory(trajectory.channels, samples)
 
     def tilt_from(self, trajectory: Trajectory) -> np.ndarray:
-        """Angle between the shaft and where it points here [rad], shape (samples,)."""
+        """Return the angle of the shaft from its rest direction [rad], shape (samples,)."""
         upright = matrix_of(self.turn)[:, 2]
         across = np.cross(trajectory.turned[:, :, 2], upright)
         return np.arctan2(np.linalg.norm(across, axis=1), trajectory.turned[:, :, 2] @ upright)
 
 
 def rest_of(scene: Scene) -> Rest:
-    """Where the deck of a scene hangs.
+    """Return the rest pose of a scene's deck.
 
     Raises:
-        SceneError: no place is found where its mounts hold its weight.
+        SceneError: no position is found in which the mounts carry the weight.
     """
     if scene.deck is None or "gravity" not in scene.effects:
         return Rest(np.zeros(3), np.array(NONE))
@@ -62,5 +63,5 @@ def rest_of(scene: Scene) -> Rest:
 
 
 def from_rest(trajectory: Trajectory, scene: Scene) -> Trajectory:
-    """The same run, with displacements that count from where the deck hangs."""
+    """Return the run with displacements relative to the deck's rest position."""
     return rest_of(scene).counted_from(trajectory)

@@ -1,10 +1,10 @@
-"""Results of long work, kept on disk by all that they follow from.
+"""Disk cache of results of long computations, keyed by all their inputs.
 
-What is asked again is there at once, and work done piece by piece, each piece kept by itself, goes
-on where it was interrupted. A file is named by a hash of what computes it, its scene, its numbers,
-and the sources and versions that it is made of, found by imports
-(``ab_sim.sources``): no result can be stale. What is read has to prove that it was written for
-exactly that, else it is computed anew.
+Repeated requests are served from the cache. Work that is done in pieces, each stored separately,
+continues after an interruption. A file name is a hash of the function, the scene, the numbers, and
+the sources and versions in use, which are found through imports (``ab_sim.sources``). Results are
+therefore never stale. A stored file must carry a digest that matches its key; otherwise the result
+is computed again.
 """
 
 import functools
@@ -26,18 +26,18 @@ from ab_sim.scene.model import Scene
 from ab_sim.sources import NotOfSources, sources, versions
 
 Result = dict[str, Any]
-"""JSON-able: mappings, lists, texts, finite numbers, booleans, None."""
+"""JSON-able mapping: mappings, lists, texts, finite numbers, booleans, None."""
 
 
 class Results:
-    """The results of one function: ``function(scene, **numbers)``.
+    """Cached results of one function: ``function(scene, **numbers)``.
 
-    Two processes may use them at once: a file is there as a whole or not at all.
+    Processes may share the cache: files are written atomically.
 
     Args:
-        function: of a module; it takes a scene and JSON-able numbers by name, and gives a mapping
-            that JSON can hold: no NaN, no infinity.
-        folder: where; by default the user's, see ``results_folder``.
+        function: module-level function of a scene and JSON-able keyword arguments; it returns a
+            mapping that JSON can represent, without NaN and infinity.
+        folder: cache folder; by default the user's, see ``results_folder``.
     """
 
     def __init__(self, function: Callable[..., Result], folder: Path | None = None) -> None:
@@ -45,14 +45,14 @@ class Results:
         self._folder = folder or results_folder()
 
     def of(self, scene: Scene, **numbers: Any) -> Result:
-        """What the function gives, as JSON gives it back: as it was kept, or computed and kept."""
+        """Return the function's result after a JSON round trip, cached or computed."""
         found = self.find(scene, **numbers)
         if found is None:
             found = self.keep(self._function(scene, **numbers), scene, **numbers)
         return found
 
     def find(self, scene: Scene, **numbers: Any) -> Result | None:
-        """What was kept; None if nothing was, or it cannot be believed."""
+        """Return the stored result; None if there is none or its digest does not match."""
         key, file = self._key_and_file(scene, numbers)
         if file is None:
             return None
@@ -65,13 +65,13 @@ class Results:
         return result if sound and isinstance(result, dict) else None
 
     def keep(self, result: Result, scene: Scene, **numbers: Any) -> Result:
-        """Keep what the function gave; where that cannot be, one line says so, and all goes on.
+        """Store a result; log one line and continue if that is not possible.
 
         Returns:
-            The result as JSON gives it back: what ``find`` finds.
+            The result after a JSON round trip, as ``find`` returns it.
 
         Raises:
-            ValueError: JSON has no such number (NaN, infinite).
+            ValueError: the result contains NaN or infinity.
         """
         key, file = self._key_and_file(scene, numbers)
         result = json.loads(_canonical(result))
@@ -84,13 +84,13 @@ class Results:
         return result
 
     def folder_of(self, scene: Scene, modules: Iterable[str], **numbers: Any) -> Path | None:
-        """A folder, not made yet, for results that come in parts; None if there is no place.
+        """Return a folder for results in parts, not yet created; None if there is no place for it.
 
-        Whoever puts parts there has to see that they can be believed.
+        The caller has to verify the parts that it reads.
 
         Args:
             scene, numbers: see ``of``.
-            modules: whose code computes them, too.
+            modules: further modules whose code contributes to the result.
         """
         _, file = self._key_and_file(scene, numbers, modules)
         return file and file.with_suffix("")
@@ -98,7 +98,7 @@ class Results:
     def _key_and_file(
         self, scene: Scene, numbers: Mapping[str, Any], modules: Iterable[str] = ()
     ) -> tuple[str, Path | None]:
-        """All that a result follows from, and the file named by it."""
+        """Return all inputs of a result as a key, and the file named by it."""
         what = f"{self._function.__module__}.{self._function.__qualname__}"
         effects = (type(each).__module__ for each in scene.effects.values())
         try:
@@ -117,7 +117,7 @@ class Results:
 
 @functools.cache
 def results_folder() -> Path | None:
-    """The user's folder of results, made if need be; None if there is no safe place for one."""
+    """Return the user's cache folder, created if needed; None if there is no safe place."""
     folder = cache_folder()
     if folder is None:
         _say(
@@ -128,11 +128,11 @@ def results_folder() -> Path | None:
 
 
 def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[str, str]]:
-    """What results of modules follow from, in this process.
+    """Return the sources and versions on which results of modules depend.
 
     Returns:
-        Digests of the sources of the modules, of all that these import, and of the steppers, which
-        are found by their folder; versions of Python and of others' packages. Both by name.
+        Digests of the sources of the modules, their imports and the steppers (found by folder), by
+        name; versions of Python and third-party packages, by name.
 
     Raises:
         NotOfSources: see ``sources``.
@@ -145,7 +145,7 @@ def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[
 
 
 def _seal(key: str, result: Result) -> str:
-    """What only this result has if it is to be found under this key."""
+    """Return the digest that ties a result to its key."""
     return hashlib.sha256(f"{key}{_canonical(result)}".encode()).hexdigest()
 
 
@@ -155,5 +155,5 @@ def _canonical(value: Any) -> str:
 
 @functools.cache
 def _say(line: str) -> None:
-    """Once: a line on standard error, unless a program has its own use of Python's logging."""
+    """Log a line once; it goes to standard error unless logging is configured."""
     logging.getLogger("ab_sim").warning(visible(line))

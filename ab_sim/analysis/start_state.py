@@ -1,4 +1,4 @@
-"""From a state that was recorded to the section of a scene that begins in it."""
+"""Conversion of a recorded state to the ``start`` section of a scene."""
 
 import math
 from collections.abc import Mapping
@@ -12,18 +12,18 @@ from ab_sim.errors import InputError
 
 
 def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str, Any]:
-    """A scene's `start`, as far as a sample shows the state.
+    """Return a scene's ``start`` section from a sample.
 
-    Whether friction holds balls, what a motor's speed loop has summed up, and what filters of
-    sensors remember, a sample does not show.
+    A sample does not contain sticking of balls, the integrator of a motor's speed loop, or the
+    state of sensor filters.
 
     Args:
-        sample: a value for each channel, see ``Trajectory``.
-        balls: how many there are.
+        sample: value of each channel, see ``Trajectory``.
+        balls: number of balls.
         tilts: whether the deck moves in space.
 
     Raises:
-        InputError: a channel is missing, or not finite; names it.
+        InputError: a channel is missing or not finite; the message names it.
     """
     position, velocity = (["x", "y"], ["vx", "vy"])
     turn, turning = ["qw", "qx", "qy", "qz"], ["wx", "wy", "wz"]
@@ -40,7 +40,7 @@ def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str
     }
     if tilts:
         tilt = tilt_of(np.array([sample[name] for name in turn])).tolist()
-        # Linear in the rates of the angles, of which it takes the inverse.
+        # The angular velocity is linear in the rates of the tilt angles: invert this map.
         each = np.array([angular_velocity(tuple(tilt), tuple(rate)) for rate in np.eye(3)]).T
         rates = np.linalg.solve(each, [sample[name] for name in turning])
         deck |= {"tilt": tilt, "tilt_rate": rates.tolist()}

@@ -1,4 +1,4 @@
-"""Figures of a start-up, as the thesis defines them, from samples of a run."""
+"""Metrics of a start-up as defined in the thesis, from samples of a run."""
 
 import math
 from collections.abc import Sequence
@@ -11,20 +11,20 @@ from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 
 _ROUNDS = 12
-"""Of Newton's method; where a curve is as smooth as between two samples it takes four or five."""
+"""Number of Newton steps; a smooth curve between two samples needs four or five."""
 
 
 class Peaks(NamedTuple):
-    """Largest whirls."""
+    """Largest whirl of each run."""
 
     whirl: np.ndarray
-    """m, shape (runs,)."""
+    """Whirl [m], shape (runs,)."""
     time: np.ndarray
-    """s, the same."""
+    """Time [s], shape (runs,)."""
 
 
 def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
-    """Largest whirl radius [m] and its time [s], found between the samples around it."""
+    """Return the largest whirl [m] and its time [s], interpolated between samples."""
     whirl, time = trajectory.whirl, trajectory["time"]
     top = int(np.argmax(whirl))
     if 0 < top < len(whirl) - 1:
@@ -39,15 +39,16 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
 def peaks_between(
     time: np.ndarray, x: np.ndarray, y: np.ndarray, vx: np.ndarray, vy: np.ndarray
 ) -> Peaks:
-    """Largest whirls along cubics through places and velocities.
+    """Return the largest whirls along cubic interpolants of positions and velocities.
 
     Args:
-        time: of three samples of each run, the second with the largest whirl [s], shape (runs, 3).
-        x, y: places there [m], the same.
-        vx, vy: velocities [m/s], the same.
+        time: times of three samples of each run [s], the largest whirl at the second, shape (runs,
+            3).
+        x, y: positions at these times [m], same shape.
+        vx, vy: velocities at these times [m/s], same shape.
     """
     runs = np.arange(len(time))
-    # Where the whirl rises at the sample in the middle, it is largest behind it, else before.
+    # If the whirl still rises at the middle sample, its maximum lies after it, otherwise before it.
     rises = x[:, 1] * vx[:, 1] + y[:, 1] * vy[:, 1] > 0.0
     one, other = np.where(rises, 1, 0), np.where(rises, 2, 1)
     begin, lasts = time[runs, one], time[runs, other] - time[runs, one]
@@ -55,7 +56,7 @@ def peaks_between(
         _cubic(place[runs, one], place[runs, other], v[runs, one] * lasts, v[runs, other] * lasts)
         for place, v in ((x, vx), (y, vy))
     ]
-    # Half the derivative of the whirl's square along the way s from 0 to 1: p p' + q q'.
+    # Half the derivative of the squared whirl along s from 0 to 1: p p' + q q'.
     slope = np.zeros((6, len(runs)))
     for path in paths:
         for i, a in enumerate(path):
@@ -69,7 +70,7 @@ def peaks_between(
 def _cubic(
     first: np.ndarray, last: np.ndarray, leaves: np.ndarray, arrives: np.ndarray
 ) -> list[np.ndarray]:
-    """Coefficients of 1, s, s^2, s^3 of Hermite's cubic from s = 0 to 1."""
+    """Return the coefficients of 1, s, s^2, s^3 of the cubic Hermite interpolant on [0, 1]."""
     way = last - first
     return [first, leaves, 3.0 * way - 2.0 * leaves - arrives, leaves + arrives - 2.0 * way]
 
@@ -82,10 +83,11 @@ def _value(coefficients: Sequence[np.ndarray] | np.ndarray, at: np.ndarray) -> n
 
 
 def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
-    """Where between 0 and 1 polynomials fall from above 0 to below, shape as a coefficient's.
+    """Return roots in [0, 1] at which polynomials change from positive to negative.
 
-    By Newton's method, and by halves where that leaves the interval. The rounds are as many for
-    each, so that what is found does not depend on the others.
+    Newton's method, with bisection when a step leaves the bracket. The number of steps is fixed, so
+    that a result does not depend on the other polynomials. The result has the shape of a
+    coefficient.
     """
     derived = [k * coefficient for k, coefficient in enumerate(coefficients)][1:]
     low, high = np.zeros(coefficients.shape[1]), np.ones(coefficients.shape[1])
@@ -100,17 +102,19 @@ def _falling_zero(coefficients: np.ndarray) -> np.ndarray:
 
 
 def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
-    """When all balls first have theta <= -180 deg, unwrapped [s]: opposite the unbalance.
+    """Return the first time [s] at which all balls have unwrapped theta <= -180 deg.
+
+    This is opposite the unbalance.
 
     The thesis' "settling period" (4.4) is this less the time at which its variable-speed period
-    starts. It does not say that balls stay there, nor that the rotor is balanced: balls whose
-    unbalance together is more than twice the rotor's make it worse there.
+    starts. Balls need not stay there, and the rotor need not be balanced: balls with more than
+    twice the rotor's unbalance make it worse there.
 
     Args:
         trajectory: consecutive samples.
 
     Returns:
-        The time, found between samples; None if it does not happen, or there are no balls.
+        The time, interpolated between samples; None if it does not occur or there are no balls.
     """
     time = trajectory["time"]
     if trajectory.balls == 0 or len(time) < 2:
@@ -134,14 +138,14 @@ def first_passage_of_opposite(trajectory: Trajectory) -> float | None:
 
 
 def settling_begins(scene: Scene) -> float | None:
-    """When the thesis' settling period begins [s] (its section 4.4).
+    """Return the start of the thesis' settling period [s] (its section 4.4).
 
-    That is where the variable-speed period of a start-up begins; without one, as the page on the
-    thesis has it, where the profile reaches the critical speed sqrt(k/M) (4-1).
+    It is the start of the variable-speed period of a start-up. Without such a period it is the time
+    at which the profile reaches the critical speed sqrt(k/M) (4-1), as on the thesis page.
 
     Returns:
-        None if the scene has no start-up, or one that neither has a period ahead nor reaches the
-        critical speed.
+        The time; None if the scene has no start-up, or one without a variable-speed period that
+        does not reach the critical speed.
     """
     profile, critical = scene.profile, scene.critical_speed
     if profile is None or profile.kind != "start_up":
@@ -155,7 +159,10 @@ def settling_begins(scene: Scene) -> float | None:
 
 
 def time_of_speed(trajectory: Trajectory, speed: float) -> float | None:
-    """When the spindle first reaches a speed [rad/s], rising; interpolated; None if never."""
+    """Return the time [s] at which the spindle first reaches a speed [rad/s]; None if never.
+
+    The time is interpolated between samples.
+    """
     reached = trajectory["speed"] >= speed * (1 - 1e-12)
     if not reached.any():
         return None

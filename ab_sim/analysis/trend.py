@@ -1,29 +1,29 @@
-"""Whether a curve of many oscillations still rises or falls: a question of its own."""
+"""Trend of an oscillating curve: whether its level rises or falls."""
 
 import numpy as np
 
 CHANGE = 0.1
-"""A level has a trend if it changes by more than this share of itself, from the first third of
-the samples to the last."""
+"""Relative change of the level, from the first third of the samples to the last, that is a
+trend."""
 PARTS = 6
 
 
 class Trends:
-    """Compares the beginning of so many samples of each run with their end, as they come.
+    """Trend detector that compares the start of each run with its end, sample by sample.
 
-    An oscillation is no trend: the root mean square from third to third and from half to half,
-    and the largest value from third to third, must all move in one direction, and enough. Periods
-    of a beat that fit badly into the one fit into the other.
+    An oscillation is no trend. Three changes must have the same sign and exceed a threshold: the
+    root mean square between thirds and between halves, and the largest value between thirds. A beat
+    whose period fits badly into the thirds fits better into the halves.
     """
 
     def __init__(self, runs: int, count: int) -> None:
-        """For ``count`` samples in all of each run; of less than six nothing is said."""
+        """Expect ``count`` samples per run; with fewer than six, no trend is reported."""
         self._ends = [count * (part + 1) // PARTS for part in range(PARTS)]
         self._squares, self._peaks = np.zeros((PARTS, runs)), np.zeros((PARTS, runs))
         self._taken = 0
 
     def take(self, values: np.ndarray, squares: np.ndarray) -> None:
-        """The next samples, none of them negative, and their squares, shape (runs, samples)."""
+        """Process the next non-negative samples and their squares, shape (runs, samples)."""
         begin = 0
         for part, end in enumerate(self._ends):
             until = min(max(end - self._taken, begin), values.shape[1])
@@ -35,17 +35,17 @@ class Trends:
         self._taken += values.shape[1]
 
     def found(self, floors: np.ndarray) -> np.ndarray:
-        """Direction of each run's trend, shape (runs,): 1 rises, -1 falls, 0 has none.
+        """Return the direction of each run's trend, shape (runs,): 1 rising, -1 falling, 0 none.
 
         Args:
-            floors: a change of less than that is rounding, shape (runs,).
+            floors: bounds of the rounding error; smaller changes are ignored, shape (runs,).
         """
         counts = np.diff(self._ends, prepend=0)
         if not counts.all():
             return np.zeros(self._peaks.shape[1], int)
 
         def level(first: int, end: int) -> np.ndarray:
-            # One after the other: so the sum is the same however many runs there are.
+            # Sum sequentially, so that the result does not depend on the number of runs.
             total = sum(self._squares[first + 1 : end], self._squares[first])
             return np.asarray(np.sqrt(total / counts[first:end].sum()))
 

@@ -1,4 +1,4 @@
-"""Runs judged as they go: their samples stay in memory only until their merits are known."""
+"""Evaluation of runs as they are computed: samples stay in memory until metrics are known."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple, Protocol
@@ -16,44 +16,46 @@ from ab_sim.drive.trajectory import column_of, whirl_of
 from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 SAMPLES_AT_ONCE = 2**22
-"""Numbers of samples that are in memory at a time, 32 MB: of so many runs that numpy's calls, which
-are as many for one run as for all of them, count little."""
+"""Number of sample values in memory at a time, 32 MB.
+
+It covers so many runs that the overhead of numpy's calls is small.
+"""
 
 _COPIED_AT_ONCE = 2**22
-"""Numbers of samples that are kept, and copied to lie beside each other."""
+"""Number of sample values that are copied at a time to make them contiguous."""
 
 
 class JudgedPart(NamedTuple):
-    """What became of some runs."""
+    """Results of some runs."""
 
     runs: np.ndarray
-    """Their numbers."""
+    """Indices of the runs."""
     merits: dict[str, list[Any]]
-    """As reports give them, by key; None of a run that failed."""
+    """Metrics by key as in reports; None for failed runs."""
     failures: list[str]
-    """Why each run ended early; empty if it did not."""
+    """Reason of each run's early end; empty if complete."""
     aborts: list[str]
-    """Why each run's profile ran down to standstill; empty if it did not."""
+    """Reason of each run's abort to standstill; empty if not aborted."""
     in_lanes: bool
-    """Whether they ran in lanes."""
+    """Flag of runs computed in lanes."""
     seconds: float
-    """CPU time for taking the steps [s]."""
+    """CPU time of the steps [s]."""
 
 
 class LaneSource(Protocol):
-    """Runs of one group, which go side by side; ``rows`` says which of them."""
+    """Runs of one group, computed side by side; ``rows`` selects some of them."""
 
     first: PreparedRun
-    """One of the group."""
+    """Any run of the group."""
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
-        """What they begin with."""
+        """Return the start data of runs."""
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
-        """Of up to eight; or one, if it is that of all."""
+        """Return the step plan keys of up to eight runs, or one key common to all."""
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """What merits have to know of them."""
+        """Return the data that metrics need of runs."""
 
 
 class _PreparedGroup:
@@ -75,12 +77,12 @@ class _PreparedGroup:
 def judged_parts(
     split: Split | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
-    """Run and judge, part after part.
+    """Run and evaluate runs, part by part.
 
     Args:
-        split: runs that go in columns.
-        prepared: the others, by number.
-        keys: of the merits wanted.
+        split: runs in columns.
+        prepared: other runs by number.
+        keys: keys of the metrics.
     """
     if split is not None:
         yield from _in_lanes(split.columns, split.rows, split.rows, keys)
@@ -97,13 +99,13 @@ def judged_parts(
 def _in_lanes(
     source: LaneSource, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
-    """Runs of a group, side by side.
+    """Compute the runs of a group side by side.
 
     Args:
-        source: with these runs.
-        rows: theirs in the source.
-        numbers: what they are called.
-        keys: of the merits wanted.
+        source: source of these runs.
+        rows: their rows in the source.
+        numbers: their numbers.
+        keys: keys of the metrics.
     """
     first = source.first
     lane_group, most = LaneGroup(first, 1), _at_once(first)
@@ -128,16 +130,16 @@ def _in_lanes(
 
 
 class _Room:
-    """Memory for the samples of runs, and for their whirl, used again for the next ones.
+    """Memory for samples and whirl of runs, reused for the next ones.
 
     Args:
-        first: one of the runs.
-        runs: how many at most.
+        first: any of the runs.
+        runs: largest number of runs.
     """
 
     def __init__(self, first: PreparedRun, runs: int) -> None:
-        # A channel's numbers follow each other, as merits take them one after the other; with some
-        # room between channels, so that they are not all in the same few lines of the cache.
+        # Each channel is contiguous, because metrics process one after the other. Padding between
+        # channels keeps them from mapping to the same cache lines.
         steps, channels = first.steps, first.channels
         self._lines = np.empty((runs, len(channels), (steps // 16 + 1) * 16 + 8))
         self._samples = self._lines[:, :, :steps].transpose(0, 2, 1)
@@ -145,18 +147,18 @@ class _Room:
         self._whirl = None if "z" in channels else np.empty((runs, steps))
 
     def eight(self, at: int) -> LaneSamples:
-        """Where samples of eight runs go."""
+        """Return the memory for the samples of eight runs."""
         return LaneSamples.by_channel(self._lines[at : at + LANES])
 
     def look(self, at: int) -> None:
-        """Find the whirl of eight runs, while their samples are in the cache."""
+        """Compute the whirl of eight runs while their samples are in the cache."""
         eight = slice(at, at + LANES)
         if self._whirl is not None:
-            with np.errstate(all="ignore"):  # one may have diverged
+            with np.errstate(all="ignore"):  # some runs may have diverged
                 self._whirl[eight] = whirl_of(self._x[eight], self._y[eight])
 
     def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
-        """Samples, shape (runs, samples, channels), and whirl of these runs; they rise."""
+        """Return samples (runs, samples, channels) and whirl of runs in rising order."""
         all_first = len(runs) == 0 or len(runs) == runs[-1] + 1
         which = slice(0, len(runs)) if all_first else runs
         return self._samples[which], None if self._whirl is None else self._whirl[which]
@@ -165,7 +167,7 @@ class _Room:
 def _one_by_one(
     group: Sequence[PreparedRun], numbers: np.ndarray, keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
-    """Runs of a group that do not go in columns of lanes, or have sensors."""
+    """Compute the runs of a group without lanes, or with sensors."""
     most = _at_once(group[0])
     for begin in range(0, len(group), most):
         done = run_prepared(group[begin : begin + most], every=1)
@@ -182,15 +184,14 @@ def run_and_judge(
     keys: Sequence[str],
     progress: Callable[[int, int], None] | None = None,
 ) -> tuple[DoneRuns, dict[str, list[Any]]]:
-    """Run and judge, and keep samples.
+    """Run, evaluate, and keep samples.
 
     Args:
-        prepared, every, progress: as of ``run_prepared``.
-        keys: of the merits wanted, which are found from every step.
+        prepared, every, progress: see ``run_prepared``.
+        keys: keys of the metrics, which are computed from every step.
 
     Returns:
-        What became of the runs; by key the merits of each as reports give them, None of a run that
-        failed.
+        Finished runs; reported metrics of each run by key, None for failed runs.
     """
     runs: list[Any] = [None] * len(prepared)
     merits: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
@@ -214,7 +215,7 @@ def run_and_judge(
 
 
 def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
-    """Merits of runs of one group, whose samples are kept; None of those that failed."""
+    """Return metrics of runs of one group from their samples; None for failed runs."""
     good = [at for at, run in enumerate(runs) if not run.failure]
     found: dict[str, list[Any]] = {key: [] for key in keys}
     largest = max((runs[at].trajectory.samples.size for at in good), default=1)
@@ -237,7 +238,7 @@ def _reported(
     samples: np.ndarray,
     whirl: np.ndarray | None = None,
 ) -> dict[str, list[Any]]:
-    """Merits as reports give them."""
+    """Return metrics as in reports."""
     if not len(runs):
         return {key: [] for key in keys}
     found = merits_of_runs(runs, channels, samples, keys, whirl)
@@ -246,7 +247,7 @@ def _reported(
 
 
 def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
-    """Values at these places of so many, None at the others."""
+    """Return a list of ``count`` entries with values at some places, None at the others."""
     if len(values) == count:
         return values
     found = [None] * count
@@ -256,5 +257,5 @@ def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
 
 
 def _at_once(run: PreparedRun) -> int:
-    """How many runs like it have their samples in memory at a time: whole eights."""
+    """Return how many such runs have their samples in memory at a time, a multiple of eight."""
     return max(1, SAMPLES_AT_ONCE // (run.steps * len(run.channels)) // LANES) * LANES

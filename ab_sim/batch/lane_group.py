@@ -1,4 +1,4 @@
-"""Runs of a group that go eight side by side: where each starts, and what they run on."""
+"""Groups of runs computed eight side by side: start data and work arrays."""
 
 import functools
 import time
@@ -34,14 +34,14 @@ from ab_sim.taylor.side_by_side import advance_by_taylor_side_by_side
 
 
 class LaneStarts(NamedTuple):
-    """What runs of a group begin with, a row for each."""
+    """Start data of runs, a row each."""
 
     constants: np.ndarray
-    """Raw ones, shape (runs, constants): see ``kernels.constants.numbers_of``."""
+    """Raw constants, shape (runs, constants): see ``kernels.constants.numbers_of``."""
     bounds: np.ndarray
-    """Magnitudes that no sound run reaches, shape (runs, states)."""
+    """Magnitudes beyond which a run has diverged, shape (runs, states)."""
     state: np.ndarray
-    """Shape (runs, states)."""
+    """Initial states, shape (runs, states)."""
     discrete: np.ndarray
     """Branches and turns, shape (runs, balls + 1, columns): see ``BallEvents.discrete``."""
     contacts: np.ndarray
@@ -49,12 +49,12 @@ class LaneStarts(NamedTuple):
 
     @classmethod
     def of(cls, runs: Sequence[PreparedRun]) -> "LaneStarts":
-        """Of prepared runs of one group."""
+        """Return the start data of prepared runs of one group."""
         rows = [_start_of(run) for run in runs]
         return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
     def rows(self, which: slice) -> "LaneStarts":
-        """Those of some of the runs."""
+        """Return the start data of some of the runs."""
         return LaneStarts(*(column[which] for column in self))
 
 
@@ -70,23 +70,23 @@ def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
 
 
 class _Work(NamedTuple):
-    """What eight runs along one kind of segments work with."""
+    """Work arrays of eight runs along one kind of segment."""
 
     lanes: LaneRuns | TaylorRuns
     alone: tuple[Run, ...]
-    """Each by itself, of a scene with events; else none."""
+    """Separate work for each run if the scene has events; otherwise empty."""
     advance: BoundFunction
-    """Takes the steps of a plan."""
+    """Function that takes the steps of a plan."""
     code: Code
-    """Keeps the functions."""
+    """Compiled code; the reference keeps the functions alive."""
 
 
 class LaneGroup:
-    """What runs of one group run on, side by side.
+    """Work arrays and code shared by the runs of one group, side by side.
 
     Args:
-        first: one of them; any.
-        every: steps from one sample to the next.
+        first: any run of the group.
+        every: number of steps between samples.
     """
 
     def __init__(self, first: PreparedRun, every: int) -> None:
@@ -96,15 +96,15 @@ class LaneGroup:
     def run(
         self, starts: LaneStarts, keys: Sequence[StepPlanKey], samples: LaneSamples
     ) -> tuple[np.ndarray, float]:
-        """Run up to eight.
+        """Run up to eight runs.
 
         Args:
-            starts: of these runs.
-            keys: their step plans; or one, if it is that of all.
-            samples: filled in, of eight; lanes without a run of their own repeat the last one.
+            starts: start data of the runs.
+            keys: keys of their step plans, or one key common to all.
+            samples: output for eight lanes; unused lanes repeat the last run.
 
         Returns:
-            How many steps of each were sound, shape (8,); CPU time [s].
+            Number of finite steps of each run, shape (8,), and CPU time [s].
         """
         kind, plan = _plan(tuple(keys), self._first.steps)
         if kind not in self._made:
@@ -116,7 +116,7 @@ class LaneGroup:
         return work.lanes.sound, time.thread_time() - begin
 
     def _work(self, kind: type) -> _Work:
-        """Work arrays, not at any start yet."""
+        """Return work arrays without start data."""
         system, told = self._first.system, self._first.stepper.weights
         code = code_of(system, kind)
         if isinstance(told, TaylorParameters):
@@ -148,7 +148,7 @@ class LaneGroup:
         )
 
     def _alone(self, code: Code) -> Run:
-        """One of the runs by itself."""
+        """Return the work of a single run."""
         first, tableau = self._first, self._first.stepper.weights
         states, system = layout_of(first.system).size, first.system
         own = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
@@ -194,7 +194,7 @@ def _room(lines: int) -> np.ndarray:
 
 
 def _begin(work: _Work, starts: LaneStarts) -> None:
-    """Put runs at their start."""
+    """Copy start data of runs into work arrays."""
     lanes, count = work.lanes, len(starts.constants)
     turns = starts.discrete[:, : len(lanes.turns), TURNS]
     places = lanes.c[: lanes.place], lanes.bounds, lanes.state, lanes.turns
@@ -216,6 +216,6 @@ def _begin(work: _Work, starts: LaneStarts) -> None:
 
 @functools.lru_cache(maxsize=8)
 def _plan(keys: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
-    """The merged plan of eight runs, made once for runs whose profiles are equal."""
+    """Return the merged plan of eight runs, cached for runs with equal profiles."""
     lanes = [*keys, *[keys[-1]] * (LANES - len(keys))]
     return merged([key.step_ranges(steps) for key in lanes], keys[0].grid.step)

@@ -14,13 +14,13 @@ from ab_sim.stepping.side_by_side import LANES, LanePlan
 
 
 def merged(step_plans: Sequence[Sequence[StepRange]], step: float) -> tuple[type, LanePlan]:
-    """One plan for eight runs, cut at the breakpoints of each of them.
+    """Return one plan for eight runs, cut at the breakpoints of each of them.
 
     A run that divides a step into fewer parts than another gets additional parts of zero length,
     which do not change its state.
 
     Args:
-        step_plans: the step ranges of each run, over the same steps.
+        step_plans: the step ranges of each run, over the same stepstep [s].
         step: s.
 
     Returns:
@@ -51,7 +51,10 @@ def _place(step_range: StepRange, same_type: bool) -> ActiveSegment:
 def _ranges_between_cuts(
     step_plans: Sequence[Sequence[StepRange]],
 ) -> Iterator[list[list[StepRange]]]:
-    """For each interval between cuts, the step ranges of each run: whole steps, or parts of one."""
+    """Yield, for each interval between cuts, the step ranges of each run.
+
+    These are whole steps, or parts of one step.
+    """
     grouped = [
         [
             list(group)
@@ -75,7 +78,10 @@ def _ranges_between_cuts(
 def _plan_rows(
     ranges: list[list[StepRange]], step: float
 ) -> Iterator[tuple[int, bool, list[StepRange]]]:
-    """Rows of a plan: number of steps, whether they end in this row, step range of each run."""
+    """Yield rows of a plan.
+
+    Each row has the number of steps, whether they end in this row, and the step range of each run.
+    """
     most = max(len(parts) for parts in ranges)
     for k in range(most):
         lanes = [
@@ -86,7 +92,7 @@ def _plan_rows(
 
 
 def _by_lane(values: Sequence[Sequence[Sequence[float]]]) -> np.ndarray:
-    """An array of shape (rows, floats, lanes), from one of shape (rows, lanes, floats)."""
+    """Return an array of shape (rows, floats, lanes) from one of shape (rows, lanes, floats)."""
     table = np.array(values, float).transpose(0, 2, 1)
     assert table.shape[-1] == LANES
     return np.ascontiguousarray(table)

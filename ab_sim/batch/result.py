@@ -1,4 +1,4 @@
-"""What a batch of runs has come to."""
+"""Result of a batch of runs."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,26 +17,32 @@ class Batch(Presented):
     _picture = "batch"
 
     runs: tuple[BatchRun, ...]
-    """With their samples; none where only merits were asked for."""
+    """Runs with their samples; empty if only metrics were requested."""
     in_lanes: int
-    """Number of runs that ran in lanes, up to eight at once; what is left over of runs that are
-    alike may be alone there. The others ran one by one."""
+    """Number of runs computed in lanes, up to eight at once.
+
+    The last runs of a group may have unused lanes. The other runs were computed one by one.
+    """
     integration_seconds: float
-    """CPU time of this thread for taking the steps, all runs together [s]. Of runs that go one by
-    one, a kernel for a further kind of the profile's segments is made in it, too."""
+    """CPU time of this thread for the steps of all runs [s].
+
+    For runs one by one it includes the compilation of kernels for further kinds of profile
+    segments.
+    """
     variations: Sequence[Mapping[str, object]] = ()
-    """What is varied, values by dotted key for each run."""
+    """Varied values by dotted key, for each run."""
     merits: Mapping[str, np.ndarray] = field(default_factory=dict)
-    """By key those that were asked for, as reports give them, shape (runs,). Numbers are floats,
-    NaN where a report has null and of runs that failed; of what else there is, None stands there.
-    Those of an aborted run are of its way to standstill: final ones say nothing."""
+    """Requested metrics by key as in reports, shape (runs,).
+
+    Numbers are floats, NaN for null and for failed runs; other values are None there. Metrics of an
+    aborted run describe its way to standstill; final values have no meaning.
+    """
     failures: tuple[str, ...] = ()
-    """Why each run ended early; empty if it did not."""
+    """Reason of each run's early end; empty if complete."""
     aborted: tuple[str, ...] = ()
-    """Why each run's profile, which decides while it runs, ran down to standstill; empty if it did
-    not."""
+    """Reason of each run's abort to standstill by its profile controller; empty if not aborted."""
     scene_name: str = ""
-    """Of what the runs have in common."""
+    """Name of the common scene."""
 
     def __len__(self) -> int:
         return len(self.failures)
@@ -48,7 +54,7 @@ class Batch(Presented):
             "runs": str(len(self)),
             "in lanes": str(self.in_lanes),
         }
-        # At standstill nothing whirls.
+        # Leave out aborted runs: they have no whirl at standstill.
         kept = [run.trajectory for run in self.runs if len(run.trajectory) and not run.aborted]
         if kept:
             last = [float(path.whirl[-1]) for path in kept]

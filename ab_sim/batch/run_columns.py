@@ -1,9 +1,8 @@
-"""Runs that differ in a few numbers only, as columns: checked and prepared all at once.
+"""Runs that differ in a few numbers only, as columns that are checked and prepared together.
 
-What a scene checks of a number, and what follows from it for the kernel, is arithmetic, so it can
-be done with arrays; it gives the same bits. That is known of some keys and scenes, see
-``columns_of``; and of values that are nowhere near a limit. All else is left to the scene itself,
-run by run, which says what is wrong with it.
+A scene's checks of numbers and the kernel's constants are arithmetic. With arrays they give the
+same bits. This is known for some keys and scenes, see ``columns_of``, and for values far from a
+limit. All other runs are checked by their scene one by one, which reports errors.
 """
 
 import functools
@@ -37,28 +36,31 @@ from ab_sim.spindle import Ramp
 
 _ANGLES = "start.ball_angles"
 _FAR_FROM_LIMIT, _BELOW_LIMIT = 0.8, 0.98
-"""Shares of a stepper's stability limit up to which a run is stable for certain: in directions of
-which some are tried, and in one of which the limit is known, but for how it is rounded."""
+"""Fractions of a stepper's stability limit up to which a run is certainly stable.
+
+The first is for several sampled directions. The second is for a direction whose limit is known up
+to rounding.
+"""
 
 _CHECKED_AT_ONCE = 2048
-"""Runs: there are some hundred numbers of each meanwhile."""
+"""Number of runs per block; each needs some hundred numbers temporarily."""
 
 
 class _Bodies(NamedTuple):
     """Numbers of scenes, each a float or a column."""
 
     eccentricity: Any
-    """m."""
+    """Eccentricity [m]."""
     ball_mass: Any
-    """kg; None where balls have masses of their own."""
+    """Ball mass [kg]; None if balls have different masses."""
     total_mass: Any
-    """kg."""
+    """Total mass [kg]."""
     balls_mass: Any
-    """Of all balls [kg]."""
+    """Mass of all balls [kg]."""
     eccentric_mass: Any
-    """kg."""
+    """Eccentric mass [kg]."""
     race_radius: Any
-    """m."""
+    """Race radius [m]."""
     effects: tuple[Any, ...]
 
 
@@ -66,21 +68,21 @@ class RunColumns:
     """Runs of a scene with other values at some keys; see ``columns_of``.
 
     Args:
-        base: the scene without variations, prepared.
-        values: a column for each key, shape (runs,), of a list (runs, entries).
-        bodies: their numbers.
+        base: prepared run of the scene without variations.
+        values: column per key, shape (runs,), or (runs, entries) for lists.
+        bodies: numbers of the scenes.
     """
 
     def __init__(
         self, base: PreparedRun, values: Mapping[str, np.ndarray], bodies: _Bodies
     ) -> None:
         self.first = base
-        """A run of the same kind."""
+        """Prepared run of the same kind."""
         self._values, self._bodies = values, bodies
         self._start = LaneStarts.of([base])
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
-        """What some of the runs begin with."""
+        """Return the start data of some runs."""
         starts = LaneStarts(*(np.repeat(each, len(rows), axis=0) for each in self._start))
         if _ANGLES in self._values:
             angles = layout_of(self.first.system).angles
@@ -89,16 +91,16 @@ class RunColumns:
         return starts._replace(constants=self._constants(rows))
 
     def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
-        """Their step plan, which is that of all."""
+        """Return the step plan key, which is common to all runs."""
         return [self.first.step_plan_key]
 
     def judged(self, rows: np.ndarray) -> JudgedRuns:
-        """What merits have to know of some of them."""
+        """Return the data that metrics need of some runs."""
         scenes = _LazyScenes(self.first.scene, self._values, rows)
         return JudgedRuns(scenes, self.first.steps, self._numbers(rows))
 
     def _constants(self, rows: np.ndarray) -> np.ndarray:
-        """As ``numbers_of`` has them, shape (rows, constants)."""
+        """Return the constants as in ``numbers_of``, shape (rows, constants)."""
         system, bodies = self.first.system, _taken(self._bodies, rows)
         found = np.tile(numbers_of(system), (len(rows), 1))
         names = [name for name, _ in flattened((system.deck_model, system.effects), "")]
@@ -159,7 +161,7 @@ class RunColumns:
 
 
 class _LazyScenes(Sequence[Scene]):
-    """Scenes of some runs, each made when it is asked for."""
+    """Scenes of some runs, created on access."""
 
     def __init__(self, base: Scene, values: Mapping[str, np.ndarray], rows: np.ndarray) -> None:
         self._base, self._values, self._rows = base, values, rows
@@ -182,16 +184,16 @@ class _LazyScenes(Sequence[Scene]):
 
 
 class Split(NamedTuple):
-    """Runs of which some go in columns."""
+    """Runs of which some are computed in columns."""
 
     columns: RunColumns
-    """All of them; only those in ``rows`` can be run by it."""
+    """All runs; only those in ``rows`` are valid."""
     rows: np.ndarray
-    """Which ones, rising."""
+    """Indices of the valid runs, rising."""
 
 
 def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
-    """As ``columns_of``, of a scene that may not be valid without its variations."""
+    """Apply ``columns_of`` to a scene that may be invalid without its variations."""
     try:
         base = PreparedRun(scene)
     except SceneError:
@@ -200,18 +202,18 @@ def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
 
 
 def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split | None:
-    """Runs of a scene with other values, those that can be taken in columns.
+    """Return the runs of a scene with varied values that can be computed in columns.
 
-    These are runs without contact or a motor of a deck in the plane, whose effects ask for nothing
-    of a scene as a whole; what varies are numbers of effects, the mass of all balls and where they
-    start, the race's radius, and masses and eccentricity of the rotor.
+    They need a planar deck without contact and motor, and effects without checks of the whole
+    scene. Varied keys may be numbers of effects, the mass and start angles of balls, the race's
+    radius, and masses and eccentricity of the rotor.
 
     Args:
-        base: the scene without variations, prepared.
-        values: for each run by dotted key, SI.
+        base: prepared run of the scene without variations.
+        values: values of all runs by dotted key [SI].
 
     Returns:
-        None where no run can be taken so.
+        The runs; None if no run can be computed in columns.
     """
     if not values or not _can_vary(base):
         return None
@@ -224,7 +226,7 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
     finite = [np.isfinite(each).reshape(count, -1).all(axis=1) for each in columns.values()]
     try:
         sure = np.all([*finite, _sure(base, bodies, count)], axis=0)
-    except (TypeError, ValueError):  # an effect that branches on its numbers
+    except (TypeError, ValueError):  # an effect branches on its numbers
         return None
     rows = np.flatnonzero(sure)
     return Split(RunColumns(base, columns, bodies), rows) if len(rows) else None
@@ -239,14 +241,14 @@ def _can_vary(base: PreparedRun) -> bool:
         return False
     if any(hasattr(effect, "check_scene") for effect in effects):
         return False
-    # A curve's steps depend on the cycle, and what readings depend on is not looked at here.
+    # Steps along a curved profile depend on the cycle, and sensors are not covered here.
     ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)
     named = scene.solver.stepper != AUTO
     return base.fits_lane and ramps and not scene.pickups and (named or base.stepper.name == USUAL)
 
 
 def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
-    """Values of a key, NaN where they are no allowed numbers; None of a key of another kind."""
+    """Return values of a key, NaN if not allowed; None for a key of another kind."""
     bounds, balls = bounds_at(scene, key), scene.balls.count
     if bounds is None or key == _ANGLES and balls == 0:
         return None
@@ -292,7 +294,7 @@ def _bodies(base: PreparedRun, columns: Mapping[str, np.ndarray]) -> _Bodies:
 
 
 def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
-    """Columns of a section's keys, by what follows its name."""
+    """Return columns of a section's keys, by the rest of the key."""
     return {
         key.removeprefix(f"{section}."): column
         for key, column in columns.items()
@@ -301,7 +303,7 @@ def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np
 
 
 def _sure(base: PreparedRun, bodies: _Bodies, count: int) -> np.ndarray:
-    """Which runs are valid for certain, and take the scene's stepper; of others it is not known."""
+    """Return a mask of runs that are certainly valid with the scene's stepper."""
     sure = np.empty(count, bool)
     for first in range(0, count, _CHECKED_AT_ONCE):
         rows = np.arange(first, min(first + _CHECKED_AT_ONCE, count))
@@ -311,7 +313,7 @@ def _sure(base: PreparedRun, bodies: _Bodies, count: int) -> np.ndarray:
 
 
 def _sound(base: PreparedRun, bodies: _Bodies) -> Any:
-    """What the sections of a scene must agree on."""
+    """Return whether sections of a scene agree with each other."""
     e, rest = np.asarray(bodies.eccentricity), bodies.total_mass - bodies.balls_mass
     ball_radius = base.scene.balls.radius
     largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
@@ -320,7 +322,7 @@ def _sound(base: PreparedRun, bodies: _Bodies) -> Any:
 
 
 def _stable(base: PreparedRun, bodies: _Bodies) -> Any:
-    """What ``choose_stepper`` looks at."""
+    """Return whether the stepper is certainly stable, as ``choose_stepper`` requires."""
     rest, step = bodies.total_mass - bodies.balls_mass, base.scene.solver.step
     poles = poles_of(bodies.effects, _deck(bodies, base.system.deck_model), rest)
     whirl = np.abs(poles).max(axis=0) + top_speed(base.scene)
@@ -332,7 +334,7 @@ def _stable(base: PreparedRun, bodies: _Bodies) -> Any:
 
 
 def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
-    """No less than ``assemble.drag_rate`` [1/s]."""
+    """Return an upper bound of ``assemble.drag_rate`` [1/s]."""
     scene, inertia, coupled, drag = base.scene, math.inf, 0.0, 0.0
     for m, a in zip(scene.balls.masses, scene.balls.radii, strict=True):
         mass = m if bodies.ball_mass is None else bodies.ball_mass
@@ -341,7 +343,7 @@ def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
         inertia = np.minimum(inertia, mass + spin)
         coupled = coupled + mass * mass / bodies.total_mass
         drag = np.maximum(drag, np.abs(over_effects(bodies.effects, "ball_drag", 0.0, ball)))
-    # The least eigenvalue of diag(mu) - m m^T / M is no less than the least mu less |m|^2 / M.
+    # The smallest eigenvalue of diag(mu) - m m^T / M is at least the smallest mu minus |m|^2 / M.
     least = np.asarray(inertia - coupled)
     with np.errstate(divide="ignore"):
         return np.where(least > 0.0, drag / least, np.inf) if scene.balls.count else 0.0
@@ -349,13 +351,13 @@ def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
 
 @functools.lru_cache(maxsize=64)
 def _reach(stepper: Stepper) -> float:
-    """How far its stability region reaches in every direction of what does not grow."""
+    """Return the radius of the stability region over all directions without growth."""
     directions = [complex(math.cos(a), math.sin(a)) for a in np.linspace(0.5, 0.999, 31) * math.pi]
     return min(stability_limit(stepper, each) for each in (-1.0, *directions))
 
 
 def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """As ``neighbours.reduced``, of many."""
+    """Apply ``neighbours.reduced`` to many angles."""
     within, turns = angles.copy(), np.zeros(angles.shape)
     for at in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
         within[at], turns[at] = reduced(float(angles[at]))
@@ -363,7 +365,7 @@ def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _deck(bodies: _Bodies, base: Planar) -> Planar:
-    """The deck model of scenes."""
+    """Return the deck model of scenes."""
     return base._replace(
         total_mass=bodies.total_mass,
         unbalance=bodies.eccentric_mass * bodies.eccentricity,
@@ -372,7 +374,7 @@ def _deck(bodies: _Bodies, base: Planar) -> Planar:
 
 
 def _taken(bodies: _Bodies, rows: np.ndarray) -> _Bodies:
-    """Those of some runs."""
+    """Return the numbers of some runs."""
 
     def some(value: Any) -> Any:
         return value[rows] if isinstance(value, np.ndarray) else value

@@ -1,4 +1,4 @@
-"""Prepared runs, eight side by side where that can be; their samples are kept."""
+"""Prepared runs with samples, computed eight side by side if possible."""
 
 from collections.abc import Callable, Sequence
 from typing import NamedTuple
@@ -17,7 +17,7 @@ from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
 class DoneRuns(NamedTuple):
-    """What became of many runs; see ``Batch``."""
+    """Finished runs; see ``Batch``."""
 
     runs: tuple[BatchRun, ...]
     in_lanes: int
@@ -29,10 +29,10 @@ def run_prepared(
     every: int,
     progress: Callable[[int, int], None] | None = None,
 ) -> DoneRuns:
-    """Run them, those that are alike side by side where that can be.
+    """Run prepared runs, equal kinds side by side if possible.
 
     Args:
-        prepared: in the order of the results.
+        prepared: runs in the order of the results.
         every, progress: see ``simulate_batch``.
     """
     runs: list[BatchRun | None] = [None] * len(prepared)
@@ -69,13 +69,13 @@ def _side_by_side(
     every: int,
     sample_buffer: SampleBuffer,
 ) -> tuple[list[BatchRun], float]:
-    """Run up to eight runs in lanes; runs, and CPU time [s].
+    """Compute up to eight runs in lanes; return the runs and CPU time [s].
 
     Args:
-        lane_group: of the runs.
-        members: up to eight of them.
-        every: every how many-th step is kept.
-        sample_buffer: for their samples.
+        lane_group: lane group of the runs.
+        members: up to eight runs.
+        every: keep every ``every``-th step.
+        sample_buffer: memory for their samples.
     """
     in_kernel, samples = kernel_stride(members[0].scene, every), sample_buffer.take(LANES)
     keys = [member.step_plan_key for member in members]

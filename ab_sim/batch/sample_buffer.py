@@ -3,15 +3,15 @@
 import numpy as np
 
 _BLOCK = 2**21
-"""Numbers per block, 16 MB: large enough for huge pages, allocated three times as fast."""
+"""Number of values per block, 16 MB: large enough for huge pages, allocated three times as fast."""
 
 
 class SampleBuffer:
-    """Allocates memory for samples, a block for many runs at a time.
+    """Allocator of memory for samples, a block for many runs at a time.
 
     Args:
-        runs: number of runs to be expected.
-        shape: of the samples of one run, (samples, channels).
+        runs: expected number of runs.
+        shape: shape of the samples of one run, (samples, channels).
     """
 
     def __init__(self, runs: int, shape: tuple[int, int]) -> None:
@@ -19,7 +19,7 @@ class SampleBuffer:
         self._block, self._used = np.empty((0, *shape)), 0
 
     def take(self, runs: int) -> np.ndarray:
-        """An uninitialised array for some more runs, shape (runs, samples, channels)."""
+        """Return uninitialised memory for further runs, shape (runs, samples, channels)."""
         if self._used + runs > len(self._block):
             fit = min(_BLOCK // max(1, self._shape[0] * self._shape[1]), self._left)
             self._block, self._used = np.empty((max(runs, fit), *self._shape)), 0

@@ -15,11 +15,11 @@ from ab_sim.dynamics.assemble import start_discrete_state, start_state
 from ab_sim.errors import DivergedError
 
 _AT_ONCE = 10_000
-"""Steps whose samples are in memory at a time where they are thinned."""
+"""Number of steps whose samples are in memory at a time before decimation."""
 
 
 def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
-    """Run each with a Drive of its own, every ``every``-th step kept; runs, and CPU time [s]."""
+    """Run each with its own Drive, keep every ``every``-th step; return runs and CPU time [s]."""
     runs, seconds = [], 0.0
     for member in members:
         drive, failure = Drive(member.scene), ""
@@ -27,7 +27,7 @@ def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[Bat
         try:
             taken = drive.advance(member.steps, every)
         except DivergedError as error:
-            # Once more, up to the last finite state.
+            # Repeat the run up to the last finite state to get its samples.
             failure, sound = str(error), drive.steps
             drive.reset()
             taken = drive.advance(sound, every)
@@ -41,12 +41,12 @@ def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[Bat
 class SequentialRuns:
     """Runs of one group with a stepper that takes collocation steps, without events.
 
-    They share one ``Steps`` object, and with it the stepper's response tables, which are computed
-    again only for a run whose constants differ.
+    They share one ``Steps`` object and thus the stepper's response tables. Tables are computed
+    again only if a run's constants differ.
 
     Args:
-        first: one of the runs.
-        buffer: for the samples that the kernel writes.
+        first: any of the runs.
+        buffer: memory for the samples that the kernel writes.
     """
 
     def __init__(self, first: PreparedRun, buffer: SampleBuffer) -> None:
@@ -56,7 +56,7 @@ class SequentialRuns:
         self._rows = np.empty((min(first.steps, _AT_ONCE), len(first.channels)))
 
     def run(self, members: Sequence[PreparedRun], every: int) -> tuple[list[BatchRun], float]:
-        """As ``run_one_by_one``."""
+        """Compute the runs one by one, see ``run_one_by_one``."""
         runs, seconds = [], 0.0
         for member in members:
             in_kernel, samples = kernel_stride(member.scene, every), self._buffer.take(1)[0]
@@ -71,7 +71,7 @@ class SequentialRuns:
                 taken = member.trajectory(samples, every // in_kernel)
                 runs.append(BatchRun(member.scene, taken, ""))
             else:
-                # A Drive reports what diverged, and where.
+                # Repeat with a Drive, which reports the diverged state and its time.
                 diverged, spent = run_one_by_one([member], every)
                 runs += diverged
             seconds += spent
@@ -85,7 +85,7 @@ class SequentialRuns:
         steps.work.smooth[0] = math.nan
 
     def _take(self, step_plan: StepPlan, steps: int, every: int, samples: np.ndarray) -> bool:
-        """Fill in every ``every``-th sample of a run; whether all steps were finite."""
+        """Write every ``every``-th sample of a run; return whether all steps were finite."""
         if every == 1:
             return self._advance(step_plan, 0, samples)
         for done in range(0, steps, len(self._rows)):
@@ -97,5 +97,5 @@ class SequentialRuns:
         return True
 
     def _advance(self, step_plan: StepPlan, first: int, samples: np.ndarray) -> bool:
-        """Fill in samples, beginning after ``first`` steps; whether all steps were finite."""
+        """Write samples after ``first`` steps; return whether all steps were finite."""
         return step_plan.walk(self._steps.along, first, len(samples), math.nan, samples) >= 0

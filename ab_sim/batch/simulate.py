@@ -19,7 +19,7 @@ from ab_sim.scene import Scene
 from ab_sim.stepping.side_by_side import LANES
 
 MOST_VALUES = 500_000_000
-"""4 GB of samples; more are refused before anything runs, but for accuracies to be measured."""
+"""Largest number of sample values, 4 GB; larger requests are refused before anything runs."""
 
 
 def simulate_batch(
@@ -32,28 +32,28 @@ def simulate_batch(
 ) -> Batch:
     """Run a scene's profile once for each variation, for the scene's duration.
 
-    Runs that differ in numbers only, not in a count, a choice or a deck's mounts, go eight side by
-    side, with vector instructions; one that has an event in a step (friction, contact, a motor)
-    takes it alone. Runs whose stepper takes no lanes (``generalized-alpha``; ``collocation``, whose
-    own are for the instants of one run) go one by one. All give what a Drive gives to the bit.
+    Runs that differ in numbers only, not in a count, a choice or a deck's mounts, are computed
+    eight side by side with vector instructions. A run with an event in a step (friction, contact, a
+    motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``,
+    ``collocation``) are computed one by one. All results are bit-identical to those of a Drive.
 
     Args:
-        scene: what the runs have in common; an accuracy that it asks for is measured with it as it
-            is, without variations.
+        scene: common scene of the runs; a requested accuracy is resolved with it, without
+            variations.
         variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
             "effects.viscous_drag.coefficient": 2.0}``, SI or a text with a unit, ``"2 g"``; None
             removes a key. Any key may vary. Or by dotted key a list or an array with a value for
             each run.
-        every: keep each so-many-th step.
+        every: keep every ``every``-th step.
         progress: called with (runs done, runs).
-        merits: keys of those that each run is judged by, over every step; None: of none.
-        samples: whether to keep samples; None: where no merits are asked for.
+        merits: keys of metrics, computed from every step; None for no metrics.
+        samples: whether to keep samples; None keeps them if no metrics are requested.
 
     Raises:
-        SceneError: a variation is not a valid scene, or cannot be run with its solver; names it by
-            its number, from 0.
-        InputError: no variations, ``every`` is no number of steps, there is no such merit, or more
-            samples than there is room for.
+        SceneError: a variation is not a valid scene, or cannot be run with its solver; the message
+            contains its number, from 0.
+        InputError: there are no variations, ``every`` is invalid, a metric is unknown, or the
+            samples need too much memory.
     """
     each = each_run(variations)
     keep = merits is None if samples is None else samples
@@ -62,7 +62,7 @@ def simulate_batch(
     if not keep:
         return _merits_only(scene, each, keys, progress)
     scenes = varied(scene, each)
-    # Where an accuracy is to be measured first, steps are not known yet.
+    # Runs with a requested accuracy have an unknown number of steps until it is resolved.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
         scenes = varied(resolve_accuracy(scene)[0], each)
@@ -85,7 +85,7 @@ def _merits_only(
     keys: Sequence[str],
     progress: Callable[[int, int], None] | None,
 ) -> Batch:
-    """Judge runs without keeping their samples."""
+    """Evaluate runs without keeping their samples."""
     scene, _ = resolve_accuracy(scene)
     count = len(variations)
     split = split_of(scene, by_key(variations))
@@ -110,7 +110,7 @@ def _merits_only(
 
 
 def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
-    """Merits of no run yet; see ``Batch.merits``."""
+    """Return columns of metrics before any run; see ``Batch.merits``."""
     return {
         merit.key: np.full(runs, np.nan)
         if merit.kind is MeritKind.NUMBER
@@ -122,7 +122,7 @@ def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
 def _fill_in(
     columns: Mapping[str, np.ndarray], runs: np.ndarray, merits: Mapping[str, Sequence[Any]]
 ) -> None:
-    """Put in merits of some runs."""
+    """Write metrics of some runs into the columns."""
     for key, column in columns.items():
         if column.dtype == float:
             column[runs] = np.array(merits[key], float)  # NaN for None

@@ -1,4 +1,4 @@
-"""What is varied in a batch: run by run, or key by key."""
+"""Variations of a batch, by run or by key."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any, overload
@@ -11,14 +11,14 @@ from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 
 Variations = Sequence[Mapping[str, object]] | Mapping[str, Sequence[object] | np.ndarray]
-"""For each run its values by dotted key; or by dotted key its values in all runs."""
+"""Values by dotted key for each run, or values of all runs by dotted key."""
 
 
 def each_run(variations: Variations) -> Sequence[Mapping[str, object]]:
-    """For each run its values.
+    """Return the values of each run.
 
     Raises:
-        InputError: there is no run, or it is neither kind of variations.
+        InputError: there is no run, or the argument has another form.
     """
     if isinstance(variations, Mapping):
         lengths = {
@@ -40,15 +40,15 @@ def _is_array(column: object) -> bool:
 
 
 class ByKey(Sequence[Mapping[str, object]]):
-    """Values by key, as those of each run.
+    """Values by key, presented as those of each run.
 
     Args:
-        columns: for each dotted key a value for each run.
+        columns: values of all runs by dotted key.
     """
 
     def __init__(self, columns: Mapping[str, Sequence[object] | np.ndarray]) -> None:
         self.columns = dict(columns)
-        """As they were given."""
+        """Original columns."""
 
     def __len__(self) -> int:
         return len(next(iter(self.columns.values())))
@@ -63,13 +63,13 @@ class ByKey(Sequence[Mapping[str, object]]):
         if isinstance(index, slice):
             return ByKey({key: column[index] for key, column in self.columns.items()})
         values = ((key, column[index]) for key, column in self.columns.items())
-        # As plain Python's, which is what scenes check.
+        # Convert to plain Python types, which scenes accept.
         numpy = np.generic, np.ndarray
         return {key: v.tolist() if isinstance(v, numpy) else v for key, v in values}
 
 
 def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
-    """Values of all runs by dotted key; None where a run has none. Empty if keys are no texts."""
+    """Return values of all runs by dotted key, None if missing; empty if keys are no texts."""
     if isinstance(variations, ByKey):
         return variations.columns
     if not all(isinstance(each, Mapping) for each in variations):
@@ -81,16 +81,16 @@ def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
 
 
 def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
-    """The scenes of a batch.
+    """Return the scenes of a batch.
 
     Raises:
-        SceneError: one of them is not valid; names it by its number, from 0, and by its key.
+        SceneError: a scene is not valid; the message contains its number, from 0, and its key.
     """
     return [varied_scene(scene, each, number) for number, each in enumerate(variations)]
 
 
 def varied_scene(scene: Scene, variation: Mapping[str, object], number: int) -> Scene:
-    """The scene of one run.
+    """Return the scene of one run.
 
     Raises:
         SceneError: see ``varied``.

@@ -1,1 +1,1 @@
-"""Decisions over many drives: sweeps over a scene's keys, judged by merits."""
+"""Studies of many drives: sweeps over a scene's keys, evaluated by metrics."""

@@ -1,4 +1,4 @@
-"""Bounds on merits, as they are written: ``residual_unbalance<=0.1``."""
+"""Bounds on metrics in text form: ``residual_unbalance<=0.1``."""
 
 import math
 import operator
@@ -26,61 +26,61 @@ _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
 }
 _COMPARISON = re.compile(r"([^<>=!]*)([<>=!]+)([^<>=!]*)")
 _WITHOUT_UNIT = (*NO_UNIT, "e")
-"""Of e no unit is written: pint's e is the elementary charge."""
+"""Units that are not written; for the eccentricity e because pint's e is the elementary charge."""
 
 
 class Bound(NamedTuple):
-    """What a merit of a run has to be."""
+    """Condition on a metric of a run."""
 
     merit: str
-    """Its key in reports."""
+    """Key of the metric in reports."""
     op: str
-    """<, <=, > or >=."""
+    """Operator: <, <=, > or >=."""
     limit: float
-    """In the merit's unit, as reports give it; true is 1, false is 0."""
+    """Limit in the metric's reported unit; true is 1, false is 0."""
 
     def __str__(self) -> str:
         return f"{self.merit}{self.op}{exact(self.limit)}"
 
     @property
     def is_number(self) -> bool:
-        """Whether the merit is a number, and not true or false."""
+        """Flag of a metric that is a number instead of true or false."""
         (merit,) = merits_named([self.merit])
         return merit.kind is MeritKind.NUMBER
 
     @property
     def text(self) -> str:
-        """As a user writes it: ``balanced``, ``not balanced``, ``peak_whirl_over_e<5``."""
+        """Text form: ``balanced``, ``not balanced``, ``peak_whirl_over_e<5``."""
         if self.is_number:
             return f"{self.merit}{self.op}{number(self.limit)}"
         return f"not {self.merit}" if self.upper else self.merit
 
     @property
     def upper(self) -> bool:
-        """Whether the merit must be small."""
+        """Flag of an upper bound."""
         return self.op.startswith("<")
 
     def holds(self, values: Any) -> np.ndarray:
-        """Whether it holds.
+        """Return whether values satisfy the bound.
 
         Args:
-            values: of the merit, in any shape; None or NaN, where a run has none, is never in.
+            values: values of the metric in any shape; None and NaN never satisfy it.
 
         Returns:
-            Booleans of that shape.
+            Booleans of the same shape.
         """
         numbers = np.asarray(values, dtype=float)
         return np.asarray(_OPERATORS[self.op](numbers, self.limit), dtype=bool)
 
 
 def bound_of(text: str) -> Bound:
-    """What is written ``MERIT<NUMBER``; the number in the merit's unit, or with one of its own.
+    """Parse ``MERIT<NUMBER``; the number is in the metric's unit or has its own.
 
-    A merit that is true or false may stand alone, ``balanced``, or behind ``not``.
+    A metric that is true or false may stand alone, ``balanced``, or after ``not``.
 
     Raises:
-        InputError: it is not written so, there is no such merit, it is no number, or the number
-            cannot be read; says what is allowed.
+        InputError: the text has another form, the metric is unknown or no number, or the number
+            cannot be read; the message states the allowed forms.
     """
     found = _COMPARISON.fullmatch(text)
     if found is None:

@@ -1,4 +1,4 @@
-"""Candidates of a tuning, each with the draws of built drives that it is judged by."""
+"""Candidates of a tuning, each with the random drives that it is evaluated with."""
 
 import functools
 from collections.abc import Sequence
@@ -15,12 +15,12 @@ from ab_sim.scene.model import Scene
 
 
 class Spreading:
-    """How drives of a design differ.
+    """Spread of the drives of a design.
 
     Args:
-        tolerances: none where they do not.
-        draws: drives for each candidate.
-        seed: of the random numbers, the same for all candidates.
+        tolerances: tolerances; empty for identical drives.
+        draws: number of drives per candidate.
+        seed: seed of the random numbers, the same for all candidates.
     """
 
     def __init__(self, tolerances: Sequence[Tolerance], draws: int, seed: int) -> None:
@@ -28,7 +28,7 @@ class Spreading:
         self.draws = draws if tolerances else 1
 
     def report(self) -> dict[str, Any]:
-        """What it follows from, JSON-able."""
+        """Return the defining values, JSON-able."""
         return {
             "spread": [each.report() for each in self.tolerances],
             "draws": self.draws,
@@ -37,13 +37,13 @@ class Spreading:
 
 
 class Candidates:
-    """Points that are asked for one after the other: a run for each draw of each candidate.
+    """Points that grow during a search: a run for each draw of each candidate.
 
     Args:
-        scene: of which some keys vary.
-        ranges: of these keys.
-        spreading: how drives differ from a candidate.
-        study: what all follows from, JSON-able.
+        scene: scene with varied keys.
+        ranges: ranges of the varied keys.
+        spreading: spread of drives around a candidate.
+        study: defining values of the study, JSON-able.
     """
 
     def __init__(
@@ -59,13 +59,13 @@ class Candidates:
         spread = dict.fromkeys(each.key for each in spreading.tolerances)
         self.keys = (*self._varied, *(key for key in spread if key not in self._varied))
         self.values: list[tuple[Any, ...]] = []
-        """Of each candidate, in the order of the ranges."""
+        """Values of each candidate, in the order of the ranges."""
 
     def __len__(self) -> int:
         return len(self.values) * self._spreading.draws
 
     def add(self, values: np.ndarray) -> range:
-        """More of them, shape (candidates, keys); the numbers of their runs."""
+        """Add candidates, shape (candidates, keys), and return the indices of their runs."""
         first = len(self)
         for row in values.tolist():
             self.values.append(
@@ -74,7 +74,7 @@ class Candidates:
         return range(first, len(self))
 
     def at(self, run: int) -> tuple[Any, ...]:
-        """See ``Points``."""
+        """Return the values of a run, see ``Points``."""
         candidate, draw = divmod(run, self._spreading.draws)
         own = self.values[candidate]
         drawn = self._drawn(candidate)
@@ -85,20 +85,20 @@ class Candidates:
         return tuple(values[key] for key in self.keys)
 
     def report(self) -> dict[str, Any]:
-        """See ``Points``."""
+        """Return the study, see ``Points``."""
         return self._study
 
     def scene_of(self, candidate: int) -> Scene:
-        """The drawing of a candidate.
+        """Return the nominal scene of a candidate.
 
         Raises:
-            SceneError: there is none; says why.
+            SceneError: the values give no valid scene; the message states why.
         """
         return varied_scene(Job(self._scene, self._varied, ()), self.values[candidate])
 
     @functools.lru_cache(maxsize=4)  # noqa: B019  # runs of a candidate are asked for together
     def _drawn(self, candidate: int) -> DrawnPoints | None:
-        """Drives of a candidate; None without spread, or a scene, as its runs will say."""
+        """Return the drives of a candidate; None without spread or without a valid scene."""
         if not self._spreading.tolerances:
             return None
         try:

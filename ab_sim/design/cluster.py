@@ -1,8 +1,7 @@
-"""Work on other machines: a Dask cluster that is there already.
+"""Work on other machines through an existing Dask cluster.
 
-Neither Dask nor its scheduler sees more of the work than bytes. Each worker compares its sources
-and versions with those of the process that asks before it does anything: rows are kept as what
-follows from exactly these.
+Dask and its scheduler only see bytes. Each worker first compares its sources and versions with
+those of the requesting process, because results are stored under exactly these.
 """
 
 import contextlib
@@ -33,42 +32,45 @@ if TYPE_CHECKING:
     from distributed import Client, Future
 
 ANSWERS = 20.0
-"""s, within which a scheduler has to; on a busy machine 10 were too few."""
+"""Timeout of a scheduler's answer [s]; on a busy machine 10 s were too short."""
 IN_FLIGHT = 3
-"""Calls that are sent ahead for each thread of the workers: none waits for this process."""
+"""Number of calls in flight per worker thread, so that no worker waits for this process."""
 LOOKS = 1.0
-"""s between looks at how many workers there are, and at whether the work is to end."""
+"""Interval between polls of the number of workers and of interrupts [s]."""
 ARRIVES = 40.0
-"""s that a result may take from its worker to here."""
+"""Timeout of the transfer of a result from its worker [s]."""
 LEAVES = 3.0
-"""s that taking leave of a scheduler may take."""
+"""Timeout of the disconnection from a scheduler [s]."""
 _LOGGERS = ("asyncio", "distributed", "tornado")
 
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
 Waiting = Callable[[str | None], None]
-"""Called each second without a result, with what is waited for, if not for workers at work; what it
-raises ends the work."""
+"""Callback for each second without a result.
+
+Its argument is the reason of the wait; None if workers are computing. An exception in it ends the
+work.
+"""
 
 
 class ClusterUnusable(AbSimError):
-    """A cluster cannot do the work: there is none, or none with this ab_sim; says what to do."""
+    """Error: there is no cluster, or none with this ab_sim; the message states the remedy."""
 
     exit_code = 1
 
 
 class Cluster:
-    """Workers of a Dask scheduler, in place of ``Workers``; to be used in a ``with``.
+    """Workers of a Dask scheduler, a replacement of ``Workers`` and a context manager.
 
-    It connects when there is work. Where a worker is lost, others do its share. Whoever can talk to
-    the scheduler can run any code on workers and here: it has to be one to trust.
+    It connects when there is work. The share of a lost worker is done by others. Everyone with
+    access to the scheduler can run any code on workers and on this machine, so it must be trusted.
 
     Args:
-        address: of the scheduler, ``HOST:PORT``, ``tcp://HOST:PORT`` or ``tls://HOST:PORT``, whose
-            certificates Dask's configuration names.
+        address: address of the scheduler: ``HOST:PORT``, ``tcp://HOST:PORT`` or
+            ``tls://HOST:PORT``, with certificates from Dask's configuration.
 
     Attributes:
-        modules: which results follow from beside the function's own; workers import them.
+        modules: modules that results depend on in addition to the function's; workers import them.
         waiting: see ``Waiting``.
 
     Raises:
@@ -103,16 +105,16 @@ class Cluster:
         items: Sequence[Thing],
         chunk: int = 1,
     ) -> Iterator[Result]:
-        """Results in the order of the items, as they are computed.
+        """Yield results in the order of the items.
 
         Args:
-            function: of a module, or partial of such a one.
-            items: what it is called with; each is taken when it is sent.
+            function: module-level function, or a partial of one.
+            items: arguments of the calls; each is read when it is sent.
             chunk: number of items that a worker gets at a time.
 
         Raises:
-            ClusterUnusable: no scheduler answers, or a worker has no ab_sim, or another one.
-            WorkerLost: the scheduler is gone, or workers end whenever they get a certain call.
+            ClusterUnusable: no scheduler answers, or a worker has no ab_sim or a different one.
+            WorkerLost: the scheduler is gone, or a certain call terminates its workers.
         """
         if not items:
             return
@@ -140,18 +142,18 @@ class Cluster:
         if self._client is None:
             from distributed import Client
 
-            self._ends.enter_context(_silence())  # which the import would break
+            self._ends.enter_context(_silence())  # after the import, which configures logging
             made: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
 
             def connect() -> None:
                 try:
                     made.put(Client(self._address, timeout=ANSWERS, set_as_default=False))
-                except Exception as error:  # whatever else may listen there
+                except Exception as error:  # another service may listen there
                     made.put(error)
 
             with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # of versions, which are compared here
-                # By a thread: what else listens there may never answer.
+                warnings.simplefilter("ignore")  # version warnings: compared by ab_sim
+                # Connect in a thread: another service at this address might never answer.
                 threading.Thread(target=connect, daemon=True).start()
                 found = self._first(made)
             if isinstance(found, Exception):
@@ -172,7 +174,7 @@ class Cluster:
         return TimeoutError(f"nothing for {ANSWERS:g} s")
 
     def _threads_now(self, client: "Client") -> int:
-        """Of all workers, as of less than a second ago."""
+        """Return the number of threads of all workers, at most a second old."""
         if time.monotonic() - self._looked > LOOKS:
             with self._lost_with(client):
                 self._threads = sum(client.nthreads().values())
@@ -181,13 +183,13 @@ class Cluster:
 
     def _sent(self, client: "Client", task: bytes) -> "Future":
         with self._lost_with(client):
-            # The key says whose it is; without one Dask would hash the bytes.
+            # The key identifies the owner; without a key Dask would hash the bytes.
             future = client.submit(pickle.loads, task, key=f"ab_sim-{uuid.uuid4().hex}", pure=False)
             future.add_done_callback(lambda _: self._news.set())
         return future
 
     def _answers(self, client: "Client", flying: "deque[Future]") -> list[Answer]:
-        """Those that are there of the first calls, which are taken out."""
+        """Remove and return the finished answers at the front of the queue."""
         from distributed import TimeoutError as Late
 
         found: list[Answer] = []
@@ -197,7 +199,7 @@ class Cluster:
                     found.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
                 except Late as error:
                     if flying[0].status != "finished":
-                        break  # it was lost with its worker, and is computed again
+                        break  # lost with its worker and computed again
                     raise WorkerLost(
                         f"a worker's result has not arrived within {ARRIVES:g} s: can the "
                         f"scheduler at {self._address} reach its workers? {KEPT}"
@@ -207,7 +209,7 @@ class Cluster:
             return found
         if flying[0].status == "error":
             raise _failure(flying[0].exception())
-        if flying[0].status == "cancelled":  # as all are when the connection breaks
+        if flying[0].status == "cancelled":  # the connection broke
             raise self._lost()
         if self.waiting is not None:
             self.waiting(None if self._threads else f"waiting for workers at {self._address}")
@@ -233,10 +235,10 @@ class Cluster:
 
 
 def checked_address(text: str) -> str:
-    """A scheduler's address with its protocol.
+    """Return a scheduler's address with its protocol.
 
     Raises:
-        InputError: it cannot be one.
+        InputError: the text is no such address.
     """
     whole = text if "://" in text else f"tcp://{text}"
     try:
@@ -253,7 +255,7 @@ def checked_address(text: str) -> str:
 
 
 def _results(call: RemoteCall, answer: Answer) -> Sequence[Any]:
-    """What a worker's calls gave; raises what they raised."""
+    """Return the results of a worker's calls, or raise their exception."""
     match answer:
         case Done(results):
             return results
@@ -267,7 +269,7 @@ def _results(call: RemoteCall, answer: Answer) -> Sequence[Any]:
 
 
 def _failure(error: BaseException | None) -> AbSimError:
-    """Why there is no answer to a call, which Dask has given up."""
+    """Return the error for a call that Dask has given up."""
     from distributed import KilledWorker
 
     if isinstance(error, KilledWorker):
@@ -284,20 +286,20 @@ def _failure(error: BaseException | None) -> AbSimError:
 
 
 def _reason(error: BaseException | None) -> str:
-    """In a line."""
+    """Return the first line of an error's message."""
     lines = str(error).splitlines() or [""]
     return visible(lines[0].strip().rstrip(".") or type(error).__name__)
 
 
 def _take_leave(client: "Client") -> None:
-    """What is in flight is of no use any more; a scheduler that is gone hears nothing of it."""
+    """Disconnect; calls in flight are abandoned, and a lost scheduler is ignored."""
     with contextlib.suppress(Exception):
         client.close(timeout=LEAVES)
 
 
 @contextlib.contextmanager
 def _silence() -> Iterator[None]:
-    """Dask says nothing on its own: what its errors mean for the work is said here."""
+    """Silence Dask's loggers: its errors are reported here in terms of the work."""
     names = [*_LOGGERS, *logging.root.manager.loggerDict]
     loggers = [logging.getLogger(name) for name in names if name.partition(".")[0] in _LOGGERS]
     before = [(logger, logger.level) for logger in loggers]

@@ -1,4 +1,4 @@
-"""Distributions of numbers, drawn by turning a share between 0 and 1 into its quantile."""
+"""Probability distributions, sampled by the quantile function of uniform numbers."""
 
 import math
 from typing import NamedTuple
@@ -6,11 +6,11 @@ from typing import NamedTuple
 import numpy as np
 
 LEAST_LEFT = 1e-6
-"""Of a distribution between its limits: rounding spoils the quantiles of less."""
+"""Least probability between the limits; for less, rounding spoils the quantiles."""
 
 
 class Normal(NamedTuple):
-    """Bell-shaped, cut off at limits and scaled up between them."""
+    """Normal distribution, truncated at limits and renormalised."""
 
     mean: float
     deviation: float
@@ -18,15 +18,15 @@ class Normal(NamedTuple):
     high: float = math.inf
 
     def left(self) -> float:
-        """Which part of it lies between the limits, 0 to 1."""
+        """Return the probability between the limits before truncation, 0 to 1."""
         low, high = self._ends()
         return high - low
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """Quantiles.
+        """Return quantiles.
 
         Args:
-            shares: above 0 and below 1, shape (n,).
+            shares: probabilities above 0 and below 1, shape (n,).
         """
         from scipy.special import ndtri
 
@@ -42,21 +42,21 @@ class Normal(NamedTuple):
 
 
 class LogNormal(NamedTuple):
-    """Of positive numbers whose logarithm is normally distributed, less ``shift``."""
+    """Log-normal distribution, reduced by ``shift``, truncated at limits."""
 
     median: float
     log_deviation: float
     low: float = -math.inf
     high: float = math.inf
     shift: float = 0.0
-    """1 for a deviation from 1 as a share."""
+    """Amount subtracted from the value; 1 for a relative deviation."""
 
     def left(self) -> float:
-        """As of ``Normal``."""
+        """Return the probability between the limits, see ``Normal``."""
         return self._logarithm().left()
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """As of ``Normal``."""
+        """Return quantiles, see ``Normal``."""
         drawn = np.exp(self._logarithm().at(shares)) - self.shift
         return np.clip(drawn, self.low, self.high)
 
@@ -69,45 +69,45 @@ class LogNormal(NamedTuple):
 
 
 class Uniform(NamedTuple):
-    """The same chance everywhere between two ends."""
+    """Uniform distribution between two limits."""
 
     low: float
     high: float
 
     def left(self) -> float:
-        """As of ``Normal``."""
+        """Return the probability between the limits, see ``Normal``."""
         return 1.0
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """As of ``Normal``."""
+        """Return quantiles, see ``Normal``."""
         return self.low + shares * (self.high - self.low)
 
 
 class Discrete(NamedTuple):
-    """Some values of any kind with the same chance each; one given twice has twice the chance."""
+    """Choice from a list of values with equal probability; repeated values count repeatedly."""
 
     choices: int
 
     def left(self) -> float:
-        """As of ``Normal``."""
+        """Return the probability between the limits, see ``Normal``."""
         return 1.0
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """Places in the list of values, counted from 0; else as of ``Normal``."""
+        """Return indices in the list of values; arguments as for ``Normal``."""
         return np.floor(shares * self.choices).astype(np.int64)
 
 
 class Loading(NamedTuple):
-    """A multiple, of either sign, of a standard normal number that others share."""
+    """Multiple, of either sign, of a standard normal number that is shared with others."""
 
     size: float
 
     def left(self) -> float:
-        """As of ``Normal``."""
+        """Return the probability between the limits, see ``Normal``."""
         return 1.0
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """As of ``Normal``."""
+        """Return quantiles, see ``Normal``."""
         return self.size * Normal(0.0, 1.0).at(shares)
 
 

@@ -1,7 +1,7 @@
-"""Built drives, drawn at random by the tolerances of a drawing.
+"""Random drives from the tolerances of a nominal scene.
 
-Draws are independent random numbers and no sequence that fills space evenly: the intervals of a
-share and of quantiles are the binomial distribution's, which is that of independent runs only.
+Draws are independent random numbers instead of a space-filling sequence. The binomial confidence
+intervals of shares and quantiles hold for independent runs only.
 """
 
 import functools
@@ -32,24 +32,24 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 BLOCK = 1024
-"""Numbers drawn at a time: those of a run do not depend on how many runs there are."""
+"""Number of values drawn at a time, so that a run's values do not depend on the number of runs."""
 COUNT = "balls.count"
 SIZES = ("balls", "race", "effects")
-"""Sections that say where balls can be without overlap."""
+"""Sections that determine where balls fit without overlap."""
 
 
 class DrawnPoints:
-    """Runs of drives as they are built.
+    """Runs of random drives.
 
     Args:
-        scene: the drawing: values that tolerances are about.
-        tolerances: in the order in which they act on a key.
-        count: of runs; a run is the same one whatever it is.
-        seed: of random numbers; each tolerance, or group of such, has its own, so that another one
-            beside it changes nothing.
+        scene: nominal scene.
+        tolerances: tolerances, applied to a key in this order.
+        count: number of runs; a run does not depend on it.
+        seed: seed of random numbers; each tolerance or group has its own stream, so that additional
+            ones do not change the others.
 
     Raises:
-        InputError: names what cannot be.
+        InputError: the tolerances are invalid; the message states why.
     """
 
     def __init__(
@@ -61,13 +61,14 @@ class DrawnPoints:
             raise InputError(f"{count} runs: must be from 1 to {MOST}")
         self.scene, self.tolerances, self.seed, self._count = scene, tuple(tolerances), seed, count
         self.sources = _sources(tolerances)
-        """Name of what each tolerance is drawn from: its group, or its own."""
+        """Name of each tolerance's random stream: its group, or its own name."""
         self._nominal = {each.key: value_of(scene, each.key) for each in tolerances}
         check_within(list(self._nominal))
         for key in self._nominal:
             self._check(key, [each for each in tolerances if each.key == key])
         _check_groups(tolerances)
-        # The count says how many draws per ball there are, and sizes where balls have room.
+        # Draw the number of balls first, because it sets the number of draws per ball. Draw angles
+        # last, because sizes determine where balls fit.
         self._order = sorted(
             zip(self.tolerances, self.sources, strict=True),
             key=lambda each: 0 if each[0].key == COUNT else 2 if each[0].what == RANDOM else 1,
@@ -75,38 +76,40 @@ class DrawnPoints:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """See ``Points``."""
+        """Varied keys, see ``Points``."""
         return tuple(dict.fromkeys(each.key for each in self.tolerances))
 
     @property
     def factors(self) -> tuple[str, ...]:
-        """What varies independently of each other: groups, and tolerances in none."""
+        """Independent factors: groups, and tolerances without a group."""
         return tuple(dict.fromkeys(self.sources))
 
     def __len__(self) -> int:
         return self._count
 
     def at(self, run: int) -> tuple[Any, ...]:
-        """See ``Points``."""
+        """Return the values of a run, see ``Points``."""
         return self.drawn(lambda _: run)
 
     def report(self) -> dict[str, Any]:
-        """See ``Points``; without the count, so that more runs find those that are done.
+        """Return the defining values, see ``Points``.
 
-        The values of the first run stand for the random numbers of this version of numpy.
+        The count is left out, so that additional runs find the earlier ones.
+
+        The first run's values represent the random numbers of this version of numpy.
         """
         spread = [each.report() for each in self.tolerances]
         return {"spread": spread, "seed": self.seed, "first": list(self.at(0))}
 
     def of(self, count: int) -> "DrawnPoints":
-        """So many runs, those that both have being the same."""
+        """Return the same drives with another number of runs."""
         return DrawnPoints(self.scene, self.tolerances, count, self.seed)
 
     def drawn(self, run_of: Callable[[str], int]) -> tuple[Any, ...]:
-        """Values in the keys' order.
+        """Return values in the order of the keys.
 
         Args:
-            run_of: from which run a factor's draws are taken.
+            run_of: function from a factor to the run whose draws it uses.
         """
         values = dict(self._nominal)
         for tolerance, source in self._order:
@@ -124,7 +127,7 @@ class DrawnPoints:
         return tuple(values[key] for key in self.keys)
 
     def _sized(self, values: dict[str, Any]) -> Scene:
-        """The scene in which balls have their room; of one that cannot be, the drawing."""
+        """Return the scene with the drawn sizes; the nominal scene if that is invalid."""
         changes = {key: v for key, v in values.items() if key.partition(".")[0] in SIZES}
         if not changes or "ball_contact" not in self.scene.effects:
             return self.scene
@@ -136,7 +139,7 @@ class DrawnPoints:
             return self.scene
 
     def _check(self, key: str, of_key: Sequence[Tolerance]) -> None:
-        """Whether tolerances of a key fit together, and to the value that they are about."""
+        """Check that the tolerances of a key fit together and fit its nominal value."""
         first, nominal = of_key[0], self._nominal[key]
         if first.key in OF_BALLS and self.scene.balls.count == 0 and COUNT not in self._nominal:
             raise InputError(
@@ -168,7 +171,7 @@ class DrawnPoints:
 
 
 def _check_deviation(tolerance: Tolerance, numbers: Sequence[float]) -> None:
-    """Refuse the deviation of a size that is larger than the size: its unit or % was forgotten."""
+    """Refuse a deviation larger than its value: a unit or % is probably missing."""
     key, normal = tolerance.key, tolerance.distribution
     largest = max(map(abs, numbers), default=0.0)
     if tolerance.what != OFFSET or not isinstance(normal, Normal) or not largest:
@@ -184,13 +187,13 @@ def _check_deviation(tolerance: Tolerance, numbers: Sequence[float]) -> None:
 
 
 class ExchangedPoints:
-    """Runs that Sobol indices need beside those of ``DrawnPoints``.
+    """Additional runs for Sobol indices.
 
     Run k d + i is drive 2 k with factor i of drive 2 k + 1, d being the number of factors.
 
     Args:
-        drawn: the drives.
-        pairs: how many pairs of them.
+        drawn: random drives.
+        pairs: number of pairs of drives.
     """
 
     def __init__(self, drawn: DrawnPoints, pairs: int) -> None:
@@ -198,25 +201,25 @@ class ExchangedPoints:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """See ``Points``."""
+        """Varied keys, see ``Points``."""
         return self._drawn.keys
 
     def __len__(self) -> int:
         return self._pairs * len(self._drawn.factors)
 
     def at(self, run: int) -> tuple[Any, ...]:
-        """See ``Points``."""
+        """Return the values of a run, see ``Points``."""
         pair, place = divmod(run, len(self._drawn.factors))
         exchanged = self._drawn.factors[place]
         return self._drawn.drawn(lambda factor: 2 * pair + (factor == exchanged))
 
     def report(self) -> dict[str, Any]:
-        """See ``Points``; without the count."""
+        """Return the defining values without the count, see ``Points``."""
         return {**self._drawn.report(), "exchanged": list(self._drawn.factors)}
 
 
 def value_of(scene: Scene, key: str) -> Any:
-    """What a scene says at a dotted key, plain; None if it says nothing.
+    """Return a scene's value at a dotted key; None if there is none.
 
     Raises:
         InputError: a list has no such entry.
@@ -228,7 +231,7 @@ def value_of(scene: Scene, key: str) -> Any:
 
 
 def _sources(tolerances: Sequence[Tolerance]) -> tuple[str, ...]:
-    """Named by themselves and not by their place, so that others beside them change no draw."""
+    """Return names of random streams; they do not depend on other tolerances."""
     names: list[str] = []
     for each in tolerances:
         name = each.key + " per ball" * (each.per_ball and each.what != RANDOM)
@@ -249,7 +252,7 @@ def _check_groups(tolerances: Iterable[Tolerance]) -> None:
 
 
 def _common(tolerance: Tolerance, value: Any, draw: Any, balls: int) -> Any:
-    """A value with one draw for all that it consists of."""
+    """Return a value with a common draw for all its entries."""
     if tolerance.what == VALUE:
         drawn = _value(tolerance, draw)
         alone = tolerance.key in (ANGLES, RATES) and not isinstance(drawn, list)
@@ -260,11 +263,11 @@ def _common(tolerance: Tolerance, value: Any, draw: Any, balls: int) -> Any:
 
 
 def _of_balls(tolerance: Tolerance, value: Any, draws: Sequence[Any]) -> list[Any]:
-    """A value for each ball."""
+    """Return a value with a draw per ball."""
     if tolerance.what == VALUE:
         return [_value(tolerance, draw) for draw in draws]
     values = value if isinstance(value, list) else [value] * len(draws)
-    # Where numbers of balls do not fit, the scene is refused, with the reason.
+    # If the numbers of balls do not match, the scene is refused later with the reason.
     return [_deviating(tolerance, v, draw) for v, draw in zip(values, draws, strict=False)]
 
 
@@ -282,12 +285,12 @@ def _draw(distribution: Distribution, seed: int, source: str, run: int, ball: in
 
 @functools.lru_cache(maxsize=1024)
 def _block(distribution: Distribution, seed: int, source: str, ball: int, block: int) -> list[Any]:
-    """Draws of so many runs in a row."""
+    """Return the draws of a block of successive runs."""
     return [each.item() for each in distribution.at(_shares(seed, source, ball, block))]
 
 
 def _shares(seed: int, source: str, ball: int, block: int) -> np.ndarray:
-    """Independent, uniform between 0 and 1, both excluded; shape (BLOCK,)."""
+    """Return independent uniform numbers in (0, 1), shape (BLOCK,)."""
     name = int.from_bytes(hashlib.sha256(source.encode()).digest()[:8], "big")
     numbers = np.random.default_rng([seed, name, ball, block]).random(BLOCK)
     return np.maximum(numbers, 2.0**-54)

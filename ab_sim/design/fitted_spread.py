@@ -1,4 +1,4 @@
-"""What is not known of a fitted drive, as a spread: the covariance that `ab-sim identify` found."""
+"""Spread from the uncertainty of a fitted drive: the covariance of ``ab-sim identify``."""
 
 import json
 import math
@@ -12,22 +12,23 @@ from ab_sim.design.tolerances import OFFSET, Tolerance
 from ab_sim.errors import InputError
 
 LEAST = 1e-6
-"""Of a value's standard deviation: smaller parts of it are left out."""
+"""Components of a deviation below this fraction of the standard deviation are left out."""
 MOST_BYTES = 50_000_000
 
 
 def fitted_tolerances(path: Path) -> list[Tolerance]:
-    """Of a fit's JSON, ``ab-sim identify --json``: values about the fitted ones, correlated.
+    """Return correlated tolerances around the fitted values of ``ab-sim identify --json``.
 
-    A value's deviation is a sum over independent standard normal numbers that values share: the
-    covariance's triangular factor. Each number is a group, named by the key that is the first to
-    depend on it, as ``fit of rotor.eccentricity``: what of this key the keys before do not tell.
+    A value's deviation is a sum over shared, independent standard normal numbers, weighted by the
+    triangular factor of the covariance. Each number is a group named after the first key that
+    depends on it, such as ``fit of rotor.eccentricity``. It is the part of this key that earlier
+    keys do not explain.
 
     Args:
-        path: the file.
+        path: file of the fit.
 
     Raises:
-        InputError: it cannot be read, or is no fit's; says why.
+        InputError: the file cannot be read or contains no fit; the message states why.
     """
     said = f"spread from {path}"
     try:
@@ -55,7 +56,7 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
 
 
 def _factor(covariance: np.ndarray) -> np.ndarray:
-    """Lower triangular, of correlations first, which are well scaled."""
+    """Return the lower triangular factor, computed from correlations, which are well scaled."""
     sizes = np.sqrt(np.diag(covariance))
     if not (np.isfinite(covariance).all() and (sizes > 0.0).all()):
         raise ValueError("its covariance has numbers that no covariance has")

@@ -1,4 +1,4 @@
-"""What a number of independent runs says of all of them, and how surely: intervals of 95 %."""
+"""Statistics of independent runs with 95 % confidence intervals."""
 
 import math
 from typing import Any, NamedTuple
@@ -8,37 +8,37 @@ import numpy as np
 from ab_sim.errors import InputError, exact
 
 LEVEL = 0.95
-"""How often an interval has what it is an interval of."""
+"""Confidence level."""
 Z = 1.959963984540054
 """Quantile of the standard normal distribution at 1 - (1 - LEVEL) / 2."""
 
 
 class ShareBalanced(NamedTuple):
-    """A share of runs, and Wilson's interval of it."""
+    """Share of runs with Wilson's interval."""
 
     balanced: int
-    """Runs that are of it."""
+    """Number of runs that count."""
     runs: int
     low: float
     high: float
 
     @property
     def value(self) -> float:
-        """The share, 0 to 1."""
+        """Share, 0 to 1."""
         return self.balanced / self.runs
 
     @property
     def half_width(self) -> float:
-        """Of the interval."""
+        """Half-width of the interval."""
         return (self.high - self.low) / 2.0
 
     def runs_for(self, half_width: float) -> int:
-        """About how many runs, these included, an interval of a half width takes.
+        """Return the approximate total number of runs for a half-width of the interval.
 
-        Solves Wilson's half width for the runs, at the share that was found.
+        It solves Wilson's half-width for the number of runs at the present share.
 
         Raises:
-            InputError: the half width is not above 0 and below 0.5.
+            InputError: the half-width is not above 0 and below 0.5.
         """
         if not 0.0 < half_width < 0.5:
             raise InputError(f"half width {exact(half_width)}: must be above 0 and below 0.5")
@@ -50,36 +50,36 @@ class ShareBalanced(NamedTuple):
 
 
 class QuantileOfMerit(NamedTuple):
-    """A quantile, and an interval between two values of the sample."""
+    """Quantile, with an interval between two values of the sample."""
 
     p: float
-    """Which: 0.5 is the median."""
+    """Probability of the quantile: 0.5 is the median."""
     value: float
     low: float | None
-    """None where there are too few values to have one."""
+    """Lower limit; None if there are too few values."""
     high: float | None
 
 
 class PairedShares(NamedTuple):
-    """Shares of two designs in the same draws."""
+    """Shares of two designs evaluated with the same draws."""
 
     both: int
     only_first: int
     only_second: int
     neither: int
     difference: float
-    """Share of the first less that of the second."""
+    """Share of the first minus share of the second."""
     low: float
     high: float
     p_value: float
-    """McNemar's exact test: how often chance alone makes such a difference."""
+    """Probability that chance alone causes such a difference (McNemar's exact test)."""
 
 
 class MeanInterval(NamedTuple):
-    """A mean of differences, with Student's interval; a median, with that of order statistics."""
+    """Mean of differences with Student's interval; median with that of order statistics."""
 
     pairs: int
-    """With a value in both designs."""
+    """Number of pairs with a value in both designs."""
     mean: float
     low: float
     high: float
@@ -87,12 +87,12 @@ class MeanInterval(NamedTuple):
 
 
 def share_of(balanced: np.ndarray) -> ShareBalanced:
-    """The share of true ones, with the interval of Wilson (1927), by scipy.
+    """Return the share of true values, with the interval of Wilson (1927), by scipy.
 
-    It is none of zero width where all are true, or none is.
+    Its width is nonzero even if all or none are true.
 
     Args:
-        balanced: booleans, shape (runs,), at least one.
+        balanced: booleans, shape (runs,), at least one run.
     """
     from scipy.stats import binomtest
 
@@ -102,14 +102,13 @@ def share_of(balanced: np.ndarray) -> ShareBalanced:
 
 
 def quantile_of(values: np.ndarray, p: float) -> QuantileOfMerit:
-    """A quantile, with the interval of order statistics (Conover 1999, 3.2), by scipy.
+    """Return a quantile with the interval of order statistics (Conover 1999, 3.2), by scipy.
 
-    It asks nothing of the distribution: so many values are below the quantile as a binomial
-    distribution says.
+    It holds for any distribution: the number of values below the quantile is binomial.
 
     Args:
-        values: finite, shape (n,), at least one.
-        p: above 0, below 1.
+        values: finite values, shape (n,), at least one.
+        p: probability above 0 and below 1.
     """
     from scipy.stats import quantile_test
 
@@ -119,7 +118,7 @@ def quantile_of(values: np.ndarray, p: float) -> QuantileOfMerit:
 
 
 def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
-    """Which of two designs has the larger share, each draw having been run with both.
+    """Compare the shares of two designs that were run with the same draws.
 
     The interval is method 10 of Newcombe, Statistics in Medicine 17 (1998) 2635.
 
@@ -145,13 +144,13 @@ def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:
 
 
 def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | None:
-    """Of a merit of two designs, each draw having been run with both: first less second.
+    """Return the difference of a metric, first minus second, of designs run with the same draws.
 
     Args:
-        first, second: shape (runs,); NaN where a run has no value. Pairs with one are left out.
+        first, second: values, shape (runs,), NaN for missing ones; such pairs are left out.
 
     Returns:
-        None with fewer than two pairs.
+        Interval of the mean; None with fewer than two pairs.
     """
     from scipy.stats import t
 
@@ -166,7 +165,7 @@ def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | N
 
 
 def _correlation(both: int, one: int, other: int, neither: int) -> float:
-    """Of the two outcomes, with Newcombe's correction for their being counts."""
+    """Return the correlation of two outcomes, with Newcombe's continuity correction."""
     product = (both + one) * (other + neither) * (both + other) * (one + neither)
     if product == 0:
         return 0.0

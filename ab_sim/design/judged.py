@@ -1,4 +1,4 @@
-"""Runs of a scene with other values, each to a row of merits."""
+"""Evaluation of runs with varied values, a row of metrics each."""
 
 from collections.abc import Iterable, Sequence
 from typing import Any, NamedTuple
@@ -16,25 +16,28 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 RUN, OUTCOME, FAILURE = "run", "outcome", "failure"
-"""Columns beside keys and merits."""
+"""Columns in addition to keys and metrics."""
 ABORTED, FAILED = "aborted", "failed"
-"""Outcomes of runs without a verdict: the start-up was aborted, so that nothing whirls at
-standstill; the run did not come to its end."""
+"""Outcomes of runs without a verdict.
+
+``ABORTED``: the start-up was aborted, so that there is no whirl at standstill. ``FAILED``: the run
+did not finish.
+"""
 OUTCOMES = (*(verdict.value for verdict in Verdict), ABORTED, FAILED)
 PREPARED_AT_ONCE = 512
-"""Runs that do not go in columns, of which there is a scene each in memory."""
+"""Number of runs outside columns whose scenes are in memory at a time."""
 _VERDICT = "verdict"
 
 
 class Job(NamedTuple):
-    """What all runs have in common."""
+    """Common data of all runs."""
 
     scene: Scene
-    """Its accuracy, if it asked for one, has become a solver."""
+    """Scene; a requested accuracy has been resolved to a solver."""
     keys: tuple[str, ...]
-    """That vary; dotted."""
+    """Varied keys, dotted."""
     merits: tuple[str, ...]
-    """Keys of those that are wanted."""
+    """Keys of the metrics."""
 
 
 class Point(NamedTuple):
@@ -42,24 +45,24 @@ class Point(NamedTuple):
 
     run: int
     values: tuple[Any, ...]
-    """In the order of the job's keys."""
+    """Values in the order of the job's keys."""
 
 
 def modules_of(job: Job) -> set[str]:
-    """What its rows follow from beside this module and the scene: modules of its merits."""
+    """Return the modules of a job's metrics, on which its rows depend."""
     return {merit.watch.__module__ for merit in merit_columns(job.merits)}
 
 
 def has_settled(outcomes: Iterable[str]) -> np.ndarray:
-    """Whether runs with these outcomes have a final whirl, or an upper bound of it."""
+    """Return whether runs with these outcomes have a final whirl, or an upper bound of it."""
     return np.isin(np.asarray(outcomes, str), SETTLED)
 
 
 def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
-    """Merits that can be columns.
+    """Return metrics that can be columns.
 
     Raises:
-        InputError: there is no such merit, or it is no number; names it.
+        InputError: a metric is unknown or no number; the message names it.
     """
     found = merits_named(keys)
     for merit in found:
@@ -69,15 +72,15 @@ def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
 
 
 def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
-    """Run points of a job.
+    """Run points of a job and evaluate them.
 
     Args:
-        job: what they have in common.
-        points: any, in any order; what one gives does not depend on the others.
+        job: common data of the runs.
+        points: points in any order; their results are independent of each other.
 
     Returns:
-        A row for each in their order: run, merits, outcome, failure. Of a run that failed, which
-        leaves the others alone, or whose start-up was aborted, merits are null.
+        A row per point in their order: run, metrics, outcome, failure. Metrics of failed and
+        aborted runs are null.
     """
     values = zip(*(point.values for point in points), strict=True)
     split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
@@ -101,7 +104,7 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
 
 
 def schema_of(job: Job) -> pyarrow.Schema:
-    """Of what ``judged`` gives."""
+    """Return the schema of the result of ``judged``."""
     kinds = {MeritKind.NUMBER: pyarrow.float64(), MeritKind.TRUTH: pyarrow.bool_()}
     return pyarrow.schema(
         [
@@ -114,10 +117,10 @@ def schema_of(job: Job) -> pyarrow.Schema:
 
 
 def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
-    """The scene of a point.
+    """Return the scene of a point.
 
     Raises:
-        SceneError: it is not valid; names key, value and what is allowed.
+        SceneError: it is invalid; the message names key, value and allowed range.
     """
     changes = dict(zip(job.keys, values, strict=True))
     said = ", ".join(f"{key}={value}" for key, value in changes.items())
@@ -125,7 +128,7 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
 
 
 class _Rows:
-    """What a job's runs have come to, in columns; of runs that are not in yet, null."""
+    """Results of a job's runs in columns; null until a run has finished."""
 
     def __init__(self, job: Job, runs: int) -> None:
         names = (*job.merits, OUTCOME, FAILURE)
@@ -133,7 +136,7 @@ class _Rows:
         self.columns: dict[str, list[Any]] = {name: [None] * runs for name in names}
 
     def fail(self, place: int, failure: str) -> None:
-        """A run that has failed."""
+        """Record a failed run."""
         self._without_merits(place, FAILED, failure)
 
     def _without_merits(self, place: int, outcome: str, why: str) -> None:
@@ -142,7 +145,7 @@ class _Rows:
             self.columns[key][place] = None
 
     def add(self, parts: Iterable[JudgedPart]) -> None:
-        """Runs that are judged."""
+        """Record evaluated runs."""
         for part in parts:
             places = part.runs.tolist()
             kept = {OUTCOME: part.merits[_VERDICT]} | {

@@ -1,4 +1,4 @@
-"""Where a search finds nothing: how often each bound holds, and how near it was come to."""
+"""Diagnosis of a search without a result: how often each bound holds, and the nearest values."""
 
 from collections.abc import Iterator
 from typing import NamedTuple
@@ -11,23 +11,22 @@ from ab_sim.design.tune import MEASURES, Tuning
 
 
 class NearMiss(NamedTuple):
-    """Of one bound."""
+    """Diagnosis of one bound."""
 
     bound: Bound
     holds: int
-    """For how many of the runs that settled."""
+    """Number of settled runs that satisfy it."""
     settled: int
     measure: str
-    """The merit that says how near a run comes: its own, or what decides on one that is true or
-    false."""
+    """Metric that measures the distance: the bound's own, or the one that decides a truth value."""
     nearest: float | None
-    """Of that merit, in a run that settled; None: no such run has it, or it is true or false."""
+    """Nearest value of that metric among settled runs; None if there is none, or no number."""
     candidate: int
-    """Whose run that is."""
+    """Index of the candidate with that run."""
 
 
 def near_misses(found: Tuning) -> Iterator[NearMiss]:
-    """One for each bound, in their order."""
+    """Yield a diagnosis per bound, in their order."""
     settled = has_settled(found.runs[OUTCOME])
     for bound in found.task.standard.bounds:
         measure = MEASURES.get(bound.merit, bound.merit)

@@ -1,7 +1,8 @@
-"""Rows that are done, kept on disk part by part: whatever ends a sweep, no part is lost or doubled.
+"""Finished rows, stored on disk in parts, so that an interrupted sweep continues.
 
-A part is a file named by a hash of its content, in a folder named by a hash of all that its rows
-follow from. It is written once, and is there as a whole or not at all.
+A part is a file named by the hash of its content. Its folder is named by the hash of all inputs of
+the rows. Files are written atomically and only once, so that parts are neither lost nor counted
+twice.
 """
 
 import contextlib
@@ -27,14 +28,14 @@ SUFFIX = ".parquet"
 
 
 class Parts:
-    """The rows of a sweep that are done; to be used in a ``with``.
+    """Finished rows of a sweep, a context manager.
 
     Args:
-        job: what its runs have in common.
-        points: what its points follow from, JSON-able.
+        job: common data of the runs.
+        points: defining values of the points, JSON-able.
 
     Raises:
-        InputError: another process computes the same sweep.
+        InputError: another process is computing the same sweep.
     """
 
     def __init__(self, job: Job, points: dict[str, Any]) -> None:
@@ -72,7 +73,7 @@ class Parts:
             os.close(self._lock)
 
     def done(self, schema: pyarrow.Schema) -> pyarrow.Table:
-        """All rows that are there, of each run one; parts that cannot be believed are left out."""
+        """Return all valid stored rows, one per run; damaged parts are left out."""
         files = sorted(self._folder.glob(f"*{SUFFIX}")) if self._folder is not None else []
         tables = [found for file in files if (found := _read(file, schema)) is not None]
         whole = pyarrow.concat_tables([schema.empty_table(), *tables])
@@ -80,7 +81,7 @@ class Parts:
         return whole if len(set(runs.tolist())) == len(runs) else _once(whole)
 
     def keep(self, rows: pyarrow.Table) -> None:
-        """Keep a part; where that cannot be, one line says so, and all goes on."""
+        """Store a part; log one line and continue if that is not possible."""
         if self._folder is None:
             return
         sink = pyarrow.BufferOutputStream()
@@ -92,7 +93,7 @@ class Parts:
             self._complain(error)
 
     def join(self, rows: pyarrow.Table) -> None:
-        """One part in place of many, of rows that are all."""
+        """Replace many parts by one with all rows."""
         if self._folder is None:
             return
         before = set(self._folder.glob(f"*{SUFFIX}"))
@@ -117,7 +118,7 @@ def _digest(content: bytes) -> str:
 
 
 def _read(file: Path, schema: pyarrow.Schema) -> pyarrow.Table | None:
-    """Its rows; None if it is not what it was written as."""
+    """Return the rows of a file; None if its content does not match its name."""
     try:
         content = file.read_bytes()
         if _digest(content) != file.stem:

@@ -1,4 +1,4 @@
-"""The points of a sweep: which values the keys have in each run."""
+"""Points of a sweep: values of the keys in each run."""
 
 import math
 from collections.abc import Sequence
@@ -12,63 +12,63 @@ from ab_sim.errors import InputError
 from ab_sim.quoting import short
 
 MOST = 10_000_000
-"""Runs of a sweep."""
+"""Largest number of runs of a sweep."""
 
 
 class Points(Protocol):
-    """Values of some keys for each of many runs."""
+    """Values of keys for each of many runs."""
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Dotted."""
+        """Varied keys, dotted."""
 
     def __len__(self) -> int:
-        """How many runs."""
+        """Return the number of runs."""
 
     def at(self, run: int) -> tuple[Any, ...]:
-        """The values of a run, in the keys' order."""
+        """Return the values of a run, in the order of the keys."""
 
     def report(self) -> dict[str, Any]:
-        """What they follow from, JSON-able; the same for the same points only."""
+        """Return the defining values, JSON-able; they are equal for equal points only."""
 
 
 @dataclass(frozen=True)
 class GridPoints:
-    """All combinations of values; the last key's change fastest."""
+    """All combinations of values; the last key changes fastest."""
 
     axes: tuple[ListedValues, ...]
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Dotted."""
+        """Varied keys, dotted."""
         return tuple(axis.key for axis in self.axes)
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """How many values each key has."""
+        """Number of values per key."""
         return tuple(len(axis.values) for axis in self.axes)
 
     def __len__(self) -> int:
         return math.prod(self.shape)
 
     def at(self, run: int) -> tuple[Any, ...]:
-        """See ``Points``."""
+        """Return the values of a run, see ``Points``."""
         places = np.unravel_index(run, self.shape)
         return tuple(axis.values[int(place)] for axis, place in zip(self.axes, places, strict=True))
 
     def report(self) -> dict[str, Any]:
-        """See ``Points``."""
+        """Return the defining values, see ``Points``."""
         return {"grid": {axis.key: list(axis.values) for axis in self.axes}}
 
 
 class DesignPoints:
-    """Points of a design that fills a space of ranges, by scipy.stats.qmc.
+    """Points of a space-filling design over ranges, by scipy.stats.qmc.
 
     Args:
-        ranges: one for each key.
+        ranges: ranges, one per key.
         design: ``sobol`` or ``lhs``, Latin hypercube; scrambled.
-        count: of points; a power of 2 of ``sobol``.
-        seed: of its random numbers.
+        count: number of points; a power of 2 for ``sobol``.
+        seed: seed of its random numbers.
     """
 
     def __init__(self, ranges: Sequence[Range], design: str, count: int, seed: int) -> None:
@@ -84,32 +84,32 @@ class DesignPoints:
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """Dotted."""
+        """Varied keys, dotted."""
         return tuple(each.key for each in self.ranges)
 
     def __len__(self) -> int:
         return self._count
 
     def at(self, run: int) -> tuple[Any, ...]:
-        """See ``Points``."""
+        """Return the values of a run, see ``Points``."""
         return tuple(column[run].item() for column in self._columns)
 
     def report(self) -> dict[str, Any]:
-        """See ``Points``."""
+        """Return the defining values, see ``Points``."""
         ranges = {each.key: [each.low, each.high, each.log, each.whole] for each in self.ranges}
         return {"design": self.design, "count": self._count, "seed": self._seed, "ranges": ranges}
 
 
 def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) -> Points:
-    """Points over variables.
+    """Return points over variables.
 
     Args:
-        variables: at least one; all with values for a grid, all ranges for a design.
+        variables: at least one variable; all with values for a grid, all ranges for a design.
         design: ``sobol:COUNT`` or ``lhs:COUNT``; None: a grid.
-        seed: of a design's random numbers.
+        seed: seed of a design's random numbers.
 
     Raises:
-        InputError: says what does not fit.
+        InputError: the arguments do not fit together; the message states why.
     """
     if not variables:
         raise InputError("nothing varies; name a key and its values, e.g. balls.mass=0.001,0.002")
@@ -137,7 +137,7 @@ def check_keys(keys: Sequence[str]) -> None:
     """Refuse a key that is named twice, or lies within another one.
 
     Raises:
-        InputError: names it.
+        InputError: a key is refused; the message names it.
     """
     for key in keys:
         if keys.count(key) > 1:
@@ -146,10 +146,10 @@ def check_keys(keys: Sequence[str]) -> None:
 
 
 def check_within(keys: Sequence[str]) -> None:
-    """Refuse a key that lies within another one: which of the two acts would depend on their order.
+    """Refuse a key within another key: the result would depend on their order.
 
     Raises:
-        InputError: names both.
+        InputError: a key is refused; the message names both.
     """
     for key in keys:
         for other in keys:

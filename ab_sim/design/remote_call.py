@@ -1,7 +1,7 @@
-"""A call in a process on another machine, which must have the same sources and versions.
+"""Call in a process on another machine, which must have the same sources and versions.
 
-It is bytes whose unpickling is the call, and bytes are its answer. So what passes it on need not
-have ab_sim, and a process without ab_sim fails as any call can.
+The call consists of bytes; unpickling them performs the call and returns bytes. An intermediary
+therefore does not need ab_sim, and a process without ab_sim fails like any call.
 """
 
 import functools
@@ -24,38 +24,38 @@ Thing = TypeVar("Thing")
 
 
 class Done(NamedTuple):
-    """What the function gave."""
+    """Results of the calls."""
 
     results: Sequence[Any]
 
 
 class Raised(NamedTuple):
-    """What the function raised."""
+    """Exception of a call."""
 
     error: Exception
 
 
 class Differs(NamedTuple):
-    """Nothing was called: the process is made of something else."""
+    """Refusal: the process has other sources or versions, and nothing was called."""
 
     host: str
     made_of: dict[str, str]
-    """See ``RemoteCall.made_of``."""
+    """Sources and versions of the process, see ``RemoteCall.made_of``."""
 
 
 Answer = Done | Raised | Differs
 
 
 class RemoteCall:
-    """A function to be called elsewhere, with many items.
+    """Function to be called in another process with many items.
 
     Args:
-        function: of a module, or partial of such a one.
-        modules: which its results follow from beside its own and those of its arguments; the other
-            process imports them.
+        function: module-level function, or a partial of one.
+        modules: further modules that results depend on, besides those of the function and its
+            arguments; the other process imports them.
 
     Raises:
-        NotOfSources: this process cannot say what it is made of.
+        NotOfSources: the sources of this process are unknown.
     """
 
     def __init__(self, function: Callable[[Thing], Any], modules: Iterable[str] = ()) -> None:
@@ -69,15 +69,15 @@ class RemoteCall:
         }
         self._modules = frozenset([home.__module__, *modules, *named])
         self.made_of = _made_of(self._modules)
-        """What its results follow from, a digest or version by name."""
+        """Digests and versions that results depend on, by name."""
 
     def task(self, items: Sequence[Any]) -> bytes:
-        """Bytes: who unpickles them calls the function with each item, and has an answer."""
+        """Return bytes; unpickling them calls the function with each item and returns an answer."""
         work = pickle.dumps((self._function, list(items)))
         return pickle.dumps(_Call(answer, self._modules, _fingerprint(self._modules), work))
 
     def differences(self, other: Differs) -> str:
-        """What another process is made of that this one is not, and the other way round."""
+        """Describe the differences of sources and versions from another process."""
         names = sorted(self.made_of.keys() | other.made_of.keys())
         named = [name for name in names if self.made_of.get(name) != other.made_of.get(name)]
         versions = [
@@ -94,11 +94,11 @@ class RemoteCall:
 
 _INSTALLED = "installed "
 _ONE = threading.Lock()
-"""A worker may have several threads, and Python 3.11 cannot parse in two of them at a time."""
+"""Lock for worker threads, because Python 3.11 cannot parse in two threads at a time."""
 
 
 class _Call:
-    """Pickled, it is a call: who unpickles it gets what the function gives."""
+    """Object that performs a call when it is unpickled."""
 
     def __init__(self, function: Callable[..., Any], *given: Any) -> None:
         self._call = function, given
@@ -108,12 +108,12 @@ class _Call:
 
 
 def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
-    """A pickled ``Answer``, in the other process.
+    """Return a pickled ``Answer``; it runs in the other process.
 
     Args:
         modules: see ``RemoteCall``.
-        fingerprint: of what they are made of where the answer is wanted.
-        work: a pickled function, and the items to call it with.
+        fingerprint: fingerprint of sources and versions in the requesting process.
+        work: pickled function and its items.
     """
     try:
         with _ONE:
@@ -124,7 +124,7 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
         return pickle.dumps(Differs(socket.gethostname(), _made_of(modules)))
     try:
         for module in modules:
-            importlib.import_module(module)  # registers what is in it
+            importlib.import_module(module)  # registers its metrics and effects
         function, items = pickle.loads(work)
         return pickle.dumps(Done([function(item) for item in items]))
     except Exception as error:
@@ -132,7 +132,7 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
 
 
 def _modules_in(pickled: bytes) -> set[str]:
-    """Those of classes and functions that a pickle names."""
+    """Return the modules of classes and functions in a pickle."""
     found: set[str] = set()
 
     class Seen(pickle.Unpickler):
@@ -145,7 +145,7 @@ def _modules_in(pickled: bytes) -> set[str]:
 
 
 def _versions(module: str) -> set[str]:
-    """Names of others' packages that a module is made of."""
+    """Return the names of third-party packages on which a module depends."""
     return set(sources_and_versions(frozenset([module]))[1])
 
 

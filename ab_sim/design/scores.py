@@ -1,7 +1,7 @@
-"""How good candidates are: from their runs to what a search makes small.
+"""Scores of candidates: from their runs to the objective of a search.
 
-Where drives are spread, a candidate has a run for each draw, the same draws for all candidates
-(common random numbers): differences of candidates are then not those of luck.
+With spread, every candidate is run with the same draws (common random numbers), so that differences
+between candidates are not due to chance.
 """
 
 import math
@@ -15,11 +15,11 @@ from ab_sim.design.bounds import Bound
 from ab_sim.design.judged import OUTCOME, has_settled
 
 _BEYOND, _NOTHING = 1.0, 3.0
-"""Costs of what is out of bounds, by how much; and of what says nothing."""
+"""Costs of candidates outside bounds (plus the violation), and of candidates without a value."""
 
 
 class Aim(NamedTuple):
-    """What is to be small, or large."""
+    """Objective: a metric to be minimised or maximised."""
 
     merit: str
     smallest: bool
@@ -29,34 +29,37 @@ class Aim(NamedTuple):
 
 
 class Standard(NamedTuple):
-    """By what candidates are judged."""
+    """Criteria for candidates."""
 
     aim: Aim
     bounds: tuple[Bound, ...]
     draws: int = 1
-    """Runs of a candidate."""
+    """Number of runs per candidate."""
     share: float = 1.0
-    """Of a candidate's drives, that have to settle within all bounds with at least its aim."""
+    """Fraction of a candidate's drives that must settle within all bounds and reach the aim."""
 
 
 class Scores(NamedTuple):
-    """Of candidates, each of shape (candidates,)."""
+    """Scores of candidates, each of shape (candidates,)."""
 
     aims: np.ndarray
-    """The merit that so large a share of a candidate's drives reaches; NaN where fewer settle."""
+    """Value that the required fraction of a candidate's drives reaches; NaN if too few settle."""
     within: np.ndarray
-    """Whether so large a share settles within all bounds."""
+    """Flag of a candidate whose required fraction settles within all bounds."""
     costs: np.ndarray
-    """What is to be small: candidates within bounds before all others, by their aims; the others
-    by how far they are from the bounds; last those that say nothing."""
+    """Costs to be minimised.
+
+    Candidates within bounds come first, by their aim. The others follow by their distance from the
+    bounds, and last come those without a value.
+    """
 
 
 def scored(table: pyarrow.Table, standard: Standard) -> Scores:
-    """Judge candidates by their runs.
+    """Score candidates by their runs.
 
     Args:
-        table: as of ``judged``; the runs of a candidate stand together.
-        standard: by what.
+        table: table of ``judged``; the runs of a candidate are contiguous.
+        standard: criteria.
     """
     sign = 1.0 if standard.aim.smallest else -1.0
     shape = (-1, standard.draws)
@@ -73,7 +76,7 @@ def scored(table: pyarrow.Table, standard: Standard) -> Scores:
     aims = _reached(np.where(settled, sign * values, math.inf), standard.share)
     needed = _count(standard.share, standard.draws)
     within = inside.sum(axis=1) >= needed
-    # How far the drives are from the bounds, the best that are needed of them.
+    # Mean violation of the best drives, as many as the required fraction.
     worst = np.sort(np.where(settled, beyond, math.inf), axis=1)[:, :needed]
     costs = np.where(within, np.arctan(aims) / math.pi, _BEYOND + _mean(worst))
     costs = np.where(np.isfinite(aims), costs, _NOTHING)
@@ -81,20 +84,20 @@ def scored(table: pyarrow.Table, standard: Standard) -> Scores:
 
 
 def best_of(scores: Scores) -> int | None:
-    """Number of the best candidate within bounds; None if there is none."""
+    """Return the index of the best candidate within bounds; None if there is none."""
     if not scores.within.any():
         return None
     return int(np.argmin(np.where(scores.within, scores.costs, math.inf)))
 
 
 def merit_values(table: pyarrow.Table, merit: str) -> np.ndarray:
-    """Of a column, NaN where it is null."""
+    """Return the values of a column, NaN for null."""
     found: np.ndarray = table[merit].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
     return found
 
 
 def joined(scores: Sequence[Scores]) -> Scores:
-    """Of all candidates in their order."""
+    """Concatenate scores of all candidates in order."""
     return Scores(*(np.concatenate(columns) for columns in zip(*scores, strict=True)))
 
 
@@ -103,12 +106,15 @@ def _count(share: float, draws: int) -> int:
 
 
 def _reached(values: np.ndarray, share: float) -> np.ndarray:
-    """What so large a share of each row is at most."""
+    """Return the largest value among the best ``share`` of each row."""
     found: np.ndarray = np.sort(values, axis=1)[:, _count(share, values.shape[1]) - 1]
     return found
 
 
 def _mean(worst: np.ndarray) -> np.ndarray:
-    """Of what is out of bounds, below 1; 1 where a drive that is needed says nothing."""
+    """Return the mean constraint violation, at most about 1.
+
+    A required drive without a value counts as 1.
+    """
     means: np.ndarray = np.where(np.isfinite(worst), worst, 1.0).mean(axis=1)
     return np.minimum(means, 1.0) + 1e-9

@@ -1,4 +1,4 @@
-"""A search for the best values of keys: globally on whole populations, then near the best."""
+"""Search for the best values of keys: global by populations, then local."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -10,21 +10,21 @@ from scipy.optimize import Bounds, differential_evolution, minimize
 from ab_sim.design.variables import Range
 
 POLISH = 0.15
-"""Of all runs, those that are left for the neighbourhood of the best."""
+"""Fraction of all runs for the local search."""
 BESIDE = 0.02
-"""Of a range: size of the simplex that the polish begins with."""
+"""Initial size of the local simplex, as a fraction of a range."""
 PRECISION = 1e-4
-"""Of a range, to which the polish finds the best."""
+"""Tolerance of the local search, as a fraction of a range."""
 
 Costs = Callable[[np.ndarray], np.ndarray]
-"""From values, shape (candidates, keys), to what is to be small, shape (candidates,)."""
+"""Function from values, shape (candidates, keys), to costs, shape (candidates,)."""
 
 
 class Effort(NamedTuple):
-    """How much a search may do."""
+    """Budget of a search."""
 
     candidates: int
-    """At most; a population more may be begun."""
+    """Largest number of candidates; the last population may exceed it."""
     seed: int
 
 
@@ -34,22 +34,22 @@ def search(
     effort: Effort,
     known: Sequence[float] | None = None,
 ) -> None:
-    """Ask for the costs of candidates, each time nearer to the best.
+    """Evaluate the costs of candidates, approaching the best.
 
-    By scipy's ``differential_evolution`` (Storn and Price 1997), whose generations are asked for
-    together, and then by its ``minimize`` (Nelder and Mead 1965) from the best on, whole numbers
-    held. The caller notes what was best: nothing comes back.
+    First scipy's ``differential_evolution`` (Storn and Price 1997), with whole generations at once.
+    Then ``minimize`` (Nelder and Mead 1965) from the best, with whole numbers fixed. Nothing is
+    returned: the caller records the best.
 
     Args:
-        ranges: of the keys.
-        costs: the same for the same values.
-        effort: the same effort asks for the same candidates.
-        known: values to begin with, beside those that fill the ranges.
+        ranges: ranges of the keys.
+        costs: deterministic cost function.
+        effort: budget and seed; they determine the candidates.
+        known: additional start values.
     """
     best = _Best(ranges, costs)
     low = np.array([each.low if each.whole else 0.0 for each in ranges])
     high = np.array([each.high if each.whole else 1.0 for each in ranges])
-    # A power of two, as a Sobol sequence likes it and lanes do.
+    # A power of two, as required for a balanced Sobol sequence and for full lanes.
     population = 2 ** max(4, math.ceil(math.log2(8 * len(ranges))))
     generations = int(effort.candidates * (1.0 - POLISH)) // population - 1
     first = _first(low, high, population, effort.seed)
@@ -69,7 +69,7 @@ def search(
         integrality=[each.whole for each in ranges],
         vectorized=True,
         updating="deferred",
-        tol=0.0,  # runs are given; costs say by their order only what is better
+        tol=0.0,  # the budget ends the search; only the order of costs matters
         polish=False,
     )
     free = [k for k, each in enumerate(ranges) if not each.whole]
@@ -78,9 +78,9 @@ def search(
 
 
 class _Best:
-    """Counts what is asked for, and remembers the best.
+    """Cost function that counts candidates and records the best.
 
-    Places are shares of the ranges, or whole numbers.
+    Places are fractions of the ranges, or whole numbers.
     """
 
     def __init__(self, ranges: Sequence[Range], costs: Costs) -> None:
@@ -89,7 +89,7 @@ class _Best:
         self.place = np.zeros(len(ranges))
 
     def of(self, places: np.ndarray) -> np.ndarray:
-        """Costs of places, shape (candidates, keys)."""
+        """Return the costs of places, shape (candidates, keys)."""
         columns = [_value(each, places[:, k]) for k, each in enumerate(self._ranges)]
         costs = self._costs(np.column_stack(columns))
         self.asked += len(costs)
@@ -104,7 +104,7 @@ def _value(range_: Range, places: np.ndarray) -> np.ndarray:
 
 
 def _first(low: np.ndarray, high: np.ndarray, count: int, seed: int) -> np.ndarray:
-    """Places that fill the bounds."""
+    """Return places that fill the bounds."""
     from scipy.stats import qmc
 
     shares = qmc.Sobol(len(low), rng=np.random.default_rng(seed)).random(count)

@@ -1,4 +1,4 @@
-"""Which tolerance is to blame: Sobol indices, with bootstrap intervals."""
+"""Sobol indices of tolerances, with bootstrap intervals."""
 
 from typing import Any, NamedTuple
 
@@ -8,37 +8,37 @@ from ab_sim.design.intervals import LEVEL
 
 RESAMPLES = 999
 AT_A_TIME = 4_000_000
-"""Numbers of a batch of resamples: 32 MB."""
+"""Number of values in a batch of resamples: 32 MB."""
 
 
 class SobolIndex(NamedTuple):
-    """Share of a variance that a factor has."""
+    """Share of a variance that is due to a factor."""
 
     factor: str
     first: float
-    """Of the factor alone."""
+    """Share of the factor alone."""
     first_interval: tuple[float, float]
     total: float
-    """Of the factor and all its interactions."""
+    """Share of the factor and all its interactions."""
     total_interval: tuple[float, float]
 
 
 def sobol_of(
     a: np.ndarray, b: np.ndarray, exchanged: np.ndarray, factors: tuple[str, ...]
 ) -> tuple[SobolIndex, ...]:
-    """Sobol indices of a number of runs, by scipy.stats.sobol_indices.
+    """Return the Sobol indices of a metric, by scipy.stats.sobol_indices.
 
     The estimators are those of Saltelli and others, Computer Physics Communications 181 (2010) 259,
     table 2 (b) and (f). Intervals are percentiles of a bootstrap over the pairs, which are
     independent draws.
 
     Args:
-        a, b: of drives that are drawn independently of each other, shape (n,), n a power of 2.
-        exchanged: of drives of ``a`` with one factor of ``b``, shape (factors, n).
-        factors: their names.
+        a, b: values of independently drawn drives, shape (n,), n a power of 2.
+        exchanged: values of drives of ``a`` with one factor of ``b``, shape (factors, n).
+        factors: names of the factors.
 
     Returns:
-        One for each factor; none where the number does not vary.
+        One index per factor; empty if the metric does not vary.
     """
     from scipy.stats import sobol_indices
 
@@ -63,10 +63,10 @@ def sobol_of(
 def _intervals(
     a: np.ndarray, b: np.ndarray, exchanged: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the intervals, each of shape (2, factors): first, total.
+    """Return the limits of the intervals, each of shape (2, factors): first, total.
 
-    ``SobolResult.bootstrap`` has them too, by a jackknife that takes n^2 numbers: 2 GB at 4096
-    pairs. In batches, and by percentiles, there is no such limit.
+    ``SobolResult.bootstrap`` computes them as well, but with n^2 numbers: 2 GB at 4096 pairs.
+    Batches of percentile bootstrap have no such limit.
     """
     from scipy.stats import bootstrap
 

@@ -1,4 +1,4 @@
-"""What share of built drives balances, how good they are, and which tolerance is to blame."""
+"""Share of random drives that balances, their quality, and the tolerances responsible."""
 
 import shlex
 from collections.abc import Mapping
@@ -24,55 +24,55 @@ from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
 
 BALANCED = "balanced"
-"""Name of what the criterion says of a run, beside the merits."""
+"""Name of the criterion's result, used next to metrics."""
 
 
 class SobolIndices(NamedTuple):
-    """Which factor has which share in the variance of what."""
+    """Sobol indices of factors for each metric."""
 
     pairs: int
-    """Of drives that differ in all factors; 0: there are no indices."""
+    """Number of pairs of drives that differ in all factors; 0 without indices."""
     runs: int
-    """What they cost beside the runs that are there anyhow."""
+    """Number of additional runs for the indices."""
     indices: Mapping[str, tuple[SobolIndex, ...]]
-    """By merit, and of whether a run is balanced."""
+    """Indices by metric, and for whether a run is balanced."""
     missing: Mapping[str, str]
-    """Why others have none, by merit."""
+    """Reason of missing indices, by metric."""
     none: str = ""
-    """Why there are no pairs."""
+    """Reason why there are no pairs."""
 
 
 class WorstRun(NamedTuple):
-    """A run to look at."""
+    """Run for closer inspection."""
 
     run: int
     outcome: str
     value: float | None
-    """Of the merit by which runs are ranked; None if it has none."""
+    """Value of the ranking metric; None if it has none."""
     values: Mapping[str, Any]
-    """What was drawn, by key."""
+    """Drawn values by key."""
 
     @property
     def changes(self) -> str:
-        """As options of ``ab-sim run``."""
+        """Drawn values as options of ``ab-sim run``."""
         return " ".join(f"--set {shlex.quote(f'{k}={dumps(v)}')}" for k, v in self.values.items())
 
 
 class DesignDifference(NamedTuple):
-    """Another scene in the same draws."""
+    """Comparison with another scene, run with the same draws."""
 
     runs: Sweep
-    """Of the other scene."""
+    """Runs of the other scene."""
     balanced: np.ndarray
-    """Booleans, shape (runs,)."""
+    """Flag of each balanced run, shape (runs,)."""
     share: ShareBalanced
     paired: PairedShares
-    """The first scene, less the other one."""
+    """Comparison of shares: first scene minus the other one."""
     merits: Mapping[str, MeanInterval]
-    """Differences by merit, first scene less the other one; of draws with a value in both."""
+    """Differences by metric, first minus other scene, over draws with a value in both."""
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values."""
+        """Return the comparison as JSON-able values."""
         return {
             "scene": self.runs.scene.as_mapping(),
             "share": share_report(self.share),
@@ -89,54 +89,54 @@ class DesignDifference(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Spread(Presented):
-    """Drives as they are built; see ``ab_sim.robust``."""
+    """Random drives; see ``ab_sim.robust``."""
 
     _picture = "spread"
 
     runs: Sweep
-    """A row for each drive: what was drawn, merits, outcome, failure."""
+    """Row per drive: drawn values, metrics, outcome, failure."""
     tolerances: tuple[Tolerance, ...]
     criterion: tuple[Bound, ...]
-    """All have to hold of a run that has settled, for it to be called balanced."""
+    """Bounds that a settled run must satisfy to count as balanced."""
     seed: int
     balanced: np.ndarray
-    """Whether it is, by run; shape (runs,)."""
+    """Flag of each balanced run, shape (runs,)."""
     share: ShareBalanced
-    """That is balanced, with its interval."""
+    """Share of balanced runs with its interval."""
     quantiles: Mapping[str, tuple[QuantileOfMerit, ...]]
-    """By merit, of the runs that have it."""
+    """Quantiles by metric, over runs with a value."""
     sobol: SobolIndices
     ranked_by: str
-    """The merit by which runs are the worst."""
+    """Metric by which runs are ranked."""
     worst: tuple[WorstRun, ...]
-    """The worst first."""
+    """Worst runs, the worst first."""
     against: DesignDifference | None = None
-    """Another scene in the same draws, if asked for."""
+    """Comparison with another scene in the same draws, if requested."""
 
     @property
     def scene(self) -> Scene:
-        """The drawing."""
+        """Nominal scene."""
         return self.runs.scene
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column, shape (runs,); NaN where a number is null.
+        """Return a column, shape (runs,); NaN where a number is null.
 
         Raises:
-            InputError: there is none of that name.
+            InputError: the name is unknown.
         """
         return self.runs[name]
 
     def scene_of(self, run: int) -> Scene:
-        """The scene of a run, to run it again.
+        """Return the scene of a run, to repeat it.
 
         Raises:
             InputError: there is no such run.
-            SceneError: it was none; says why.
+            SceneError: the drawn values give no valid scene; the message states why.
         """
         return self.runs.scene_of(run)
 
     def in_units(self, units: str) -> "Spread":
-        """The same, shown in other units: see ``Sweep.in_units``."""
+        """Return a copy shown in other units: see ``Sweep.in_units``."""
         other = self.against
         if other is not None:
             other = other._replace(runs=other.runs.in_units(units))
@@ -146,7 +146,7 @@ class Spread(Presented):
         """Write the runs, as Parquet or CSV by its ending; ``ab_sim.open_sweep`` reads Parquet.
 
         Raises:
-            InputError: it cannot be written; names it and the reason.
+            InputError: the file cannot be written; the message contains the reason.
         """
         self.runs.write(path)
 
@@ -154,10 +154,10 @@ class Spread(Presented):
         """Write the worst runs as scenes, ``run-000123.yaml`` and so on.
 
         Args:
-            folder: made if need be.
+            folder: folder, created if necessary.
 
         Returns:
-            The files; what was drawn and is no scene has none.
+            The files; drawn values without a valid scene have none.
 
         Raises:
             InputError: the folder is not empty, or cannot be written to.
@@ -181,7 +181,7 @@ class Spread(Presented):
         return written
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim robust --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim robust --help``."""
         table = self.runs.table
         return {
             "scene": self.scene.as_mapping(),
@@ -232,10 +232,10 @@ class Spread(Presented):
 
 
 def check_worst_folder(folder: Path) -> None:
-    """Refuse a folder in which files of others would stand among the scenes.
+    """Refuse a folder that is not empty, so that the scenes are not mixed with other files.
 
     Raises:
-        InputError: names it, and says what to do.
+        InputError: the folder is refused; the message states the remedy.
     """
     if folder.is_dir() and any(folder.iterdir()):
         raise InputError(f"{short(str(folder))}: has something in it; name a new or empty folder")
@@ -246,12 +246,12 @@ def check_worst_folder(folder: Path) -> None:
 
 
 def share_text(share: ShareBalanced) -> str:
-    """A share with its interval, in digits that the interval allows."""
+    """Return a share with its interval, with as many digits as the interval allows."""
     digits = max(0, min(4, 2 - int(np.floor(np.log10(200.0 * share.half_width)))))
     value, low, high = (f"{100.0 * x:.{digits}f}" for x in (share.value, share.low, share.high))
     return f"{value} % ({low} to {high} %)"
 
 
 def share_report(share: ShareBalanced) -> dict[str, object]:
-    """As JSON-able values."""
+    """Return a share as JSON-able values."""
     return {**share._asdict(), "value": share.value}

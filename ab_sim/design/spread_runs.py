@@ -1,4 +1,4 @@
-"""Runs of drives as they are built, and what follows from them."""
+"""Runs of random drives and their statistics."""
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager
@@ -31,32 +31,34 @@ from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)
 RANKED_BY = "residual_unbalance"
-"""Where the criterion bounds no number."""
+"""Ranking metric if the criterion bounds no number."""
 QUANTILES = (0.05, 0.5, 0.95)
 WORST = 10
 Executors = Callable[[], AbstractContextManager[Executor]]
-"""Makes what shares the work."""
+"""Function that returns the context manager of an executor."""
 
 
 FEW_PAIRS = 128
-"""From which a bootstrap covers what it should, in a linear model of normal factors."""
+"""Least number of pairs for reliable bootstrap intervals, in a linear model of normal factors."""
 
 
 class SpreadQuestion(NamedTuple):
-    """What is asked of built drives."""
+    """Settings of a study of random drives."""
 
     runs: int
-    """Drives; with ``until``, at least."""
+    """Number of drives; with ``until``, the least number."""
     merits: tuple[str, ...] = DEFAULT_MERITS
     criterion: tuple[Bound, ...] = DEFAULT_CRITERION
     seed: int = 0
     pairs: int | None = None
-    """Of drives for Sobol indices, a power of 2; 0 for none; None: what half the runs pay for,
-    or none where those are fewer than ``FEW_PAIRS``."""
+    """Number of pairs of drives for Sobol indices, a power of 2; 0 for none.
+
+    None uses up to half the runs, and no pairs if that gives fewer than ``FEW_PAIRS``.
+    """
     until: float | None = None
-    """Half width of the interval of the share, 0 to 1, until which it goes on."""
+    """Half-width of the share's interval, 0 to 1, at which the study stops."""
     against: Scene | None = None
-    """Another design, run with the same draws."""
+    """Other design, run with the same draws."""
 
 
 def run_spread(
@@ -66,21 +68,22 @@ def run_spread(
     executors: Executors | None = None,
     tell: Tell | None = None,
 ) -> Spread:
-    """Run drives as they are built.
+    """Run random drives.
 
-    What is done is kept: more runs, or a finer ``until``, go on from there.
+    Results are cached: a study with more runs or a smaller ``until`` continues from them.
 
     Args:
-        scene: the drawing.
-        tolerances: by which drives differ from it.
-        question: what is asked.
-        executors: makes what shares the work, for each part of it; None: this process does it.
+        scene: nominal scene.
+        tolerances: tolerances of the drives.
+        question: settings of the study.
+        executors: function that creates an executor for each part of the work; None for this
+            process.
         tell: see ``rows_of``.
 
     Raises:
-        InputError: something of it cannot be; or another process computes the same runs.
-        SceneError: not one of the first draws is a scene; says why.
-        WorkerLost: a process that shared the work is gone.
+        InputError: the settings are invalid, or another process is computing the same runs.
+        SceneError: none of the first draws is a valid scene; the message states why.
+        WorkerLost: a worker process was lost.
     """
     drawn, ranked_by = _checked(scene, tolerances, question)
     pairs, none = _pairs(drawn, question)
@@ -116,7 +119,7 @@ def run_spread(
 def _checked(
     scene: Scene, tolerances: Sequence[Tolerance], question: SpreadQuestion
 ) -> tuple[DrawnPoints, str]:
-    """The draws, and by what they are ranked."""
+    """Return the draws, and the metric by which they are ranked."""
     until = question.until
     if until is not None and not 1e-5 <= until < 0.5:
         raise InputError(f"until {exact(until)}: must be a share from 0.00001 to below 0.5")
@@ -131,7 +134,7 @@ def _checked(
 
 
 def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
-    """Of drives for Sobol indices; why there are none."""
+    """Return the number of pairs for Sobol indices, and the reason if there are none."""
     factors, pairs = len(drawn.factors), question.pairs
     if factors < 2:
         return 0, "there is one factor only"
@@ -160,7 +163,7 @@ def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: 
 
 
 class _Study:
-    """Runs what is asked for, and judges it."""
+    """Runner and evaluator of a study."""
 
     def __init__(
         self, question: SpreadQuestion, executors: Executors | None, tell: Tell | None
@@ -168,7 +171,7 @@ class _Study:
         self._question, self._executors, self._tell = question, executors, tell
 
     def drives(self, job: Job, drawn: DrawnPoints, until: float | None) -> tuple[Sweep, np.ndarray]:
-        """As many as were asked for, or as that precision takes; and which are balanced."""
+        """Return the requested runs, or as many as the precision needs, and which are balanced."""
         with StudyRuns(job, drawn.report(), self._executor()) as study:
             rows = study.rows(drawn, range(len(drawn)), self._tell)
             while until is not None and len(rows) < MOST:
@@ -185,7 +188,7 @@ class _Study:
     def indices(
         self, job: Job, drawn: DrawnPoints, pairs: int, runs: Sweep, balanced: np.ndarray
     ) -> SobolIndices:
-        """Sobol indices, from pairs of the runs and some more beside."""
+        """Return Sobol indices from pairs of the runs and additional ones."""
         points = ExchangedPoints(drawn, pairs)
         with StudyRuns(job, points.report(), self._executor()) as study:
             rows = study.rows(points, range(len(points)), self._tell)
@@ -213,7 +216,7 @@ class _Study:
         return None if self._executors is None else self._executors()
 
     def _balanced(self, rows: pyarrow.Table) -> np.ndarray:
-        """Which rows have settled, and meet the criterion."""
+        """Return a mask of rows that have settled and satisfy the criterion."""
         found = has_settled(rows[OUTCOME].to_pylist())
         for bound in self._question.criterion:
             found &= bound.holds(_column(rows, bound.merit))
@@ -221,7 +224,7 @@ class _Study:
 
 
 def _column(rows: pyarrow.Table, name: str) -> np.ndarray:
-    """Numbers of a merit; NaN where null."""
+    """Return the numbers of a metric; NaN for null."""
     return np.asarray(rows[name].cast(pyarrow.float64()).to_numpy(zero_copy_only=False), float)
 
 
@@ -241,7 +244,7 @@ def _wants_small(merit: str, question: SpreadQuestion) -> bool:
 def _worst(
     runs: Sweep, balanced: np.ndarray, drawn: DrawnPoints, ranked: tuple[str, bool]
 ) -> tuple[WorstRun, ...]:
-    """Those not balanced before the others; those without a value before all."""
+    """Return the worst runs: without a value first, then unbalanced, then the others."""
     name, wants_small = ranked
     values = runs[name].astype(float)
     badness = np.where(np.isfinite(values), values if wants_small else -values, np.inf)

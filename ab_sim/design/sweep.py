@@ -1,4 +1,4 @@
-"""A scene swept over some of its keys: a row of merits for each run."""
+"""Sweep of a scene over some of its keys: a row of metrics per run."""
 
 import json
 from collections import Counter
@@ -43,9 +43,9 @@ if TYPE_CHECKING:
 
 DEFAULT_MERITS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "residual_unbalance")
 ABOUT = b"ab_sim.sweep"
-"""Key of what a Parquet file says of itself, JSON, in the metadata of its schema."""
+"""Key of the sweep's description, JSON, in the metadata of a Parquet schema."""
 UNIT, AS_JSON = b"unit", b"as_json"
-"""Keys of the metadata of a column's field: its unit; whether values are JSON, being lists, say."""
+"""Metadata keys of a column: its unit; flag of values stored as JSON, such as lists."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -55,23 +55,23 @@ class Sweep(Presented):
     _picture = "sweep"
 
     scene: Scene
-    """As it was swept: its accuracy, if it asked for one, is a solver."""
+    """Scene of the sweep; a requested accuracy has been resolved to a solver."""
     keys: tuple[str, ...]
-    """That vary; dotted."""
+    """Varied keys, dotted."""
     merits: tuple[str, ...]
-    """That it has columns of."""
+    """Metrics with columns."""
     points: dict[str, object]
-    """What the runs' values follow from: a grid's, or a design's ranges, count and seed."""
+    """Definition of the runs' values: a grid's, or a design's ranges, count and seed."""
     table: pyarrow.Table
-    """A row for each run: run, keys, merits, outcome, failure; SI units, whirls in e."""
+    """Row per run: run, keys, metrics, outcome, failure; SI units, whirls in e."""
     shown_units: ShownUnits = field(default_factory=dict)
-    """In which tables and pictures for people are; columns, reports and files are not."""
+    """Units of tables and pictures for users; columns, reports and files keep theirs."""
 
     def __getitem__(self, name: str) -> np.ndarray:
-        """A column, shape (runs,); NaN where a number is null.
+        """Return a column, shape (runs,); NaN where a number is null.
 
         Raises:
-            InputError: there is none of that name.
+            InputError: the name is unknown.
         """
         if name not in self.table.column_names:
             raise InputError(f"{short(name)}: no such column; there are: {self._names}")
@@ -87,13 +87,13 @@ class Sweep(Presented):
 
     @property
     def outcomes(self) -> dict[str, int]:
-        """How many runs ended in which way; see ``OUTCOMES``."""
+        """Number of runs by outcome; see ``OUTCOMES``."""
         counts = Counter(self.table[OUTCOME].to_pylist())
         return {name: counts[name] for name in OUTCOMES if counts[name]}
 
     @property
     def reasons(self) -> dict[str, str]:
-        """Why the first run failed, and why the first one was aborted; by outcome."""
+        """Reason of the first failure and of the first abort, by outcome."""
         outcomes, why = (self.table[name].to_pylist() for name in (OUTCOME, FAILURE))
         found: dict[str, str] = {}
         for outcome, reason in zip(outcomes, why, strict=True):
@@ -103,15 +103,15 @@ class Sweep(Presented):
 
     @property
     def shape(self) -> tuple[int, ...] | None:
-        """Of a grid, how many values each key has; None of a design."""
+        """Number of values per key of a grid; None for a design."""
         grid = self.points.get("grid")
         return tuple(map(len, grid.values())) if isinstance(grid, dict) else None
 
     @property
     def together(self) -> str:
-        """Warning of equal balls that start at one angle; empty if those of the runs part.
+        """Warning about equal balls that start at one angle; empty if balls separate.
 
-        The first run, the one in the middle and the last one are looked at.
+        It checks the first, the middle and the last run.
         """
         for run in dict.fromkeys([0, len(self.table) // 2, len(self.table) - 1]):
             with suppress(SceneError):
@@ -120,11 +120,13 @@ class Sweep(Presented):
         return ""
 
     def unit(self, name: str) -> str | None:
-        """Of a column: SI, e for whirls, 1 of numbers without one; None of words."""
+        """Return the unit of a column: SI, e for whirls, 1 if dimensionless; None for words."""
         return self._about(name, UNIT)
 
     def in_units(self, units: str) -> "Sweep":
-        """The same, its pictures and printed tables in other units; columns and files as before.
+        """Return a copy whose pictures and printed tables use other units.
+
+        Columns and files are unchanged.
 
         Args:
             units: such as ``"rpm, g mm, deg"``.
@@ -135,25 +137,25 @@ class Sweep(Presented):
         return replace(self, shown_units=shown_units(units))
 
     def factor(self, name: str) -> float:
-        """Turns a column's values into the unit in which they are shown."""
+        """Return the factor from a column's values to the displayed unit."""
         shown = self._shown_unit(name)
         return 1.0 if shown is None else shown.factor
 
     def shown(self, name: str) -> np.ndarray:
-        """A column in the unit in which it is shown."""
+        """Return a column in its displayed unit."""
         factor = self.factor(name)
         return self[name] if factor == 1.0 else self[name] * factor
 
     def titled(self, name: str) -> str:
-        """A column's name with the unit in which it is shown."""
+        """Return a column's name with its displayed unit."""
         shown = self._shown_unit(name)
         return titled(name, self.unit(name) if shown is None else shown.text)
 
     def setting(self, key: str, value: float | str) -> str:
-        """``KEY=VALUE``, the value as it is shown: with its unit, if that is not SI.
+        """Return ``KEY=VALUE`` in the displayed unit; the unit is added if it is not SI.
 
         Args:
-            value: in SI, or a word.
+            value: value in SI, or a word.
         """
         if isinstance(value, str):
             return f"{key}={value}"
@@ -162,7 +164,7 @@ class Sweep(Presented):
         return f"{key}={said}"
 
     def _shown_unit(self, name: str) -> ShownUnit | None:
-        """In which a column is shown; None: in its own."""
+        """Return the displayed unit of a column; None for its own."""
         return self.shown_units.get(self.unit(name) or "")
 
     def _about(self, name: str, what: bytes) -> str | None:
@@ -170,13 +172,13 @@ class Sweep(Presented):
         return None if found is None else found.decode()
 
     def best(self, merit: str) -> int | None:
-        """Number of the settled run in which a merit is best; None if there is none.
+        """Return the index of the settled run with a metric's best value; None if none.
 
-        For a time into the band, only balanced runs count if there is one: an unbalanced drive may
-        settle sooner.
+        For a time into the band, only balanced runs count if there is one, because an unbalanced
+        drive may settle sooner.
 
         Raises:
-            InputError: no value of the merit is better than another one.
+            InputError: the metric has no preferred values.
         """
         (judged,) = merit_columns([merit])
         better = judged.better
@@ -193,11 +195,11 @@ class Sweep(Presented):
         return int(self[RUN][place])
 
     def scene_of(self, run: int) -> Scene:
-        """The scene of a run, to run it again.
+        """Return the scene of a run, to repeat it.
 
         Raises:
             InputError: there is no such run.
-            SceneError: it was none; says why.
+            SceneError: its values give no valid scene; the message states why.
         """
         if not 0 <= run < len(self.table):
             raise InputError(f"run {run!r}: must be from 0 to {len(self.table) - 1}")
@@ -208,10 +210,10 @@ class Sweep(Presented):
         return varied_scene(Job(self.scene, self.keys, self.merits), values)
 
     def write(self, path: Path | str) -> None:
-        """Write the table, as Parquet or CSV by its ending; Parquet has units and scene, too.
+        """Write the table as Parquet (with units and scene) or CSV, by the suffix.
 
         Raises:
-            InputError: it cannot be written; names it and the reason.
+            InputError: the file cannot be written; the message contains the reason.
         """
         path = Path(path)
         if path.suffix.lower() not in (".parquet", ".csv"):
@@ -226,7 +228,7 @@ class Sweep(Presented):
             raise InputError(f"{path}: cannot be written: {error.strerror or error}") from error
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim sweep --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim sweep --help``."""
         return {
             "scene": self.scene.as_mapping(),
             "keys": list(self.keys),
@@ -239,10 +241,10 @@ class Sweep(Presented):
         }
 
     def to_xarray(self) -> "Dataset":
-        """A grid's merits with the keys as dimensions.
+        """Return a grid's metrics with the keys as dimensions.
 
         Raises:
-            InputError: it is no grid.
+            InputError: the sweep is no grid.
             ImportError: xarray is not installed, which ab_sim does not need otherwise.
         """
         try:
@@ -298,11 +300,11 @@ def run_sweep(
     executor: AbstractContextManager[Executor] | None = None,
     tell: Tell | None = None,
 ) -> Sweep:
-    """Run a scene at points; arguments as of ``rows_of``.
+    """Run a scene at points; arguments as for ``rows_of``.
 
     Raises:
-        InputError: a merit is no number, or the same is computed by another process.
-        SceneError: not one of the first points is a scene; says why.
+        InputError: a metric is no number, or another process is computing the same sweep.
+        SceneError: none of the first points is a valid scene; the message states why.
     """
     wanted = tuple(dict.fromkeys(merits))
     merit_columns(wanted)
@@ -313,16 +315,17 @@ def run_sweep(
 
 
 def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
-    """A sweep of rows that are there, one for each point in their order."""
+    """Return a sweep of computed rows, one per point in their order."""
     about = points.report()
     return Sweep(job.scene, job.keys, job.merits, about, table_of(job, points, rows))
 
 
 def check_first(job: Job, points: Points) -> None:
-    """A slip of the pen in a key would make every run fail: it is said before anything runs.
+    """Check a few points before anything runs, as a typing error would make every run fail.
 
     Raises:
-        SceneError: not one of the first, middle and last points is a scene; says why.
+        SceneError: none of the first, middle and last points is a valid scene; the message states
+            why.
     """
     first = None
     for run in dict.fromkeys([0, len(points) // 2, len(points) - 1]):
@@ -337,11 +340,11 @@ def check_first(job: Job, points: Points) -> None:
 
 
 def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
-    """Rows as ``Sweep.table``: with the keys' columns, units, and what it is in its schema.
+    """Return rows as ``Sweep.table``, with the keys' columns, units and a description.
 
     Args:
-        job: what was run.
-        points: which values the keys had, in the rows' order.
+        job: common data of the runs.
+        points: points of the rows, in their order.
         rows: see ``rows_of``.
     """
     table = _with_values(job, points, rows)
@@ -365,7 +368,7 @@ def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
 
 
 def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
-    """Rows with the keys' columns behind the run's number."""
+    """Return rows with the keys' columns after the run number."""
     values = list(zip(*(points.at(run) for run in range(len(points))), strict=True))
     table = rows
     for place, (key, column) in enumerate(zip(job.keys, values, strict=True), start=1):
@@ -379,16 +382,16 @@ def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table
 
 
 def unit_of(key: str) -> str | None:
-    """Of a scene's key; None of what is no number."""
+    """Return the unit of a scene's key; None if it is no number."""
     unit = scene_keys(key)[0].unit
     return None if unit == "-" else unit
 
 
 def open_sweep(path: Path | str) -> Sweep:
-    """What ``Sweep.write`` wrote as Parquet.
+    """Read a Parquet file written by ``Sweep.write``.
 
     Raises:
-        InputError: it cannot be read, or is nothing of that kind; names it and the reason.
+        InputError: the file cannot be read or is no such file; the message contains the reason.
     """
     try:
         with parquet.ParquetFile(path) as file:

@@ -1,4 +1,4 @@
-"""By how much built drives differ from their drawing: as it is written, ``balls.mass=5%``."""
+"""Tolerances of random drives in text form: ``balls.mass=5%``."""
 
 import math
 import re
@@ -20,10 +20,13 @@ from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
 OF_BALLS = ("balls.mass", "balls.radius", ANGLES, RATES)
-"""Keys with a number for each ball."""
+"""Keys with a number per ball."""
 FACTOR, OFFSET, VALUE, RANDOM = "factor", "offset", "value", "random"
-"""What is drawn: a deviation as a share of the scene's value, one in its unit, the value itself, a
-place on the circle."""
+"""Kind of the drawn quantity.
+
+``FACTOR``: relative deviation. ``OFFSET``: deviation in the key's unit. ``VALUE``: the value
+itself. ``RANDOM``: position on the circle.
+"""
 FORMS = (
     "must be KEY=5% (normal, about the scene's value), KEY=0.1 mm (the same, standard deviation in "
     "the key's unit), KEY=normal:MEAN,SD, KEY=lognormal:MEDIAN,40%, KEY=uniform:LOW,HIGH, "
@@ -35,24 +38,25 @@ _GROUP = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 
 
 class Tolerance(NamedTuple):
-    """How one key of a scene is spread."""
+    """Spread of one key of a scene."""
 
     key: str
-    """Dotted."""
+    """Dotted key."""
     what: str
-    """FACTOR, OFFSET, VALUE or RANDOM."""
+    """Kind of the drawn quantity: FACTOR, OFFSET, VALUE or RANDOM."""
     distribution: Distribution
     values: tuple[Any, ...] = ()
-    """Of a discrete one."""
+    """Values of a discrete distribution."""
     per_ball: bool = False
-    """Whether each ball has a draw of its own, or all have one."""
+    """Flag of separate draws per ball; otherwise all balls share one."""
     group: str | None = None
-    """Tolerances of one group follow from the same draw: if one is high, all are."""
+    """Name of the group; tolerances in a group share a draw, so that they are all high or all
+    low."""
     text: str = ""
-    """As it was written."""
+    """Original text."""
 
     def report(self) -> list[Any]:
-        """What its draws follow from, JSON-able."""
+        """Return the defining values of the draws, JSON-able."""
         kind = type(self.distribution).__name__
         numbers = [exact(each) for each in self.distribution]
         return [self.key, self.what, kind, numbers, list(self.values), self.per_ball, self.group]
@@ -66,10 +70,10 @@ class _Options(NamedTuple):
 
 
 def tolerance_of(text: str) -> Tolerance:
-    """What is written ``KEY=5%``, ``KEY=lognormal:0.1 mm,40%, per ball`` and so on; see ``FORMS``.
+    """Parse ``KEY=5%``, ``KEY=lognormal:0.1 mm,40%, per ball`` and similar; see ``FORMS``.
 
     Raises:
-        InputError: says what is wrong with it, and what is allowed.
+        InputError: the text is invalid; the message states the fault and the allowed forms.
     """
     name, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not name or not given:
@@ -92,7 +96,7 @@ def tolerance_of(text: str) -> Tolerance:
 
 
 def _options(text: str, given: str) -> tuple[str, _Options]:
-    """What stands before the options, and these."""
+    """Return the text before the options, and the options."""
     found: dict[str, Any] = {}
     while (option := _OPTION.search(given)) is not None:
         name = "per_ball" if option[1] else option[2]
@@ -110,7 +114,7 @@ def _options(text: str, given: str) -> tuple[str, _Options]:
 
 
 class _Reader:
-    """Reads the forms; knows what to say of errors."""
+    """Reader of the forms, with error messages."""
 
     def __init__(self, text: str, about: SceneKey, key: str) -> None:
         self._text, self._about, self._key = text, about, key
@@ -133,7 +137,7 @@ class _Reader:
             raise self.error("low and high are for normal and lognormal only")
 
     def form(self, given: str, options: _Options) -> tuple[str, Distribution, tuple[Any, ...]]:
-        """What is drawn, from which distribution, and the values of a discrete one."""
+        """Return the kind of quantity, its distribution, and the values of a discrete one."""
         kind, colon, rest = (part.strip() for part in given.partition(":"))
         if colon and kind == "discrete":
             self.check_no_limits(options)
@@ -188,7 +192,7 @@ class _Reader:
         return VALUE, Uniform(low, high)
 
     def _limits(self, options: _Options, what: str) -> tuple[float, float]:
-        """Of what is drawn: a value, or a deviation."""
+        """Return the limits of the drawn quantity: a value, or a deviation."""
         found = []
         for given, missing in ((options.low, -math.inf), (options.high, math.inf)):
             if given is None:

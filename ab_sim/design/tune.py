@@ -1,4 +1,4 @@
-"""The best values of a scene's keys, by one merit, within bounds on others."""
+"""Optimisation of a scene's keys by one metric, within bounds on others."""
 
 import math
 from collections.abc import Sequence
@@ -27,23 +27,23 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 RUNS = 1000
-"""Of a search, unless told."""
+"""Default number of runs of a search."""
 FEWEST, MOST = 16, 1_000_000
-"""Candidates; runs."""
+"""Least number of candidates, and largest number of runs."""
 DRAWS, SHARE = 32, 0.9
-"""Of spread drives, unless told: how many of each candidate, and the share of them that counts."""
+"""Defaults for random drives: number per candidate, and fraction that must satisfy the bounds."""
 MEASURES = {"balanced": "residual_unbalance"}
-"""Merits that are true or false, and the number that says by how much they are not true."""
+"""Number that measures the distance of a truth-valued metric from being true."""
 AS_IT_IS, NO_PERIOD = "as it is", "without its variable-speed period"
-"""Scenes that the best is compared with."""
+"""Names of the scenes with which the best is compared."""
 NEAR = 0.05
-"""Share of its own value by which a key is changed, to see what happens beside the optimum."""
+"""Relative change of a key for the values next to the optimum."""
 AT_A_BOUND = 0.01
-"""Of a range or a limit: what is nearer to its end is said to be there."""
+"""Distance from an end or limit, relative to the range or limit, that counts as being at it."""
 
 
 class Task(NamedTuple):
-    """What is looked for."""
+    """Definition of a tuning."""
 
     scene: Scene
     ranges: tuple[Range, ...]
@@ -53,13 +53,13 @@ class Task(NamedTuple):
 
     @property
     def merits(self) -> tuple[str, ...]:
-        """That decide, and what they are measured by."""
+        """Metrics that decide, and those that measure them."""
         standard = self.standard
         decide = [standard.aim.merit, *(each.merit for each in standard.bounds)]
         return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
 
     def report(self) -> dict[str, Any]:
-        """JSON-able."""
+        """Return the defining values, JSON-able."""
         return {
             "ranges": {each.key: [*each[1:]] for each in self.ranges},
             "aim": str(self.standard.aim),
@@ -72,31 +72,35 @@ class Task(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Tuning(Presented):
-    """The best values of a scene's keys; see ``ab_sim.tune``."""
+    """Result of a tuning; see ``ab_sim.tune``."""
 
     _picture = "tuning"
 
     task: Task
     runs: Sweep
-    """All that were looked at, in their order: a run for each draw of each candidate."""
+    """All runs in their order: one per draw of each candidate."""
     candidates: np.ndarray
-    """Values of the keys that vary, shape (candidates, keys)."""
+    """Values of the varied keys, shape (candidates, keys)."""
     scores: Scores
-    """Of the candidates."""
+    """Scores of the candidates."""
     candidate: int | None
-    """Number of the best one; None: nothing was found."""
+    """Index of the best candidate; None if nothing was found."""
     scene: Scene | None
-    """The best, named ``NAME-tuned``; None where nothing was found."""
+    """Best scene, named ``NAME-tuned``; None if nothing was found."""
     beside: tuple[tuple[str, float, float | None, bool], ...]
-    """Of each key a little less and a little more than at the best: key, value, the aim, and
-    whether that is within all bounds."""
+    """Values next to the optimum, slightly below and above for each key.
+
+    Each entry: key, value, the aim, and whether it is within all bounds.
+    """
     before: tuple[tuple[str, float | None, bool], ...]
-    """The scene as it is, and without its variable-speed period: name, the aim, and whether that is
-    within all bounds."""
+    """Results of the original scene, with and without its variable-speed period.
+
+    Each entry: name, the aim, and whether it is within all bounds.
+    """
 
     @property
     def values(self) -> dict[str, float]:
-        """By key, of the best; empty where nothing was found."""
+        """Best values by key; empty if nothing was found."""
         if self.candidate is None:
             return {}
         row = self.candidates[self.candidate].tolist()
@@ -107,20 +111,20 @@ class Tuning(Presented):
 
     @property
     def keys(self) -> tuple[str, ...]:
-        """That vary; dotted."""
+        """Varied keys, dotted."""
         return tuple(each.key for each in self.task.ranges)
 
     @property
     def best(self) -> float | None:
-        """The aim's merit at the best; None where nothing was found.
+        """Aim's metric at the best; None if nothing was found.
 
-        Of spread drives it is what the share of them reaches.
+        For random drives it is the value that the required fraction of them reaches.
         """
         return None if self.candidate is None else float(self.scores.aims[self.candidate])
 
     @property
     def as_good(self) -> dict[str, float]:
-        """Of ``before`` what is within all bounds and as good as the best, or better: its aim."""
+        """Aims of the entries of ``before`` within bounds that are as good as the best."""
         sign = 1.0 if self.task.standard.aim.smallest else -1.0
         best = np.inf if self.best is None else sign * self.best
         return {
@@ -131,10 +135,10 @@ class Tuning(Presented):
 
     @property
     def left_out(self) -> dict[str, tuple[int, int]]:
-        """Candidates that are left out as they have not settled, by outcome.
+        """Number of candidates left out as unsettled, by outcome.
 
-        How many, and how many of them show a better aim at their end than the best candidate.
-        Empty where drives are spread: there a share of the runs decides.
+        The second number counts those whose aim at the end of the run is better than the best.
+        Empty for random drives, where a fraction of the runs decides.
         """
         if self.task.spreading.draws > 1:
             return {}
@@ -150,12 +154,12 @@ class Tuning(Presented):
 
     @property
     def is_better(self) -> bool:
-        """Whether the best is better than the scene as it is, or that does not count."""
+        """Flag of an improvement over the original scene, or of an original outside the bounds."""
         return self.best is not None and AS_IT_IS not in self.as_good
 
     @property
     def active(self) -> list[str]:
-        """Ends of ranges, and bounds, that the best is at: it may be better beyond."""
+        """Ends of ranges, and bounds, that limit the best; it may be better beyond."""
         if self.candidate is None:
             return []
         found = []
@@ -173,7 +177,7 @@ class Tuning(Presented):
         return found
 
     def scene_text(self) -> str:
-        """The best scene's file, with a head that says how it was made; empty without one."""
+        """Return the best scene's file with a header on its origin; empty without one."""
         if self.scene is None:
             return ""
         aim = f"{self.task.standard.aim}: {number(self.best)}"
@@ -183,11 +187,11 @@ class Tuning(Presented):
         return head + yaml_text(self.scene.as_mapping())
 
     def in_units(self, units: str) -> "Tuning":
-        """The same, shown in other units: see ``Sweep.in_units``."""
+        """Return a copy shown in other units: see ``Sweep.in_units``."""
         return replace(self, runs=self.runs.in_units(units))
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values: see ``ab-sim tune --help``."""
+        """Return all results as JSON-able values: see ``ab-sim tune --help``."""
         return {
             **self.task.report(),
             "found": self.candidate is not None,
@@ -230,15 +234,16 @@ def run_tuning(
     executor: AbstractContextManager[Executor] | None = None,
     tell: Tell | None = None,
 ) -> Tuning:
-    """Look for the best.
+    """Search for the best values.
 
     Args:
-        task: what is looked for; the same task looks at the same candidates.
+        task: definition of the search; equal tasks evaluate equal candidates.
         executor, tell: see ``rows_of``.
 
     Raises:
-        InputError: a merit is no number, nothing varies, or the same is tuned by another process.
-        SceneError: in the middle of the ranges there is no scene; says why.
+        InputError: a metric is no number, nothing varies, or another process is running the same
+            tuning.
+        SceneError: the middle of the ranges is no valid scene; the message states why.
     """
     scene = task.scene if task.scene.accuracy is None else resolve_accuracy(task.scene)[0]
     task = task._replace(scene=scene)
@@ -277,7 +282,7 @@ def run_tuning(
 
 
 def _tuned(scene: Scene) -> Scene:
-    """The scene with a name of its own, so that it is told from what it came from."""
+    """Return the scene with another name, to distinguish it from its origin."""
     return changed_scene(scene, {"name": f"{scene.name}-tuned"}, "tune")
 
 
@@ -294,11 +299,11 @@ def _check(task: Task) -> None:
     looked_at = _at_shares(task, Spreading((), 1, 0), (0.5, 0.0, 1.0 - 1e-9))
     check_first(Job(task.scene, looked_at.keys, task.merits), looked_at)
     if task.spreading.tolerances:
-        _at_shares(task, task.spreading, (0.5,)).at(0)  # says what is wrong with the spread
+        _at_shares(task, task.spreading, (0.5,)).at(0)  # raises if the spread is invalid
 
 
 def _at_shares(task: Task, spreading: Spreading, shares: Sequence[float]) -> Candidates:
-    """Candidates at shares of the way through all ranges."""
+    """Return candidates at fractions of all ranges."""
     found = Candidates(task.scene, task.ranges, spreading, {})
     columns = [each.at(np.array(shares)) for each in task.ranges]
     found.add(np.column_stack(columns))
@@ -306,9 +311,9 @@ def _at_shares(task: Task, spreading: Spreading, shares: Sequence[float]) -> Can
 
 
 def _own_values(task: Task) -> list[float] | None:
-    """The scene's own, if it has numbers for all keys, within their ranges.
+    """Return the scene's own values, if all are numbers within their ranges.
 
-    What is found is then no worse than they are.
+    With them as a start, the result is no worse.
     """
     values = []
     for each in task.ranges:
@@ -322,14 +327,14 @@ def _own_values(task: Task) -> list[float] | None:
 
 
 class _BestYet:
-    """What is said of a search while it goes on."""
+    """Progress text of a search."""
 
     def __init__(self, standard: Standard) -> None:
         self._standard, self._cost = standard, math.inf
         self.said = "none within bounds yet"
 
     def take(self, scores: Scores) -> None:
-        """Further candidates."""
+        """Process the scores of further candidates."""
         best = best_of(scores)
         if best is not None and scores.costs[best] < self._cost:
             self._cost = float(scores.costs[best])
@@ -337,7 +342,7 @@ class _BestYet:
 
 
 def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scores:
-    """Candidates that are looked at beside the search."""
+    """Score candidates outside the search."""
     ranges = task.ranges if values and values[0] else ()
     candidates = Candidates(scene, ranges, task.spreading, {})
     candidates.values.extend(values)
@@ -346,7 +351,7 @@ def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scor
 
 
 def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
-    """Each key a little less and a little more; whole numbers by one."""
+    """Evaluate each key slightly below and above the best; whole numbers by one."""
     near = []
     for place, each in enumerate(task.ranges):
         for sign in (-1, 1):
@@ -373,10 +378,10 @@ def _said_of(scores: Scores, candidate: int) -> tuple[float | None, bool]:
 
 
 def aim_of(minimise: str | None, maximise: str | None) -> Aim:
-    """One of two merits.
+    """Return the aim for one of two metrics.
 
     Raises:
-        InputError: none or both, no such merit, or it is no number.
+        InputError: none or both are given, or the metric is unknown or no number.
     """
     if (minimise is None) == (maximise is None):
         raise InputError("say what is to be best: either minimise or maximise a merit, one of them")

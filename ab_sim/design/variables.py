@@ -1,4 +1,4 @@
-"""Keys of a scene that vary, and over what: as texts and as calls give them."""
+"""Varied keys of a scene with their values, from texts and from calls."""
 
 import math
 import sys
@@ -14,7 +14,7 @@ from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
 MOST = 1_000_000
-"""Values of one key."""
+"""Largest number of values of one key."""
 FORMS = (
     "must be KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT, KEY=FROM..TO (of a design) or "
     "KEY=V,V,..., e.g. balls.mass=0.5g..3g:26"
@@ -22,21 +22,21 @@ FORMS = (
 
 
 class Range(NamedTuple):
-    """Values between two ends, of which a design takes some."""
+    """Range of values that a design samples."""
 
     key: str
     low: float
     high: float
     log: bool = False
-    """Whether they are spread evenly in their logarithm."""
+    """Flag of logarithmic spacing."""
     whole: bool = False
-    """Whether the key takes whole numbers only."""
+    """Flag of a key with whole numbers only."""
 
     def at(self, shares: np.ndarray) -> np.ndarray:
-        """Values at shares of the way from the low end to the high one.
+        """Return values at fractions of the range.
 
         Args:
-            shares: from 0 to below 1, shape (n,).
+            shares: fractions from 0 to below 1, shape (n,).
         """
         if self.whole:
             first, count = round(self.low), round(self.high) - round(self.low) + 1
@@ -47,7 +47,7 @@ class Range(NamedTuple):
         return self.low + shares * (self.high - self.low)
 
     def share(self, value: float) -> float:
-        """Of a value on the way from the low end to the high one; a whole number as it is."""
+        """Return the fraction of the range at a value; whole numbers are returned unchanged."""
         if self.whole:
             return value
         if self.log:
@@ -56,26 +56,26 @@ class Range(NamedTuple):
 
 
 class ListedValues(NamedTuple):
-    """Values of a key, each of which a grid takes."""
+    """Values of a key, all of which a grid uses."""
 
     key: str
     values: tuple[Any, ...]
-    """Numbers, or anything else that the scene takes there."""
+    """Numbers, or other values that the key accepts."""
     log: bool = False
-    """Whether they are drawn over a logarithmic axis."""
+    """Flag of a logarithmic axis in pictures."""
 
 
 Variable = Range | ListedValues
 
 
 def variable_of(text: str) -> Variable:
-    """What is written ``KEY=FROM..TO:COUNT``, ``KEY=log:FROM..TO:COUNT`` or ``KEY=V,V,...``.
+    """Parse ``KEY=FROM..TO:COUNT``, ``KEY=log:FROM..TO:COUNT`` or ``KEY=V,V,...``.
 
-    Without a count it is a range for a design. Listed values are YAML, so a value may be a list.
-    Where only the last number of a range or a list has a unit, it is that of all.
+    Without a count it is a range for a design. Listed values are YAML, so that a value may be a
+    list. If only the last number has a unit, the unit applies to all.
 
     Raises:
-        InputError: says what is wrong with it.
+        InputError: the text is invalid; the message states the fault.
     """
     key, equals, given = (part.strip() for part in text.partition("="))
     if not equals or not key or not given:
@@ -91,15 +91,15 @@ def variable_of(text: str) -> Variable:
 
 
 def range_(key: str, low: float, high: float, log: bool = False) -> Range:
-    """A range of a key that takes numbers.
+    """Return a range of a numeric key.
 
     Args:
-        key: dotted.
-        low, high: its ends [SI], both part of it.
-        log: whether values are spread evenly in their logarithm.
+        key: dotted key.
+        low, high: ends of the range [SI], both included.
+        log: whether values are spaced logarithmically.
 
     Raises:
-        InputError: names key, value and what is allowed.
+        InputError: an end is not allowed; the message names key, value and allowed range.
     """
     whole = _takes_whole_numbers(key)
     said = f"{key}: from {exact(low)} to {exact(high)}"
@@ -114,10 +114,10 @@ def range_(key: str, low: float, high: float, log: bool = False) -> Range:
 
 
 def spaced(between: Range, count: int) -> ListedValues:
-    """So many values of a range, both ends among them; of whole numbers, those nearest to them.
+    """Return ``count`` values of a range including its ends; rounded for whole numbers.
 
     Raises:
-        InputError: fewer than two, too many, or more than there are whole numbers.
+        InputError: ``count`` is below two, too large, or exceeds the number of whole numbers.
     """
     key, low, high, log, whole = between
     most = round(high - low) + 1 if whole else MOST
@@ -133,10 +133,10 @@ def spaced(between: Range, count: int) -> ListedValues:
 
 
 def values(key: str, given: Sequence[Any]) -> ListedValues:
-    """Values of any kind.
+    """Return listed values of any kind.
 
     Raises:
-        InputError: there are none, too many, or one is given twice.
+        InputError: there are no values, too many, or duplicates.
     """
     unit = scene_keys(key)[0].unit
     if not 1 <= len(given) <= MOST:
@@ -153,7 +153,7 @@ def values(key: str, given: Sequence[Any]) -> ListedValues:
 
 
 def _fits(value: Any) -> bool:
-    """Whether a table has a column for it."""
+    """Return whether a table can store a value."""
     if isinstance(value, Mapping):
         return all(map(_fits, value.values()))
     if isinstance(value, list | tuple):
@@ -168,7 +168,7 @@ def _takes_whole_numbers(key: str) -> bool:
 
 
 def _in_one_unit(text: str, key: str, given: list[Any]) -> list[Any]:
-    """Listed values, with the unit of the last where only that has one."""
+    """Return listed values; if only the last one has a unit, it applies to all."""
     if scene_keys(key)[0].unit in NO_UNIT:
         return given
     if not any(isinstance(value, str) and has_unit(value) for value in given):
@@ -184,7 +184,7 @@ def _with_last_unit(text: str, numbers: Sequence[str]) -> list[str]:
 
 
 def _number(text: str, key: str, part: str) -> float:
-    """A number as it is written, with its unit or in SI."""
+    """Parse a number with its unit or in SI."""
     part = part.strip()
     try:
         if has_unit(part):
@@ -196,7 +196,7 @@ def _number(text: str, key: str, part: str) -> float:
 
 
 def _plain(key: str, unit: str, value: Any) -> Any:
-    """A value in SI where it is written with its unit, and a number where it reads like one."""
+    """Return a text as a number in SI if the key is numeric; other values unchanged."""
     if unit in NO_UNIT or not isinstance(value, str):
         return value
     return _number(f"{key}={value}", key, value)

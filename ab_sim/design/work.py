@@ -1,4 +1,4 @@
-"""The runs of a study: in chunks, over processes, with what is done kept."""
+"""Runs of a study in chunks, over processes, with cached results."""
 
 import functools
 import math
@@ -19,21 +19,21 @@ from ab_sim.stepping.side_by_side import LANES
 from ab_sim.workers import Workers
 
 CHUNK_SECONDS = 1.5
-"""Work of a chunk: what one costs to be sent and kept is small beside it."""
+"""Duration of a chunk [s], long compared with the cost of sending and storing it."""
 MOST_OF_A_CHUNK = 65_536
-"""Runs."""
+"""Largest number of runs in a chunk."""
 FEWEST = 4
-"""Chunks, so that two processes have as much to do, where there is work for so many."""
+"""Least number of chunks, so that two processes have equal work if there is enough of it."""
 ENOUGH = 0.2
-"""s of work from which a run's time is known."""
+"""Duration of work after which a run's time is known [s]."""
 Tell = Callable[[str, int, int], None]
-"""Called with what is done now, how many runs are done, and of how many."""
+"""Progress callback: current task, number of finished runs, total."""
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
 
 
 class Executor(Protocol):
-    """Where chunks are worked on; ``Workers`` is one, ``Cluster`` another."""
+    """Interface of executors; ``Workers`` and ``Cluster`` implement it."""
 
     def each(
         self,
@@ -41,7 +41,7 @@ class Executor(Protocol):
         items: Sequence[Thing],
         chunk: int,
     ) -> Iterator[Result]:
-        """Results in the order of the items, as they are computed."""
+        """Yield results in the order of the items."""
 
 
 def rows_of(
@@ -50,20 +50,20 @@ def rows_of(
     executor: AbstractContextManager[Executor] | None = None,
     tell: Tell | None = None,
 ) -> pyarrow.Table:
-    """Rows of all points, in their order; see ``judged``.
+    """Return rows of all points in their order; see ``judged``.
 
-    They do not depend on how the work is shared, or on how often it was begun again: what another
-    call with the same job and points has done is taken over.
+    Rows do not depend on the distribution of the work or on restarts. Results of earlier calls with
+    the same job and points are reused.
 
     Args:
-        job: what the runs have in common.
+        job: common data points of the runs.
         points: of the runs.
-        executor: shares the work; None: this process does it.
-        tell: what it raises ends the work; what is done is kept.
+        executor: executor for the work; None for this process.
+        tell: progress callback; an exception in it ends the work, and finished rows are kept.
 
     Raises:
-        InputError: another process computes the same rows.
-        WorkerLost: a process that shared the work is gone.
+        InputError: another process is computing the same rows.
+        WorkerLost: a worker process was lost.
         ClusterUnusable: see ``Cluster``.
     """
     with StudyRuns(job, points.report(), executor) as runs:
@@ -73,12 +73,12 @@ def rows_of(
 
 
 class StudyRuns:
-    """The runs of a study, to be used in a ``with``; see ``rows_of``.
+    """Runs of a study, a context manager; see ``rows_of``.
 
     Args:
-        job: what the runs have in common.
-        study: what all its points follow from, JSON-able.
-        executor: shares the work; None: this process does it.
+        job: common data of the runs.
+        study: defining values of all its points, JSON-able.
+        executor: executor for the work; None for this process.
     """
 
     def __init__(
@@ -90,7 +90,7 @@ class StudyRuns:
         self._job, self._sharing = job, executor or Workers(1)
         self._parts = Parts(job, study)
         self._seconds: float | None = None
-        """Of a run, when it is known."""
+        """Duration of a run [s], once known."""
 
     def __enter__(self) -> "StudyRuns":
         self._parts.__enter__()
@@ -116,11 +116,11 @@ class StudyRuns:
             self._parts.__exit__(kind, error, trace)
 
     def rows(self, points: Points, runs: range, tell: Tell | None = None) -> pyarrow.Table:
-        """Rows of some points in the order of their numbers; those that are done, as they were.
+        """Return rows of some points in the order of their numbers; finished ones are reused.
 
         Args:
-            points: of the study; a number is always the same point.
-            runs: their numbers, one after the other.
+            points: points of the study; a number always denotes the same point.
+            runs: range of their numbers.
             tell: see ``rows_of``.
         """
         first, end = np.searchsorted(self._done[RUN].to_numpy(), (runs.start, runs.stop))
@@ -137,19 +137,19 @@ class StudyRuns:
         return pyarrow.concat_tables(tables).sort_by(RUN).combine_chunks()
 
     def join(self, rows: pyarrow.Table) -> None:
-        """Keep rows as one part, if they are all that is known of the study."""
+        """Store rows as one part, if they include all known rows of the study."""
         if np.isin(self._done[RUN].to_numpy(), rows[RUN].to_numpy()).all():
             self._parts.join(rows)
 
     def _chunks(self, points: Points, missing: np.ndarray) -> Iterator[pyarrow.Table]:
-        """Some runs here, to see how long they take; then all others in chunks of that size."""
+        """Yield rows of a few timed runs, then of all others in chunks of suitable size."""
         taken, size = 0, LANES
         while taken < len(missing) and self._seconds is None:
             chunk = _Chunks(points, missing[taken : taken + size], size)[0]
             begin = time.perf_counter()
             yield judged(self._job, chunk)
             spent = time.perf_counter() - begin
-            # The first ones make kernels, which the others find.
+            # The first chunk compiles kernels, so its time is not representative.
             if taken and spent >= ENOUGH:
                 self._seconds = spent / len(chunk)
             taken += len(chunk)
@@ -163,7 +163,7 @@ class StudyRuns:
 
 
 class _Chunks(Sequence[list[Point]]):
-    """Points in chunks, each made when it is asked for: of all there may be millions."""
+    """Points in chunks, created on access because there may be millions."""
 
     def __init__(self, points: Points, runs: np.ndarray, size: int) -> None:
         self._points, self._runs, self._size = points, runs, size
@@ -187,7 +187,7 @@ class _Chunks(Sequence[list[Point]]):
 
 
 class _Progress:
-    """Says how fast it goes, and how long it will take."""
+    """Progress with rate and remaining time."""
 
     def __init__(self, runs: int, known: int, tell: Tell | None) -> None:
         self._runs, self._done, self._tell = runs, known, tell
@@ -195,7 +195,7 @@ class _Progress:
         self._say("starting")
 
     def wait(self, what: str | None) -> None:
-        """Say what is waited for; None: what was said."""
+        """Report the reason of a wait; None repeats the last report."""
         self._say(what or self._said)
 
     def add(self, runs: int) -> None:

@@ -1,4 +1,4 @@
-"""Until when a drive was the one that is fitted: fits of beginnings, and where they end."""
+"""Detection of drives or sensors that changed during a recording, by fits of its beginning."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,44 +12,45 @@ from ab_sim.identification.stages import StagedFit, Tell, minimise
 from ab_sim.workers import Workers
 
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
-"""Parts of a recording that are fitted by themselves, until one of them fits."""
+"""Fractions of a recording that are fitted on their own, in turn, until one fits."""
 WINDOWS, LOUD = 100, 3.0
-"""Of a recording; the noise's multiple that what is left in one of them may have."""
+"""Number of windows per recording, and the largest residual in one, in units of noise."""
 LONGER_STEPS = 15
-"""Iterations of a fit of a longer beginning."""
+"""Number of iterations of a fit of a longer beginning."""
 
 
 class Departure(NamedTuple):
-    """A recording of which a fit of the beginning does not go on."""
+    """Recording for which a fit of the beginning does not predict the rest."""
 
     recording: str
     time: float
-    """Until which it fits [s]."""
+    """Time up to which the fit holds [s]."""
 
 
 def changes_in(
     problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Tell,
     workers: Workers,
 ) -> tuple[Departure, ...]:  # fmt: skip
-    """Where drives or sensors have changed on their way.
+    """Locate changes of drives or sensors during recordings.
 
-    A change spoils a fit all along. So the beginning is fitted by itself, with the recordings that
-    fit, and goes on as far as what it foretells was measured.
+    A change spoils the fit of a whole recording. The beginning is therefore fitted on its own,
+    together with the recordings that fit. It is extended as long as the prediction agrees with the
+    measurement.
 
     Args:
-        problem: all recordings.
-        white: of each: whether what the whole fit leaves is noise.
-        held: numbers of the common parameters that stay at their start.
-        seed: of the start angles.
-        tell: progress.
-        workers: share the search.
+        problem: problem with all recordings.
+        white: whether the residuals of the whole fit are noise, for each recording.
+        held: indices of the common parameters that stay at their start.
+        seed: seed of the random start angles.
+        tell: progress callback.
+        workers: worker processes for the search.
     """
     good = [measured for k, measured in enumerate(problem.recordings) if white[k]]
     common = [j for j in held if j < len(problem.common)]
     found = []
     others = [measured for k, measured in enumerate(problem.recordings) if not white[k]]
     for measured in sorted(others, key=lambda each: each.with_balls):
-        # One without balls may have been spoiled by another.
+        # A recording without balls may have been spoiled in the joint fit with another one.
         whole = () if measured.with_balls else (1.0,)
         for part in (*whole, *BEGINNINGS):
             tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
@@ -75,7 +76,7 @@ def _reach(
     problem: Problem, good: Sequence[Measured], measured: Measured, held: Sequence[int],
     values: np.ndarray, until: float,
 ) -> float | None:  # fmt: skip
-    """How far a fit of a beginning goes, that is made longer step by step; None: to the end."""
+    """Return the end of the validity of a beginning's fit, extended stepwise; None if unlimited."""
     own = _part(problem, good, measured, until)
     free = [j for j in range(len(values)) if j not in held]
     whole = _part(problem, good, measured, measured.duration)
@@ -93,7 +94,7 @@ def _reach(
 
 
 def _leaves(left: np.ndarray, time: np.ndarray, noise: float) -> float | None:
-    """When residuals, of shape (samples, axes), become loud; None: they never do."""
+    """Return the time at which residuals (samples, axes) exceed the threshold; None if never."""
     for rows in np.array_split(np.arange(len(time)), WINDOWS):
         some = left[rows]
         there = some[np.isfinite(some)]

@@ -1,4 +1,4 @@
-"""What is wrong with a recording, in one message each, before anything is fitted to it."""
+"""Checks of a recording before the fit; each fault has its own error message."""
 
 import math
 from typing import NamedTuple
@@ -8,42 +8,49 @@ import numpy as np
 from ab_sim.errors import InputError, exact
 
 FEWEST = 50
-"""Samples."""
+"""Least number of samples."""
 SOME = 0.05
-"""Share of repeated times from which rounding is their likely reason."""
+"""Fraction of repeated times above which rounding is the likely reason."""
 FEWEST_TURNS = 2.0
 PER_TURN = 4.0
-"""Samples that a turn of the spindle needs at its fastest."""
+"""Least number of samples per spindle revolution at top speed."""
 GAP = 20
-"""Sampling intervals without a sample that are no gap yet."""
+"""Largest number of sampling intervals without a sample that is not a gap."""
 MOST_LEFT_OUT = 0.05
-"""Of the samples of a signal, that may be no numbers."""
+"""Largest fraction of a signal's samples that may be NaN."""
 FLAT = 3
-"""Samples in a row at the largest value that look clipped; so many such places are."""
+"""Number of equal samples in a row at the largest value that counts as clipped."""
 CLIPPED = 3
 AT_PEAK = 4.0
-"""Ratio of samples at the largest value to those at the value next to it, from which it is
-clipped."""
+"""Ratio of the number of samples at the largest value to that at the next value.
+
+A larger ratio means clipping.
+"""
 STAYS = 2.0
-"""Turns of the spindle for which a reading may stay as it is, where it is off its mean."""
+"""Number of spindle revolutions for which a reading may be constant away from its mean."""
 OFF_MEAN = 0.1
-"""Of the signal's r.m.s.: nearer to its mean a quiet deck's reading may stay."""
+"""Distance from the mean, relative to the signal's r.m.s., within which a reading may be constant.
+
+A quiet deck's reading stays near its mean.
+"""
 PARTS, APART = 20, 0.02
-"""Of a recording, in each of which speed and angle have to agree; up to this share of the top
-speed, and but for a constant factor."""
+"""Number of parts of a recording, and tolerance between speed and angle in each of them.
+
+The tolerance is a fraction of the top speed, after removal of a constant factor.
+"""
 BACKWARD = 4.0
-"""Times as much whirl against the spindle as with it: axes are swapped."""
+"""Ratio of backward to forward whirl above which axes are taken as swapped."""
 CIRCULATING = 0.2
-"""Of the spindle's speed: slower balls than that are not heard of."""
+"""Lowest speed of circulating balls relative to the spindle speed."""
 TURNS_OFF = 0.08
-"""By which the strongest frequency may be off the spindle's, as a share of it."""
+"""Largest relative difference of the strongest frequency from the spindle speed."""
 
 
 def check_time(time: np.ndarray, name: str) -> None:
-    """Refuse times that are no times of one run.
+    """Refuse times that do not belong to a single run.
 
     Raises:
-        InputError: says what is wrong, where, and what to do.
+        InputError: the message states the fault, its place and the remedy.
     """
     if len(time) < FEWEST:
         raise InputError(
@@ -90,10 +97,10 @@ def check_time(time: np.ndarray, name: str) -> None:
 
 
 def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> None:
-    """Refuse a spindle that is not known at every sample.
+    """Refuse spindle data with missing samples.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     rows = np.flatnonzero(~np.isfinite(values))
     if len(rows):
@@ -105,16 +112,16 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
 
 
 def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> None:
-    """Refuse a spindle that cannot be followed.
+    """Refuse a spindle speed that a run cannot follow.
 
     Args:
-        time: of the samples [s].
-        speed: rad/s.
-        what: the column that says so.
-        name: of the recording.
+        time: times of the samples [s].
+        speed: spindle speed [rad/s].
+        what: name of the column.
+        name: name of the recording.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     check_finite(time, speed, what, name)
     top = float(np.max(np.abs(speed)))
@@ -134,21 +141,22 @@ def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> No
 
 
 def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: str) -> None:
-    """Refuse a speed and an angle that are not of one spindle, or not over this time.
+    """Refuse a speed and an angle that contradict each other.
 
     Args:
-        time: of the samples [s].
-        speed: rad/s.
-        angle: rad, unwrapped.
-        name: of the recording.
+        time: times of the samples [s].
+        speed: spindle speed [rad/s].
+        angle: unwrapped spindle angle [rad].
+        name: name of the recording.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     turned, said = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
     whole = float(said.sum())
     ratio = float(turned.sum()) / whole if whole else math.inf
-    # A speed that drifts or saturates agrees at first; of a wrong unit the ratio is one all along.
+    # A wrong unit gives a constant ratio over the whole recording. A sensor that drifts or
+    # saturates agrees at first and deviates later.
     parts = np.array_split(np.arange(len(said)), PARTS)
     lasts = np.array([float(time[rows[-1] + 1] - time[rows[0]]) for rows in parts])
     off = np.array([float((turned - said)[rows].sum()) for rows in parts]) / lasts
@@ -172,20 +180,20 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
 def check_signal(
     time: np.ndarray, angle: np.ndarray, signal: np.ndarray, what: str, name: str
 ) -> str:
-    """Refuse a signal that says nothing, or not what the sensor felt.
+    """Refuse a signal without information, or with a faulty sensor.
 
     Args:
-        time: of the samples [s].
-        angle: of the spindle [rad].
-        signal: NaN where there is none.
-        what: the column.
-        name: of the recording.
+        time: times of the samples [s].
+        angle: spindle angle [rad].
+        signal: signal, NaN for missing samples.
+        what: name of the column.
+        name: name of the recording.
 
     Returns:
         Remark on its resolution; empty if it is fine.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     there = np.isfinite(signal)
     missing = len(signal) - int(there.sum())
@@ -210,10 +218,10 @@ def check_signal(
 
 
 def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -> str:
-    """Refuse a reading that stays at a value again and again, and goes no further meanwhile.
+    """Refuse a reading that repeatedly stays at an extreme value.
 
-    One of coarse resolution stays at its peaks, too. But then it is not at the peak's level much
-    more often than at the level next to it: 2.4 times for a sine.
+    A reading of coarse resolution stays at its peaks, too. However, its peak level is then not much
+    more frequent than the level next to it: 2.4 times for a sine.
     """
     middle, size = float(values.mean()), float(values.std())
     starts, ends = _stretches(np.diff(values) == 0.0)
@@ -224,7 +232,7 @@ def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -
     for level in levels[counts >= CLIPPED].tolist():
         places = np.flatnonzero(values[starts] == level)
         meanwhile = values[starts[places[0]] : ends[places[-1]] + 1]
-        # A quiet deck's readings stay near the mean.
+        # The readings of a quiet deck stay near the mean.
         if abs(level - middle) <= OFF_MEAN * size:
             continue
         if level not in (meanwhile.min(), meanwhile.max()):
@@ -249,7 +257,7 @@ def _check_clipped(time: np.ndarray, values: np.ndarray, what: str, name: str) -
 def _check_stays(
     time: np.ndarray, angle: np.ndarray, values: np.ndarray, what: str, name: str
 ) -> None:
-    """Refuse a reading that repeats while the spindle turns."""
+    """Refuse a reading that is constant while the spindle turns."""
     same = np.concatenate([[False], np.diff(values) == 0.0])
     starts, ends = _stretches(same)
     for first, last in zip(starts - 1, ends - 1, strict=True):
@@ -265,34 +273,35 @@ def _check_stays(
 
 
 def _stretches(which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Where stretches of true ones begin, and behind their ends."""
+    """Return the starts of stretches of True, and the indices after their ends."""
     steps = np.diff(np.concatenate([[0], which.astype(np.int8), [0]]))
     return np.flatnonzero(steps > 0), np.flatnonzero(steps < 0)
 
 
 class Sense(NamedTuple):
-    """Remarks on a whirl."""
+    """Remarks on the sense of a whirl."""
 
     note: str = ""
-    """Text for the user in any case; empty if there is nothing to say."""
+    """Note for the user; empty if there is none."""
     doubt: str = ""
     """Error message if no fit explains the whirl; empty if it follows the spindle."""
 
 
 def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: str) -> Sense:
-    """Refuse a whirl against the spindle, and doubt one that follows another multiple of its speed.
+    """Refuse a whirl against the spindle; doubt one at another multiple of its speed.
 
-    A wrong rate and a wrong unit of the speed look like that. So does a lightly damped deck that
-    rings at its natural frequency next to a held spindle, which a fit tells apart.
+    A wrong sampling rate or unit of speed causes such a multiple. A lightly damped deck that rings
+    at its natural frequency at constant speed looks the same; only a fit can distinguish them.
 
     Args:
-        angle: of the spindle at each sample [rad].
-        whirl: the two signals as x + i y, finite; of one signal, real.
-        with_balls: whether there are balls: those that circulate whirl slower than the spindle.
-        name: of the recording.
+        angle: spindle angle at each sample [rad].
+        whirl: two finite signals as x + i y; a single signal is real.
+        with_balls: whether there are balls; circulating balls cause a whirl slower than the
+            spindle.
+        name: name of the recording.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     centred = whirl - whirl.mean()
     window = np.hanning(len(centred))
@@ -320,11 +329,11 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
 
 
 FACTORS = np.concatenate([[1.0], 1.0 / np.array([60, 2 * math.pi, 9.5493]), [60, 6.2832, 9.5493]])
-"""Of speeds with a wrong unit; and of sampling rates that are off, see ``_best_factor``."""
+"""Factors of speeds with a wrong unit; ``_best_factor`` adds those of wrong sampling rates."""
 
 
 def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> tuple[float, float]:
-    """Which multiple of the spindle's angle the vibration turns with, and how clearly."""
+    """Return the strength and factor of the spindle angle's multiple that the vibration follows."""
     factors = np.unique(np.concatenate([FACTORS, np.geomspace(0.2, 5.0, 400)]))
     factors = factors[np.argsort(np.abs(np.log(factors)))]
     shares = np.array([_share(centred * np.exp(-1j * f * angle) * window) for f in factors])
@@ -335,7 +344,7 @@ def _best_factor(centred: np.ndarray, angle: np.ndarray, window: np.ndarray) -> 
 
 
 def _share(turned: np.ndarray) -> float:
-    """Part of a signal, on axes that turn with the spindle, that changes slowly there."""
+    """Return the fraction of a signal's power that varies slowly on rotating axes."""
     spectrum = np.abs(np.fft.fft(turned)) ** 2
     slow = max(3, len(turned) // 200)
     kept = float(spectrum[: slow + 1].sum() + spectrum[-slow:].sum())

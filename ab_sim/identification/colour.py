@@ -1,9 +1,9 @@
-"""Noise of a sensor is not white behind its low-pass: the filter that makes it so again.
+"""Whitening filter for sensor noise that a low-pass has coloured.
 
-Noise before the low-pass and rounding behind it have a known spectrum S. Its factor of minimum
-phase follows from the logarithm of S by the cepstrum (A. V. Oppenheim and R. W. Schafer,
-Discrete-Time Signal Processing, 3rd ed., section 13.5), and one over it whitens. Both what was
-measured and what is simulated go through it.
+Noise before the low-pass and rounding after it have a known spectrum S. Its minimum-phase factor
+follows from the logarithm of S by the cepstrum (A. V. Oppenheim and R. W. Schafer, Discrete-Time
+Signal Processing, 3rd ed., section 13.5). The inverse of this factor whitens the noise. Measured
+and simulated signals both pass the filter.
 """
 
 import numpy as np
@@ -14,19 +14,19 @@ from ab_sim.scene.sensors import Sampled
 from ab_sim.sensing import Pickup
 
 LONG = 4096
-"""Of the low-pass' response to an impulse, and of spectra."""
+"""Length of the low-pass' impulse response and of spectra."""
 MOST_TAPS = 512
 LEFT_OUT = 1e-5
-"""Of the filter's length (r.m.s.), that is cut off at its end."""
+"""Root mean square of the taps cut off at the filter's end, relative to all taps."""
 PARTS = 4
-"""Steps of a real sensor's low-pass in a sampling interval."""
+"""Number of steps per sampling interval for a real sensor's low-pass."""
 
 
 def low_pass_alone(sensor: Sampled, step: float) -> Pickup:
-    """What is left of a sensor without noise and digits, sampled at each step, on the deck's axes.
+    """Return a sensor's low-pass without noise and quantisation, on the deck's axes.
 
     Args:
-        sensor: its parameters.
+        sensor: parameters of the sensor.
         step: integration step [s].
     """
     digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
@@ -35,9 +35,9 @@ def low_pass_alone(sensor: Sampled, step: float) -> Pickup:
 
 
 def whitening_of(measured: Measured) -> np.ndarray | None:
-    """Taps of the filter after which the sensor's noise is white, the first being 1.
+    """Return the taps of the whitening filter, the first being 1.
 
-    None where the signals went through no sensor, or one whose noise is not known.
+    None if the signals passed no sensor, or one of unknown noise.
     """
     sensor = measured.sensor
     if sensor is None or (sensor.noise_density == 0.0 and sensor.resolution == 0.0):
@@ -48,7 +48,7 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
     spectrum = np.abs(np.fft.rfft(_covariance(sensor, step, every)))
     cepstrum = np.fft.irfft(np.log(np.maximum(spectrum, 1e-12 * spectrum.max())))
     half = len(cepstrum) // 2
-    # One over the factor of minimum phase: half of the cepstrum, its sign turned.
+    # Inverse of the minimum-phase factor: the causal half of the cepstrum with reversed sign.
     folded = np.zeros(len(cepstrum))
     folded[1:half] = -cepstrum[1:half]
     taps = np.fft.irfft(np.exp(np.fft.rfft(folded)))[:half]
@@ -59,11 +59,11 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
 
 
 def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
-    """SimulatedSignals behind the filter; the first ones, of which it has not seen enough, are NaN.
+    """Return filtered signals; the first samples are NaN until the filter is filled.
 
     Args:
-        taps: as of ``whitening_of``; None: as they are.
-        signals: along the last axis but one, shape (..., samples, axes).
+        taps: taps from ``whitening_of``; None returns the signals unchanged.
+        signals: signals, shape (..., samples, axes).
     """
     if taps is None:
         return signals
@@ -73,7 +73,7 @@ def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
 
 
 def _covariance(sensor: Sampled, step: float, every: int) -> np.ndarray:
-    """Of noise at samples so many steps apart, in cyclic order."""
+    """Return the autocovariance of the noise at every ``every``-th step, in cyclic order."""
     response = np.zeros((LONG, 2))
     response[0] = 1.0
     passed = low_pass_alone(sensor, step).process(1, response)[:, 0]

@@ -1,4 +1,4 @@
-"""Which files an identification is given, and how each is read."""
+"""Files of an identification, and their reading."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -14,33 +14,33 @@ from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
 
 MOST_MASS = 1e3
-"""kg."""
+"""Upper limit of a trial mass [kg]."""
 
 
 class Files(NamedTuple):
-    """Recordings by their files."""
+    """Files of recordings."""
 
     recordings: Sequence[Path]
     without_balls: Sequence[Path] = ()
-    """Further ones, made without balls."""
+    """Further recordings, made without balls."""
     hold_out: Sequence[Path] = ()
-    """That are judged and not fitted."""
+    """Recordings that are predicted but not fitted."""
     maps: Sequence[Path] = ()
-    """One for all, one for each of all that were given, in this order, or none."""
+    """Mapping files: one for all, one per recording in the order given, or none."""
     signal: str | None = None
-    """See ``usual_mapping``."""
+    """Name of the signal; see ``usual_mapping``."""
     free: Sequence[str] = ()
-    """Of ``NUISANCES``, of each recording."""
+    """Names in ``NUISANCES`` that are fitted for each recording."""
     trial_masses: Mapping[str, float] = {}
-    """Clamped to the deck, by the recording's name without ending [kg]."""
+    """Mass clamped to the deck [kg], by the recording's name without ending."""
 
 
 def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measured]]:
-    """Recordings to be fitted, and those to be judged.
+    """Return recordings for the fit, and those held out.
 
     Raises:
-        InputError: one of them cannot be used; says why and what to do.
-        RecordingError: one cannot be read.
+        InputError: a recording cannot be used; the message states the reason and the remedy.
+        RecordingError: a recording cannot be read.
     """
     for what in files.free:
         if what not in NUISANCES:
@@ -77,7 +77,7 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
 
 
 def _mappings(files: Files, paths: Sequence[Path]) -> list[ColumnMapping | None]:
-    """Of each file; none for recordings and bags, whose columns are known."""
+    """Return the mapping of each file; None for recordings and bags, whose columns are known."""
     if len(files.maps) not in (0, 1, len(paths)):
         raise InputError(
             f"--map: {len(files.maps)} mappings for {len(paths)} recordings; give one for all, or "
@@ -94,10 +94,10 @@ def _mappings(files: Files, paths: Sequence[Path]) -> list[ColumnMapping | None]
 
 
 def trial_masses_of(texts: Sequence[str]) -> dict[str, float]:
-    """What is written ``NAME=MASS``, by the recording's name without ending [kg].
+    """Parse ``NAME=MASS`` into masses [kg] by the recording's name without ending.
 
     Raises:
-        InputError: it is not written so.
+        InputError: the text has another form.
     """
     found = {}
     for text in texts:

@@ -1,4 +1,4 @@
-"""What a drive with given numbers would have made of a recording: runs, and their derivatives."""
+"""Forward simulation of a recording with given parameters, and its derivatives."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -22,29 +22,32 @@ from ab_sim.scene.model import Scene
 
 MOTOR = "motor"
 ON_GRID = 1e-6
-"""Of a step: as near as that a sample's time is that of a step."""
+"""Tolerance for a sample's time to coincide with a step, as a fraction of the step."""
 STEP_SHARE = 1e-6
-"""Of a parameter's scale: by so much it is moved for a difference."""
+"""Step of a finite difference, relative to the parameter's scale."""
 Values = Mapping[str, Any]
-"""Of a scene, by dotted key."""
+"""Values of a scene by dotted key."""
 
 
 class KeyPlace(NamedTuple):
-    """Where a number of a scene stands: its key, and the way to it inside of a list."""
+    """Position of a number in a scene: its key, and the path inside a list."""
 
     key: str
     inside: tuple[int | str, ...] = ()
-    """Of ``balls.mass.1`` (1,), of ``mounts.0.stiffness.2`` (0, "stiffness", 2): its key is that
-    of the list, as a whole of which it changes."""
+    """Path inside the value of ``key``.
+
+    ``balls.mass.1`` has (1,); ``mounts.0.stiffness.2`` has (0, "stiffness", 2). The key is that of
+    the list, which is replaced as a whole.
+    """
 
     def put(self, values: dict[str, Any], value: float, scene: Scene) -> None:
-        """Set it among values, of which a list is not shared; the scene's, where there is none."""
+        """Set the number among ``values``; a list is copied first, from the scene if necessary."""
         if self.inside and self.key not in values:
             values[self.key] = value_of(scene, self.key)
         values[self.key] = _replaced(values.get(self.key), self.inside, value)
 
     def number(self, values: Values, scene: Scene) -> float:
-        """What it is among values; the scene's, where it is not there."""
+        """Return the number from ``values``, or from the scene if it is missing there."""
         here = values[self.key] if self.key in values else value_of(scene, self.key)
         for part in self.inside:
             here = here[part]
@@ -60,25 +63,25 @@ def _replaced(node: Any, inside: Sequence[int | str], value: float) -> Any:
 
 
 class SimulatedSignals(NamedTuple):
-    """What a recording would have been."""
+    """Simulated signals of a recording."""
 
     values: np.ndarray
-    """Shape (samples, axes), as measured, but for gain and offset."""
+    """Signals as measured, without gain and offset, shape (samples, axes)."""
     slope: np.ndarray
-    """Its derivative by time, per second; zeros where nobody asked."""
+    """Derivative of the signals by time [1/s]; zeros unless requested."""
     derivatives: np.ndarray
-    """By each place, shape (places, samples, axes)."""
+    """Derivatives by each parameter, shape (places, samples, axes)."""
 
 
 class RecordedDrive:
-    """Runs of a scene under the circumstances of a recording: its spindle, sensor and times.
+    """Runs of a scene under the conditions of a recording: its spindle, sensor and times.
 
     Args:
-        scene: whose numbers vary; balls included.
+        scene: scene whose parameters vary, with balls.
         measured: the recording.
 
     Raises:
-        SceneError: the scene cannot be run like that; says why.
+        SceneError: the scene cannot be run under these conditions; the message states why.
     """
 
     def __init__(self, scene: Scene, measured: Measured) -> None:
@@ -95,14 +98,14 @@ class RecordedDrive:
 
     @property
     def side_by_side(self) -> bool:
-        """Whether its runs go so."""
+        """Flag of runs that can be computed side by side."""
         return self._runs.first.fits_lane
 
     def scene_with(self, values: Values) -> Scene:
-        """The scene of a run.
+        """Return the scene of a run.
 
         Raises:
-            SceneError: values that no scene can have.
+            SceneError: the values are not allowed.
         """
         changed = changed_scene(self.scene, values, "fit") if values else self.scene
         found = changed if self.measured.with_balls else without_balls(changed)
@@ -117,18 +120,19 @@ class RecordedDrive:
         slope: bool = False,
         central: bool = True,
     ) -> SimulatedSignals | None:
-        """A run and its derivatives by differences; None where it diverges or cannot be.
+        """Return the signals and their derivatives by differences; None if a run fails.
 
-        Tangents (``sensitivities``) say the same to 1e-6, and take longer: of seven parameters 1.4
-        times as long where runs go one by one.
+        A run fails if it diverges or if its values are not allowed. Tangents (``sensitivities``)
+        agree to 1e-6 but take longer: 1.4 times as long for seven parameters if runs are
+        sequential.
 
         Args:
-            values: of the scene.
-            places: of the numbers by which it is differentiated.
-            moves: by how much each is moved, up and down; the step of a difference.
-            delay: by which the signals are late [s].
-            slope: whether the derivative by time is wanted.
-            central: whether differences are taken to both sides.
+            values: values of the scene.
+            places: positions of the parameters for derivatives.
+            moves: step of the finite difference for each parameter.
+            delay: delay of the signals [s].
+            slope: whether the derivative by time is needed.
+            central: whether differences are central rather than one-sided.
         """
         every, ways = [dict(values)], (1.0, -1.0) if central else (1.0,)
         for place, move in zip(places, moves, strict=True):
@@ -150,7 +154,7 @@ class RecordedDrive:
         return SimulatedSignals(shown[0], slopes, (sides[:, 0] - other) / widths)
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
-        """On the sensor's axes at each step, shape (runs, steps, axes); None where one diverged."""
+        """Return signals at each step, shape (runs, steps, axes); None if a run diverges."""
         prepared = [self._runs.first.with_numbers_of(self.scene_with(values)) for values in every]
         samples = self._runs.samples(prepared)
         if samples is None:
@@ -161,7 +165,7 @@ class RecordedDrive:
         return found if bool(np.isfinite(found).all()) else None
 
     def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
-        """On the sensor's axes, shape (steps, axes)."""
+        """Return signals on the sensor's axes, shape (steps, axes)."""
         sensor, deck = self.measured.sensor, run.system.deck_model
         first = taken.channels.index(type(deck).CHANNELS[0])
         shown = taken.samples[:, first : first + len(type(deck).CHANNELS)]
@@ -169,13 +173,13 @@ class RecordedDrive:
         if sensor is not None:
             pickup = low_pass_alone(sensor, self.step)
             start = start_state(run.scene, run.system)[layout_of(run.system).deck]
-            # As if the drive had hung there at rest for ever.
+            # Initialise the low-pass as if the drive had been at rest there for a long time.
             pickup.reset(self._felt(run, deck.at_rest(start))[0])
             across = pickup.process(1, across)
         return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
 
     def _felt(self, run: PreparedRun, shown: np.ndarray) -> np.ndarray:
-        """What a sensor senses across the shaft, shape (steps, 2)."""
+        """Return the sensed quantity across the shaft, shape (steps, 2)."""
         deck, sensor = run.system.deck_model, self.measured.sensor
         if self.measured.kind == DISPLACEMENT:
             names = type(deck).CHANNELS
@@ -197,7 +201,7 @@ class RecordedDrive:
 
 
 def _heavier(scene: Scene, mass: float) -> Scene:
-    """With a mass clamped to the deck, which is not eccentric."""
+    """Return the scene with a mass clamped to the deck, which adds no unbalance."""
     key = "mass" if scene.rotor.total_mass is None else "total_mass"
     changes = {
         f"rotor.{key}": getattr(scene.rotor, key) + mass,
@@ -216,7 +220,7 @@ def _step(scene: Scene, measured: Measured) -> float:
 
 
 def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
-    """The scene whose spindle does what was recorded."""
+    """Return the scene whose spindle follows the recording."""
     pieces = measured.schedule.segments[:-1]
     first = pieces[0].segment
     changes: dict[str, Any] = {

@@ -1,4 +1,4 @@
-"""Recordings that are not fitted: whether the fitted scene does better on them than before."""
+"""Validation on recordings that were not fitted."""
 
 from collections.abc import Sequence
 
@@ -16,15 +16,15 @@ def held_out(
     problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell,
     workers: Workers,
 ) -> tuple[HeldOut, list[RecordingFit]]:  # fmt: skip
-    """Judge a fit by other recordings, of which only what is their own is fitted.
+    """Evaluate a fit on other recordings; only their own parameters are fitted.
 
     Args:
-        problem: that was fitted.
-        values: of its parameters [SI].
-        recordings: the others.
-        seed: of their start angles.
-        tell: progress.
-        workers: share the search.
+        problem: problem that was fitted.
+        values: values of its parameters [SI].
+        recordings: recordings held out.
+        seed: seed of their start angles.
+        tell: progress callback.
+        workers: worker processes for the search.
     """
     count = len(problem.common)
     noise = noises_of(recordings)
@@ -49,6 +49,6 @@ def held_out(
 
 
 def _share(comparisons: Sequence[RecordingFit]) -> float:
-    """R.m.s. of residuals, of the signals'."""
+    """Return the r.m.s. of residuals relative to that of the signals."""
     parts = [np.nanmean(each.residuals**2) / each.measured.rms**2 for each in comparisons]
     return float(np.sqrt(np.mean(parts)))

@@ -1,33 +1,33 @@
-"""What derivatives of residuals tell of parameters: their covariance, and what is not told."""
+"""Information about parameters in the derivatives of residuals: covariance and rank."""
 
 import numpy as np
 
 ROUNDING = 1e-6
-"""Of the largest singular value: what differences leave of one that is 0."""
+"""Relative size of singular values that are 0 up to the error of finite differences."""
 ROWS = 256
-"""Of a block."""
+"""Least number of rows of a block."""
 
 
 def sum_of_squares(numbers: np.ndarray) -> float:
-    """Without BLAS, see ``triangle``."""
+    """Return the sum of squares without BLAS, see ``triangle``."""
     return float(np.square(numbers).sum())
 
 
 def triangle(matrix: np.ndarray) -> np.ndarray:
-    """R of a matrix Q R, up to the signs of its rows, block by block.
+    """Return R of the QR decomposition, up to the signs of its rows, block by block.
 
-    BLAS shares a tall matrix among threads, which wait for each other at each of its columns: that
-    took ten times as long as one thread alone, and rounds differently with each number of threads.
-    Small blocks it leaves alone.
+    BLAS distributes a tall matrix over threads, which synchronise at every column. This took ten
+    times as long as a single thread, and rounds differently for each number of threads. Small
+    blocks stay on one thread.
 
     J. Demmel, L. Grigori, M. Hoemmen and J. Langou, Communication-optimal parallel and sequential
     QR and LU factorizations, SIAM J. Sci. Comput. 34 (2012).
 
     Args:
-        matrix: shape (rows, columns).
+        matrix: matrix, shape (rows, columns).
 
     Returns:
-        Shape (columns, columns), or (rows, columns) of fewer rows.
+        R, shape (columns, columns), or (rows, columns) if there are fewer rows.
     """
     left = matrix if matrix.shape[1] else matrix[:0]
     height = max(ROWS, 4 * matrix.shape[1])
@@ -45,10 +45,13 @@ def _r(matrices: np.ndarray) -> np.ndarray:
 
 
 def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """What of columns cannot be made up for by others, as a small matrix.
+    """Return a small matrix of the part of columns that other columns cannot reproduce.
+
+    It is the triangular factor of ``wanted`` after projection onto the orthogonal complement of
+    ``own``.
 
     Args:
-        own: the others, shape (numbers, columns).
+        own: other columns, columns of interest, shape (numbers, columns).
         wanted: shape (numbers, columns).
     """
     scale = np.linalg.norm(own, axis=0)
@@ -57,12 +60,12 @@ def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
 
 
 def covariance_of(derivatives: np.ndarray) -> np.ndarray:
-    """Of the parameters, in units of their scales: the inverse of J^T J.
+    """Return the covariance of the parameters in units of their scales, the inverse of J^T J.
 
-    Where nothing tells, it is as large as rounding lets it be.
+    Along unidentifiable directions it is limited by rounding.
 
     Args:
-        derivatives: J, of residuals in units of noise; shape (numbers, parameters).
+        derivatives: Jacobian J of residuals in units of noise, shape (numbers, parameters).
     """
     size, singular, rows = _decomposed(derivatives)
     half = (rows / np.maximum(singular, ROUNDING * singular[:1])[:, None]).T / size[:, None]
@@ -71,10 +74,10 @@ def covariance_of(derivatives: np.ndarray) -> np.ndarray:
 
 
 def deviations_of(derivatives: np.ndarray) -> np.ndarray:
-    """Standard deviations of the parameters, in their scales; infinite where nothing tells.
+    """Return standard deviations of the parameters in their scales; infinite if unidentifiable.
 
     Args:
-        derivatives: as of ``covariance_of``.
+        derivatives: see ``covariance_of``.
     """
     found = np.full(derivatives.shape[1], np.inf)
     used = np.linalg.norm(derivatives, axis=0) > 0.0
@@ -83,14 +86,14 @@ def deviations_of(derivatives: np.ndarray) -> np.ndarray:
     size, singular, rows = _decomposed(derivatives[:, used])
     good = singular > ROUNDING * singular[0]
     variance = ((rows[good] / singular[good, None]) ** 2).sum(axis=0)
-    # What has a part in a direction that nothing tells is not known.
+    # A parameter with a component along an unidentifiable direction is unknown.
     part = (rows[~good] ** 2).sum(axis=0)
     found[used] = np.where(part > ROUNDING, np.inf, np.sqrt(variance) / size)
     return found
 
 
 def _decomposed(derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Sizes of the columns; singular values and directions of what they are in these sizes."""
+    """Return column norms, and singular values and directions of the normalised columns."""
     size = np.linalg.norm(derivatives, axis=0)
     size = np.where(size > 0.0, size, 1e-300)
     _, singular, rows = np.linalg.svd(triangle(derivatives / size), full_matrices=True)

@@ -1,4 +1,4 @@
-"""From files to recordings as the fit takes them."""
+"""Conversion of files to recordings for the fit."""
 
 import itertools
 import math
@@ -48,11 +48,11 @@ from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
 from ab_sim.spindle import SpeedSchedule
 
 SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
-"""Of a scene, by section: what reads accelerations, and what displacements."""
+"""Sensor class by section of a scene: accelerations and displacements."""
 STANDS = 1e-3
-"""Of the top speed: slower than that a spindle stands."""
+"""Speed below which a spindle stands still, relative to the top speed."""
 RUN_BEGINS = 1
-"""A recording of ab_sim that begins at this step or before has its run's start."""
+"""Largest first step of a recording of ab_sim that includes the start of its run."""
 
 
 def measured_of(
@@ -62,18 +62,18 @@ def measured_of(
     signal: str | None = None,
     with_balls: bool | None = None,
 ) -> Measured:
-    """A recording, checked.
+    """Return a checked recording.
 
     Args:
         path: see ``read_table``.
-        scene: of the drive; its sensors may be named by the mapping.
-        mapping: of its columns; None: those of ab_sim's own recordings.
-        signal: which of these is fitted, see ``usual_mapping``.
-        with_balls: None: as the mapping says, or the recorded scene.
+        scene: scene of the drive; the mapping may refer to its sensors.
+        mapping: mapping of its columns; None for recordings of ab_sim.
+        signal: signal to be fitted, see ``usual_mapping``.
+        with_balls: whether there were balls; None to use the mapping or the recorded scene.
 
     Raises:
-        InputError: it cannot be used; says why and what to do.
-        RecordingError: it cannot be read.
+        InputError: it cannot be used; the message states the reason and the remedy.
+        RecordingError: the file cannot be read.
     """
     table = read_table(path, None if signal is None else pair_of(signal)[0])
     if mapping is None:
@@ -90,7 +90,7 @@ def measured_of(
 
 
 def sensors_of(table: Table) -> tuple[list[str], list[str]]:
-    """Return names of accelerometers and of probes: those of the recorded scene, else of a bag."""
+    """Return names of accelerometers and probes: of the recorded scene, or of a bag."""
     recorded = table.description.get("scene")
     if recorded:
         sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
@@ -114,7 +114,7 @@ class _Reader:
             [self._numbers(each, UNITS[kind], f"signals.{k}")
              for k, each in enumerate(mapping.signals)]
         )  # fmt: skip
-        # One that is infinite is as little known as one that is not there.
+        # Treat infinite values as missing.
         signals[np.isinf(signals)] = np.nan
         spikes = self._without_spikes(signals)
         time = self._time(len(signals))
@@ -198,12 +198,12 @@ class _Reader:
     def _schedule(
         self, time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None
     ) -> SpeedSchedule:
-        """Profile of the spindle, from what was recorded of it."""
+        """Return the spindle's profile from its recorded speed or angle."""
         name = self._name
         if angle is not None:
             check_finite(time, angle, "angle", name)
             check_held(angle, "angle", name)
-            # Of an encoder that counts one turn only, the turns have to be found.
+            # Unwrap the angle of an encoder that counts within one revolution.
             angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
             check_speed(time, np.gradient(angle, time), "angle", name)
         if speed is not None:
@@ -217,9 +217,9 @@ class _Reader:
         return schedule
 
     def _without_spikes(self, signals: np.ndarray) -> list[str]:
-        """Set spikes of a real drive's signals to NaN; return what is said of them."""
+        """Set spikes of a real drive's signals to NaN; return notes on them."""
         notes = []
-        # In a simulation a ball that hits another one makes spikes.
+        # In a simulation, impacts between balls cause genuine spikes.
         for k, each in enumerate(() if self._table.description else self._mapping.signals):
             rows = spikes_in(signals[:, k])
             if len(rows):
@@ -232,7 +232,7 @@ class _Reader:
         return notes
 
     def _left_out(self, time: np.ndarray, signals: np.ndarray) -> list[str]:
-        """What is not there and not fitted, in words."""
+        """Return notes on missing samples that are not fitted."""
         notes = []
         for each, column in zip(self._mapping.signals, signals.T, strict=True):
             missing = int((~np.isfinite(column)).sum())
@@ -243,7 +243,7 @@ class _Reader:
                 )
         steps = np.diff(time)
         lost = int(np.sum(np.rint(steps / np.median(steps)) - 1.0))
-        # Of ab_sim's own recordings the recorder has said so.
+        # For recordings of ab_sim the recorder has already noted missing rows.
         if not self._table.description and lost > 0:
             rows = "row is" if lost == 1 else "rows are"
             notes.append(f"{lost} {rows} missing between {len(time)}: the time jumps there")
@@ -278,7 +278,7 @@ class _Reader:
         return factor * self._table.column(asked.column, said)
 
     def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
-        """Angle of the spindle; NaN where there are no pulses."""
+        """Return the spindle's angle; NaN outside the range of pulses."""
         reading = self._table.column(asked.column, "keyphasor")
         check_finite(time, reading, "keyphasor", self._name)
         said = f"{self._name}: keyphasor.angle"
@@ -299,7 +299,7 @@ class _Reader:
         return np.arange(count) / rate
 
     def _run(self, time: np.ndarray) -> tuple[bool, float | None]:
-        """Whether the run's own start is known; the step that it was made with."""
+        """Return whether the recording includes the start of the run, and the run's step."""
         step = self._table.description.get("step")
         if not isinstance(step, float) or "step" not in self._table.columns:
             return False, None
@@ -340,7 +340,7 @@ class _Reader:
         if asked in self._scene.pickups:
             return self._scene.pickups[asked]
         if asked in itertools.chain(*sensors_of(self._table)):
-            return None  # of a test rig: its low-pass is not known
+            return None  # a test rig's sensor, whose low-pass is unknown
         raise InputError(
             f"{self._name}: sensor = {asked!r}: the scene has "
             + (", ".join(self._scene.pickups) or "no sensors")
@@ -349,10 +349,10 @@ class _Reader:
 
 
 def check_names(found: Sequence[Measured]) -> None:
-    """Refuse recordings that no name tells apart.
+    """Refuse recordings with equal names.
 
     Raises:
-        InputError: two have the same name.
+        InputError: two recordings have the same name.
     """
     names = [each.name for each in found]
     for name in names:

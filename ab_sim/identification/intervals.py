@@ -1,4 +1,4 @@
-"""How far a fitted value may be off: from the curvature of the fit, or along its profile."""
+"""Confidence intervals of fitted values, from the curvature of the fit or from profiles."""
 
 import math
 from collections.abc import Sequence
@@ -12,21 +12,28 @@ from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import Tell, minimise
 
 SHARE = 0.95
-"""Of intervals."""
+"""Confidence level of intervals."""
 CURVATURE, PROFILE, HELD, OPEN = "curvature", "profile", "held", "open"
-"""Where an interval is from; that the value was held; that nothing of the recording tells it."""
+"""Origins of an interval.
+
+``CURVATURE`` and ``PROFILE``: computed. ``HELD``: the value was fixed. ``OPEN``: the recordings do
+not determine it.
+"""
 AT_BOUND = 1e-4
-"""Of a parameter's range, or of its standard deviation if less: so near it is at its bound."""
+"""Distance from a bound within which a parameter is at it.
+
+Relative to the parameter's range, or to its standard deviation if that is smaller.
+"""
 SKEW = 0.2
-"""By which the sum of squares at an end of an interval may be off what a parabola says."""
+"""Largest relative deviation of the rise at an interval's end from a parabola."""
 PROFILE_STEPS = 6
-"""Iterations of the others at each point of a profile."""
+"""Number of iterations of the other parameters at each point of a profile."""
 PROFILE_POINTS = 8
-"""Looked at on each side, at most."""
+"""Largest number of profile points on each side."""
 
 
 class Estimate(NamedTuple):
-    """A fitted number with its interval of 95 %."""
+    """Fitted number with its 95 % interval."""
 
     name: str
     unit: str
@@ -34,47 +41,47 @@ class Estimate(NamedTuple):
     low: float
     high: float
     deviation: float
-    """Standard deviation, from the curvature; infinite of what is open."""
+    """Standard deviation from the curvature; infinite for undetermined parameters."""
     how: str
-    """``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
+    """Origin of the interval: ``CURVATURE``, ``PROFILE``, ``HELD`` or ``OPEN``."""
     at_bound: bool
     start: float
-    """What the scene says."""
+    """Value in the scene."""
     own: bool
-    """Whether it is a recording's own."""
+    """Flag of a parameter that belongs to a single recording."""
 
     @property
     def bounded(self) -> bool:
-        """Whether its interval tells its size: it has an end, and is not all from 0 up to it."""
+        """Flag of an interval that is finite and excludes zero as its lower end."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
 
     def report(self) -> dict[str, Any]:
-        """Fields by name."""
+        """Return the fields by name."""
         return self._asdict()
 
 
 class ProfilePoints(NamedTuple):
-    """How the fit gets worse as one parameter is moved and all others follow."""
+    """Profile of the fit: its deterioration as one parameter moves and all others are refitted."""
 
     name: str
     values: tuple[float, ...]
     rises: tuple[float, ...]
-    """Of the sum of squares, in units of the noise's variance."""
+    """Rises of the sum of squares in units of the noise variance."""
 
 
 class Intervals(NamedTuple):
-    """Of all parameters."""
+    """Intervals of all parameters."""
 
     estimates: tuple[Estimate, ...]
     names: tuple[str, ...]
-    """Of the free parameters, in the order of the covariance."""
+    """Names of the free parameters, in the order of the covariance."""
     covariance: np.ndarray
-    """Of the free parameters [SI], shape (free, free)."""
+    """Covariance of the free parameters [SI], shape (free, free)."""
     profiles: tuple[ProfilePoints, ...]
 
     @property
     def correlation(self) -> np.ndarray:
-        """Of the free parameters."""
+        """Correlation matrix of the free parameters."""
         sizes = np.sqrt(np.diag(self.covariance))
         found: np.ndarray = self.covariance / np.outer(sizes, sizes)
         return found
@@ -87,21 +94,22 @@ def intervals_of(
     tell: Tell,
     profiles: bool = True,
 ) -> Intervals:
-    """Intervals about a fit.
+    """Compute intervals around a fit.
 
     Args:
-        problem: whose noise is what the residuals are.
-        values: of all parameters [SI], the best there are.
-        free: numbers of those that were fitted; what is open is not among them.
-        tell: progress.
-        profiles: whether skew ones, and those at a bound, are followed.
+        problem: problem whose noise was set from the residuals.
+        values: best values of all parameters [SI].
+        free: indices of the fitted parameters, without undetermined ones.
+        tell: progress callback.
+        profiles: whether to compute profiles of skewed parameters and of those at a bound.
     """
     free = list(free)
     scales = problem.scales[free]
     residuals = problem.residuals(values)
     jacobian = problem.derivatives(values, free)
     left = max(len(residuals) - len(free), 1)
-    # Less than the noise is no noise at all, but what rounding leaves: of recorded simulations.
+    # Limit the variance from below: recorded simulations have no noise, and their residuals are
+    # only rounding.
     variance = max(sum_of_squares(residuals) / left, 1.0)
     covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
@@ -122,6 +130,8 @@ def intervals_of(
         near = AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
         at_bound = min(value - each.low, each.high - value) <= near
         low, high, how = value - reach * deviation, value + reach * deviation, CURVATURE
+        # A skewed sum of squares or a bound invalidates the symmetric interval: profile the
+        # parameter instead.
         if profiles and (at_bound or skews[j] > SKEW):
             tell(f"profile of {each.name}", k, len(free))
             ends = [
@@ -151,7 +161,7 @@ def _moved(
     problem: Problem, values: np.ndarray, free: Sequence[int], covariance: np.ndarray,
     j: int, by: float,
 ) -> np.ndarray:  # fmt: skip
-    """A parameter moved, the others following as a parabola says, within their bounds."""
+    """Move a parameter; the others follow the parabola, within their bounds."""
     k = list(free).index(j)
     moved = values.copy()
     moved[list(free)] += by * covariance[:, k] / covariance[k, k]
@@ -164,7 +174,7 @@ def _skews(
     problem: Problem, values: np.ndarray, free: Sequence[int], covariance: np.ndarray,
     variance: float, reach: float,
 ) -> dict[int, float]:  # fmt: skip
-    """By how much the rise at the intervals' ends is off what a parabola says, as a share."""
+    """Return relative deviations of the rise at the ends of the intervals from a parabola."""
     best = problem.cost(values)
     found = {}
     for j in free:
@@ -184,7 +194,10 @@ def _end(
     problem: Problem, values: np.ndarray, free: Sequence[int], covariance: np.ndarray,
     j: int, way: float, rise: float,
 ) -> tuple[float, list[tuple[float, float]]]:  # fmt: skip
-    """Where the fit has become worse by so much, and the points on the way; infinite: nowhere."""
+    """Return the value at which the fit has deteriorated by ``rise``, and the profile points.
+
+    The value is infinite if the bound is reached first.
+    """
     each, k = problem.parameters[j], list(free).index(j)
     others = [i for i in free if i != j]
     best = problem.cost(values)
@@ -225,6 +238,6 @@ def _end(
 
 
 def _root(a: float, rise_a: float, b: float, rise_b: float, rise: float) -> float:
-    """Between two points, where the square root of the rise is taken as straight."""
+    """Interpolate the place of a rise between two points, linearly in its square root."""
     low, high, wanted = np.sqrt([rise_a, rise_b, rise])
     return float(a + (b - a) * (wanted - low) / (high - low))

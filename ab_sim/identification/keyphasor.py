@@ -1,4 +1,4 @@
-"""The spindle's angle from the pulses of a mark that passes a pick-up, one or several each turn."""
+"""Spindle angle from the pulses of one or several marks that pass a pick-up each turn."""
 
 import math
 
@@ -8,15 +8,20 @@ from scipy.interpolate import UnivariateSpline
 from ab_sim.errors import InputError
 
 FEWEST = 10
-"""Pulses."""
+"""Least number of pulses."""
 LOW, MIDDLE, HIGH = 0.35, 0.5, 0.65
-"""Shares of the range of the reading: a pulse begins where it passes the middle, has been below the
-first since the last pulse, and goes above the last."""
+"""Thresholds of pulses, as fractions of the reading's range.
+
+A pulse starts where the reading rises through ``MIDDLE``, if it was below ``LOW`` since the last
+pulse and reaches ``HIGH`` afterwards.
+"""
 MISSED, DOUBLED = 1.7, 0.6
-"""Interval between pulses, of the longer and of the shorter one of its neighbours, from which a
-pulse was missed or counted twice."""
+"""Ratios of a pulse interval to its neighbours that indicate a missing or double pulse.
+
+The first compares with the longer neighbour, the second with the shorter.
+"""
 SPREAD = math.sqrt(70.0) / 6.0
-"""Standard deviation of an independent error's fourth difference, over 6, in units of its own."""
+"""Standard deviation of the fourth difference of independent errors, over 6, in units of theirs."""
 
 
 def angle_from_pulses(
@@ -24,13 +29,13 @@ def angle_from_pulses(
 ) -> np.ndarray:
     """Return the angle at each sample, 0 at the first pulse; NaN before it and after the last.
 
-    A smoothing spline goes through the pulses as near as the scatter of their times says.
+    A smoothing spline is fitted to the pulses; its tolerance is the scatter of their times.
 
     Args:
-        time: of the samples [s].
-        reading: of the pick-up, finite, in any unit.
-        per_turn: pulses each turn.
-        name: of the recording.
+        time: times of the samples [s].
+        reading: finite reading of the pick-up, in any unit.
+        per_turn: pulses per turn.
+        name: name of the recording.
 
     Raises:
         InputError: there are too few pulses, or one is missing or counted twice.
@@ -55,7 +60,7 @@ def angle_from_pulses(
         )
     angles = 2.0 * math.pi / per_turn * np.arange(len(pulses))
     scatter = float(np.median(np.abs(np.diff(pulses, 4)))) / 6.0 / 0.6745 / SPREAD
-    # A smooth run has fourth differences, too: never smooth by more than half a sample.
+    # A smooth change of speed also has fourth differences: limit the smoothing to half a sample.
     scatter = min(scatter, 0.5 * float(np.median(np.diff(time))))
     speeds = np.gradient(angles, pulses)
     spline = UnivariateSpline(pulses, angles, w=1.0 / (speeds * max(scatter, 1e-12)), s=len(pulses))
@@ -66,7 +71,7 @@ def angle_from_pulses(
 
 
 def _pulse_times(time: np.ndarray, reading: np.ndarray) -> np.ndarray:
-    """Times at which a reading rises through its middle, between its samples."""
+    """Return times at which a reading rises through its middle, interpolated between samples."""
     low, high = float(reading.min()), float(reading.max())
     if low == high:
         return np.empty(0)

@@ -1,4 +1,4 @@
-"""What recordings can tell of parameters at all: singular values, and what they leave open."""
+"""Identifiability: singular values of the sensitivities, and unidentifiable directions."""
 
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -10,12 +10,11 @@ from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
 
 LOOKS = 2
-"""Draws of start angles from which it is asked what can be known."""
+"""Number of draws of start angles at which identifiability is evaluated."""
 UNKNOWN = 0.5
-"""Standard deviation of a direction, as a share of the parameters' scales, from which it counts as
-not known."""
+"""Standard deviation of an unknown direction, relative to the parameters' scales."""
 PART = 0.15
-"""Of its largest entry: smaller ones of a direction are not named."""
+"""Smallest component that is named, relative to the direction's largest."""
 ALIKE = 0.1
 MASSES = ("rotor.total_mass", "rotor.mass", "rotor.eccentric_mass")
 WEIGH = "weigh the deck and leave the mass out of --fit, or make a recording with a trial mass"
@@ -25,19 +24,19 @@ BALLS_ONLY = ("effects.viscous_drag.", "effects.rolling_friction.", "effects.rac
 
 
 class OpenDirection(NamedTuple):
-    """A way to change parameters together that hardly changes what was measured."""
+    """Direction in parameter space along which the measurements hardly change."""
 
     parts: tuple[tuple[str, float], ...]
     """Parameters with their exponents, the largest being 1."""
     deviation: float
-    """Of the largest part, as a share of its scale; infinite where nothing tells."""
+    """Standard deviation of the largest component, relative to its scale; may be infinite."""
     words: str
     advice: str
     held: str
-    """The parameter that was held to close it."""
+    """Parameter that was fixed to remove the direction."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the direction as JSON-able values."""
         return {
             "parameters": dict(self.parts),
             "deviation": self.deviation,
@@ -48,17 +47,17 @@ class OpenDirection(NamedTuple):
 
 
 class Knowledge(NamedTuple):
-    """Of the parameters that recordings have in common, and of their gains."""
+    """Identifiability of the common parameters and of the recordings' gains."""
 
     names: tuple[str, ...]
     singular: tuple[float, ...]
-    """Of the scaled sensitivities, what recordings have of their own being fitted along."""
+    """Singular values of the scaled sensitivities, with the recordings' own parameters fitted."""
     open: tuple[OpenDirection, ...]
     held: tuple[int, ...]
-    """Numbers of the parameters that were held."""
+    """Indices of the fixed parameters."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the result as JSON-able values."""
         return {
             "parameters": list(self.names),
             "singular_values": list(self.singular),
@@ -67,14 +66,14 @@ class Knowledge(NamedTuple):
 
 
 def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()) -> Knowledge:
-    """What the recordings can tell, looked at from some values.
+    """Return the identifiability at given values.
 
-    Parameters are held until nothing is open.
+    Parameters are fixed until no unidentifiable direction is left.
 
     Args:
-        problem: the recordings, with their noise.
-        values: of all parameters [SI].
-        known: numbers of parameters that are not asked for.
+        problem: problem with the recordings and their noise.
+        values: values of all parameters [SI].
+        known: indices of parameters to be left out.
     """
     shared = shared_numbers(problem)
     wanted = [j for j in shared if j not in known]
@@ -107,12 +106,12 @@ def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()
 def knowledge_before(
     problem: Problem, seed: int, tell: Callable[[str, int, int], None] = lambda *_: None
 ) -> Knowledge:
-    """What is open wherever the balls may have started, looked at from where the scene is.
+    """Return directions that are unidentifiable for all start angles, at the scene's values.
 
     Args:
-        problem: the recordings, with their noise.
-        seed: of the start angles.
-        tell: called with what is done now, done, of all.
+        problem: problem with the recordings and their noise.
+        seed: seed of the start angles.
+        tell: called with the current task, the number of finished tasks and the total.
     """
     numbers, found = np.random.default_rng([seed, 0]), []
     for look in range(LOOKS):
@@ -131,7 +130,7 @@ def knowledge_before(
 
 
 def shared_numbers(problem: Problem) -> list[int]:
-    """Of the parameters that recordings have in common, and of their gains."""
+    """Return the indices of the common parameters and of the recordings' gains."""
     return [
         j
         for j, each in enumerate(problem.parameters)
@@ -148,7 +147,7 @@ def _parts(names: Sequence[str], direction: np.ndarray) -> list[tuple[str, float
 
 
 def _chosen(parts: Sequence[tuple[str, float]]) -> str:
-    """Which parameter is held: one that a scale or a calibration tells, else the largest part."""
+    """Return the parameter to fix: one that can be weighed or calibrated, or the largest."""
     names = [name for name, _ in parts]
     for name in (*MASSES, *(n for n in names if n.startswith(f"{GAIN} of"))):
         if name in names:

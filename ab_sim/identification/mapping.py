@@ -1,4 +1,4 @@
-"""What the columns of somebody else's table are: a mapping, as YAML."""
+"""Mapping of a table's columns, as YAML."""
 
 import math
 from collections.abc import Sequence
@@ -22,15 +22,15 @@ SPELLINGS = {
     ("mg", "m/s^2"): "mg_0",
     ("m/s2", "m/s^2"): "m/s^2",
 }
-"""Units as instruments write them, in lower case, with what they measure, and as pint does."""
+"""Spellings of units by instruments, in lower case with their SI unit, to those of pint."""
 PAIRS = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
-"""Columns of the deck's own motion in ab_sim's recordings."""
+"""Columns of the deck's motion in recordings of ab_sim."""
 AXES = (0.0, 1.5707963267948966)
-"""Directions of the first and the second signal, unless told: the deck's x and y."""
+"""Default directions of the first and second signal: the deck's x and y."""
 
 
 class ColumnOf(Section):
-    """A column, and the unit of its numbers."""
+    """Column, and the unit of its numbers."""
 
     column: str = Field(description="its name")
     unit: str | None = Field(
@@ -39,7 +39,7 @@ class ColumnOf(Section):
 
 
 class SignalColumn(ColumnOf):
-    """A column of the vibration."""
+    """Column of the vibration."""
 
     direction: str | float | None = Field(
         default=None, description="of its axis, from the deck's x; default: x, then y"
@@ -51,7 +51,7 @@ class SignalColumn(ColumnOf):
 
 
 class Keyphasor(Section):
-    """A column with pulses of a mark on the spindle."""
+    """Column with pulses of a mark on the spindle."""
 
     column: str = Field(description="its name")
     per_turn: int = Field(default=1, ge=1, description="pulses each turn")
@@ -61,7 +61,7 @@ class Keyphasor(Section):
 
 
 class Mapping(Section):
-    """What a table's columns are."""
+    """Meaning of a table's columns."""
 
     time: ColumnOf | None = Field(default=None, description="when samples were taken")
     sampling: str | float | None = Field(
@@ -107,7 +107,7 @@ class Mapping(Section):
 
     @property
     def kind_of_signals(self) -> str | None:
-        """As it is said, or as units say; None if neither does."""
+        """Kind of the signals, as stated or from their unit; None if unknown."""
         if self.kind is not None:
             return self.kind
         for signal in self.signals:
@@ -119,10 +119,11 @@ class Mapping(Section):
 
 
 def read_mapping_file(path: Path) -> Mapping:
-    """A mapping from its file.
+    """Read a mapping from a file.
 
     Raises:
-        InputError: it cannot be read, or is no mapping; names the key and what is allowed.
+        InputError: the file cannot be read or is no mapping; the message names the key and the
+            allowed values.
     """
     try:
         raw = read_yaml_file(path)
@@ -134,10 +135,10 @@ def read_mapping_file(path: Path) -> Mapping:
 
 
 def mapping_of(raw: Any, said: str) -> Mapping:
-    """A mapping from plain values.
+    """Return a mapping from plain values.
 
     Raises:
-        InputError: as of ``read_mapping_file``.
+        InputError: see ``read_mapping_file``.
     """
     if not isinstance(raw, dict):
         raise InputError(f"{said}: must be a mapping with time, speed or angle, and signals")
@@ -157,7 +158,7 @@ def mapping_of(raw: Any, said: str) -> Mapping:
 
 
 def kind_of_unit(unit: str) -> str | None:
-    """What is measured in a unit; None: neither of the two."""
+    """Return the quantity measured in a unit; None if it is neither of the two."""
     for kind, own in UNITS.items():
         if unit == own:
             return kind
@@ -170,7 +171,7 @@ def kind_of_unit(unit: str) -> str | None:
 
 
 def _spelled(unit: str, si: str) -> str:
-    """A unit as pint spells it, where what it measures leaves no doubt."""
+    """Return a unit in pint's spelling, if its quantity is unambiguous."""
     return SPELLINGS.get((unit.strip().lower(), si), unit.strip())
 
 
@@ -178,13 +179,13 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, said: str) -
     """Return the factor from a sensor's output to SI.
 
     Args:
-        sensitivity: such as ``100 mV/g_0``: its output, per what it measures.
-        unit: of the output; None: that of the sensitivity.
-        si: unit of what it measures.
+        sensitivity: output per measured quantity, such as ``100 mV/g_0``.
+        unit: unit of the output; None for that of the sensitivity.
+        si: SI unit of the measured quantity.
         said: key of the mapping, for messages.
 
     Raises:
-        InputError: it is not written so, or does not fit the units.
+        InputError: the text has another form, or does not fit the units.
     """
     output, slash, measured = sensitivity.rpartition("/")
     number, _, output_unit = output.strip().partition(" ")
@@ -200,10 +201,10 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, said: str) -
 
 
 def factor_of(unit: str | None, si: str, said: str) -> float:
-    """By what numbers in a unit are multiplied to be SI.
+    """Return the factor from a unit to SI.
 
     Raises:
-        InputError: it is no unit of that.
+        InputError: the unit does not fit the quantity.
     """
     if unit is None or unit == si:
         return 1.0
@@ -214,10 +215,10 @@ def factor_of(unit: str | None, si: str, said: str) -> float:
 
 
 def number_of(value: str | float, si: str, said: str) -> float:
-    """A number, SI or with its unit.
+    """Return a number in SI, from a number or a text with a unit.
 
     Raises:
-        InputError: it is none.
+        InputError: the value is no such number.
     """
     if isinstance(value, str):
         try:
@@ -229,21 +230,21 @@ def number_of(value: str | float, si: str, said: str) -> float:
 
 
 def pair_of(signal: str) -> tuple[str, str]:
-    """Columns of a signal in ab_sim's own recordings."""
+    """Return the columns of a signal in recordings of ab_sim."""
     return PAIRS.get(signal, (f"{signal}_1", f"{signal}_2"))
 
 
 def usual_mapping(
     names: Sequence[str], sensors: Sequence[str], probes: Sequence[str], wanted: str | None
 ) -> Mapping | str:
-    """Of a table with the columns of ab_sim's own recordings; a text says why it is none.
+    """Return the mapping of a table with ab_sim's columns, or a text that states why there is none.
 
     Args:
-        names: of the columns.
-        sensors: accelerometers whose readings are among them.
-        probes: of the displacement, too.
-        wanted: ``DISPLACEMENT``, ``ACCELERATION``, or a sensor's name; None: the first sensor, else
-            the first probe, else the displacement.
+        names: names of the columns.
+        sensors: accelerometers with columns in the table.
+        probes: displacement probes with columns in the table.
+        wanted: ``DISPLACEMENT``, ``ACCELERATION``, or a sensor's name; None selects the first
+            sensor, else the first probe, else the displacement.
     """
     lacking = [name for name in ("time", "speed") if name not in names]
     if lacking:

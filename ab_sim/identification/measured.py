@@ -1,4 +1,4 @@
-"""A recording as the fit sees it: vibration at some times, and how the spindle turned."""
+"""Recording as used by the fit: vibration at given times, and motion of the spindle."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -10,51 +10,54 @@ from ab_sim.spindle import SpeedSchedule
 
 DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
 UNITS = {DISPLACEMENT: "m", ACCELERATION: "m/s^2"}
-"""What a signal is of, and its unit."""
+"""Quantities of signals, with their units."""
 GAIN, BIAS, DELAY, DISC_ANGLE = "gain", "bias", "delay", "disc_angle"
 NUISANCES = (GAIN, BIAS, DELAY, DISC_ANGLE)
-"""What a recording may have of its own beside the start of its run: factor and offset of the
-signals, by how much they are late [s], and the angle of the disc at the start [rad]."""
+"""Parameters of a single recording in addition to its initial state.
+
+Factor and offset of the signals, their delay [s], and the angle of the disc at the start [rad].
+"""
 
 
 @dataclass(frozen=True)
 class Measured:
-    """One recording, in SI units, its time counted from its first sample."""
+    """Recording in SI units."""
 
     name: str
     time: np.ndarray
-    """Of the samples [s], rising, above 0; shape (samples,)."""
+    """Times of the samples [s], rising, above 0, shape (samples,)."""
     signals: np.ndarray
-    """Along each axis [m or m/s^2], NaN where there is none; shape (samples, axes)."""
+    """Signals along each axis [m or m/s^2], NaN if missing, shape (samples, axes)."""
     axes: tuple[float, ...]
     """Direction of each axis, from the deck's x [rad]."""
     kind: str
-    """``DISPLACEMENT`` or ``ACCELERATION``."""
+    """Kind of the signals: ``DISPLACEMENT`` or ``ACCELERATION``."""
     schedule: SpeedSchedule
-    """How the spindle turned."""
+    """Recorded motion of the spindle."""
     angle_known: bool
-    """Whether its angle was recorded, and not its speed alone."""
+    """Flag of a recorded angle; otherwise only the speed was recorded."""
     with_balls: bool
     sensor: Sampled | None = None
-    """Whose low-pass the signals went through; None: through none."""
+    """Sensor whose low-pass the signals passed; None if there was none."""
     step: float | None = None
-    """Integration step of the run that was recorded [s]; None of a real drive's."""
+    """Integration step of a recorded simulation [s]; None for a real drive."""
     delay: float = 0.0
-    """By which the signals are known to be late [s]."""
+    """Known delay of the signals [s]."""
     free: tuple[str, ...] = ()
-    """Which of ``NUISANCES`` are not known."""
+    """Names in ``NUISANCES`` that are unknown."""
     at_rest: bool = True
-    """Whether deck and balls were at rest when it began."""
+    """Flag of deck and balls at rest at the start."""
     trial_mass: float = 0.0
-    """Clamped to the deck for this recording [kg]."""
+    """Mass clamped to the deck for this recording [kg]."""
     doubt: str = ""
-    """Reason to refuse it if the fit does not explain it, see ``check_sense``; empty of most."""
+    """Reason to refuse the recording if the fit does not explain it, see ``check_sense``; else
+    empty."""
     notes: tuple[str, ...] = field(default=())
-    """What has to be said of it."""
+    """Notes for the user."""
 
     @property
     def unit(self) -> str:
-        """Of the signals."""
+        """Unit of the signals."""
         return UNITS[self.kind]
 
     @property
@@ -64,20 +67,20 @@ class Measured:
 
     @cached_property
     def spindle_angle(self) -> np.ndarray:
-        """At each sample [rad]; asked for in each look at what a fit leaves."""
+        """Spindle angle at each sample [rad]; cached, as every look at residuals uses it."""
         return self.schedule.angles(self.time)
 
     @property
     def count(self) -> int:
-        """Of numbers that were measured."""
+        """Number of measured values."""
         return int(np.isfinite(self.signals).sum())
 
     @property
     def rms(self) -> float:
-        """Of the signals about their mean."""
+        """Root mean square of the signals about their mean."""
         return float(np.sqrt(np.nanmean((self.signals - np.nanmean(self.signals, axis=0)) ** 2)))
 
     def until(self, time: float) -> "Measured":
-        """Its beginning."""
+        """Return the beginning of the recording."""
         some = max(int(np.searchsorted(self.time, time, "right")), 8)
         return replace(self, time=self.time[:some], signals=self.signals[:some])

@@ -1,6 +1,7 @@
-"""What would explain what a fit leaves: each effect that the scene does not have is tried once.
+"""Missing effects: each effect that the scene lacks is tried once as an explanation of residuals.
 
-So is what a recording may have of its own: a turned or late sensor looks like a wrong drive.
+Unknown parameters of a recording are tried as well, because a rotated or late sensor looks like a
+wrong drive.
 """
 
 import math
@@ -23,46 +24,49 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
 SIZES = 10.0 ** np.arange(-12.0, 13.0)
-"""Of a parameter whose size nobody knows: the one that changes the signals as much as the noise."""
+"""Candidate sizes of a parameter of unknown magnitude.
+
+The size is chosen at which the signals change by about their noise.
+"""
 TRIAL_STEPS = 15
 STEEL = 7800.0
-"""kg/m^3: of balls whose radius the scene does not give, where an effect needs it."""
+"""Density of balls [kg/m^3], used if the scene gives no radius and an effect needs it."""
 EQUAL, UNEQUAL = "suspension", "unequal_suspension"
-"""Of which a scene has one or the other."""
+"""Alternative suspensions; a scene has one or the other."""
 APART, TINY = 0.01, 1e-9
-"""Shares by which unequal springs begin apart; a damping that is not 0."""
+"""Initial relative difference of unequal springs, and the smallest damping."""
 ALIKE = 2.0
-"""Noise variances by which the sums of squares of effects may differ that explain the same."""
+"""Difference of sums of squares, in noise variances, below which effects explain equally well."""
 BALLS_ONLY = {
     *("ball_drag", "ball_inertia", "friction_coefficient"),
     *("race_shape", "race_arc", "restitution"),
 }
-"""Methods by which effects act on nothing but balls."""
+"""Methods of effects that act on balls only."""
 LIMIT = 1e3
-"""Of a parameter, in units of the size at which it begins to be seen."""
+"""Largest value of a parameter in units of the size at which it becomes visible."""
 
 
 class _Trial(NamedTuple):
-    """A scene with one effect more."""
+    """Scene with an additional effect."""
 
     scene: Scene
     common: tuple[FitParameter, ...]
-    """What is fitted of it, what was fitted before and is still there being first."""
+    """Fitted parameters of the scene: the remaining earlier ones, then those of the effect."""
     more: tuple[FitParameter, ...]
-    """Of these, the effect's own."""
+    """Parameters of the effect."""
 
 
 def tried_effects(
     problem: Problem, values: np.ndarray, free: Sequence[int], white: Sequence[bool], tell: Tell
 ) -> tuple[TriedEffect, ...]:
-    """Effects by how much they explain, the best first.
+    """Try the missing effects and return them, the best explanation first.
 
     Args:
-        problem: with its noise.
-        values: of its parameters, as fitted [SI].
-        free: numbers of those that were fitted.
-        white: of each recording: whether what is left of it is noise.
-        tell: progress.
+        problem: problem with its noise.
+        values: fitted values of its parameters [SI].
+        free: indices of the fitted parameters.
+        white: whether the residuals are noise, for each recording.
+        tell: progress callback.
     """
     balls = any(measured.with_balls for measured in problem.recordings)
     names = [
@@ -70,7 +74,7 @@ def tried_effects(
         for name, effect in effect_classes().items()
         if name not in (*problem.scene.effects, MOTOR) and (balls or not _needs_balls(effect))
     ]
-    # What further iterations gain without any effect is not an effect's merit.
+    # Iterate the fit without an effect first, so that this gain is not credited to an effect.
     without = minimise(problem, values, free, TRIAL_STEPS)
     before = _z(problem, without.values)
     found = []
@@ -90,7 +94,7 @@ def tried_effects(
                 tell(f"tried with {nuisance} of {measured.name}", len(names), len(names))
                 found.append(_freed(problem, without, free, number, nuisance, before))
     count = math.log(sum(measured.count for measured in problem.recordings))
-    # As by the Bayesian information criterion: each further parameter has to be worth it.
+    # Bayesian information criterion: every additional parameter must pay for itself.
     return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
 
 
@@ -98,7 +102,7 @@ def _freed(
     problem: Problem, without: Fitted, free: Sequence[int], number: int, nuisance: str,
     before: float,
 ) -> TriedEffect:  # fmt: skip
-    """What a recording has of its own, as if it were an effect."""
+    """Try an unknown parameter of a recording as if it were an effect."""
     recordings = list(problem.recordings)
     measured = recordings[number]
     recordings[number] = replace(measured, free=(*measured.free, nuisance))
@@ -109,15 +113,15 @@ def _freed(
 
 
 def _needs_balls(effect: type[Any]) -> bool:
-    """Whether an effect does nothing where there are no balls."""
+    """Return whether an effect has no influence without balls."""
     methods = {name for name, each in vars(effect).items() if callable(each) and name[0] != "_"}
     return methods - {"check_scene"} <= BALLS_ONLY
 
 
 def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:
-    """Names of the effects that explain as much as the first, which is one of them.
+    """Return the names of the effects that explain as much as the first, including the first.
 
-    Friction of the race and of rolling are the same law where balls are equal, for instance.
+    For equal balls, for example, race friction and rolling friction are the same law.
     """
     able = [each for each in tried if not each.failure]
     return [
@@ -140,7 +144,7 @@ def _fitted(
     problem: Problem, without: Fitted, free: Sequence[int], whole: Problem, more: Sequence[str],
     name: str, before: float,
 ) -> TriedEffect:  # fmt: skip
-    """How much better a problem with further parameters does than the one that was fitted."""
+    """Fit a problem with additional parameters, and compare it with the earlier fit."""
     known = dict(zip(problem.names, without.values.tolist(), strict=True))
     begin = np.array([known.get(each.name, each.start) for each in whole.parameters])
     fitted = {problem.names[j] for j in free} | {*more}
@@ -163,7 +167,7 @@ def _fitted(
 
 
 def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
-    """The scene with an effect, whose parameters begin where they are just seen."""
+    """Return the scene with an effect whose parameters start at a just visible size."""
     if name == UNEQUAL and EQUAL in problem.scene.effects:
         return _unequal(problem, values)
     fields = {
@@ -189,7 +193,7 @@ def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
 
 
 def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
-    """A suspension of unequal springs instead of the one there is."""
+    """Return the scene with unequal springs in place of its suspension."""
     scene = changed_scene(problem.scene, problem.scene_values(values), "fitted")
     equal, rest = scene.effects[EQUAL], scene.as_mapping()["effects"]
     assert isinstance(rest, dict)
@@ -229,7 +233,7 @@ def _with_effect(scene: Scene, name: str, parameters: dict[str, float]) -> Scene
 
 
 def _size(problem: Problem, values: np.ndarray, key: str, least: float) -> float:
-    """At which a parameter is seen: where signals change by about their noise; 0: at none."""
+    """Return the size at which signals change by about their noise; 0 if there is none."""
     best, nearest = 0.0, math.inf
     bare = [problem.simulated(k, values) for k in range(len(problem.recordings))]
     for size in SIZES[SIZES >= least].tolist():

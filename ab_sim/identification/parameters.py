@@ -1,4 +1,4 @@
-"""What a fit varies: keys of the scene, and what each recording has of its own."""
+"""Free parameters of a fit: keys of the scene, and parameters of single recordings."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -17,7 +17,7 @@ from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.model import Scene
 
 WITHIN = 10.0
-"""A number of one sign is looked for within this factor, unless told otherwise."""
+"""Default range of a nonzero number: this factor below and above its start value."""
 ENCODER_ZERO = "encoder zero"
 ANGLES, RATES = "start.ball_angles", "start.ball_rates"
 POSITION, VELOCITY = "start.deck.position", "start.deck.velocity"
@@ -35,52 +35,52 @@ _REFUSED = {
 
 
 class FitParameter(NamedTuple):
-    """A number that a fit may vary."""
+    """Number that a fit may vary."""
 
     name: str
-    """The key; of a recording's own, with the recording's name: ``gain of run-1``."""
+    """Key; for a single recording with its name: ``gain of run-1``."""
     unit: str
     start: float
     scale: float
-    """What counts as a large change."""
+    """Magnitude of a large change."""
     low: float
     high: float
     place: KeyPlace | None
-    """In a scene; None of gain, bias and delay."""
+    """Place in a scene; None for gain, bias and delay."""
     recording: int | None = None
-    """Whose own it is; None of what all have in common."""
+    """Index of the recording that it belongs to; None for a common parameter."""
     nuisance: str = ""
-    """``GAIN``, ``BIAS`` and so on; empty of one with a place in the scene."""
+    """Name of the nuisance, ``GAIN``, ``BIAS`` and so on; empty for a number of the scene."""
     axis: int = 0
-    """Of a bias."""
+    """Axis of a bias."""
     least: float = -math.inf
-    """Below which the scene takes none: 0 of a stiffness."""
+    """Lower limit in the scene: 0 for a stiffness."""
 
     bases: Mapping[int, float] = {}
-    """Angle by recording to which the value adds, where recordings share it: an encoder's zero."""
+    """Base angle of each recording that shares the value, for the encoder's zero."""
 
     def belongs_to(self, recording: int | None) -> bool:
-        """Whether a recording depends on it; None: whether all do."""
+        """Return whether a recording depends on it; with None, whether all recordings do."""
         return self.recording is None or self.recording == recording or recording in self.bases
 
     @property
     def is_own_angle(self) -> bool:
-        """Whether it is an angle of a recording, which is the same after a whole turn."""
+        """Flag of an angle of a single recording, which is periodic."""
         return self.recording is not None and self.unit == "rad"
 
 
 def fitted_parameters(
     scene: Scene, keys: Sequence[str], bounds: Mapping[str, tuple[float, float]]
 ) -> list[FitParameter]:
-    """Of a scene's keys.
+    """Return the parameters of a scene's keys.
 
     Args:
-        scene: has their start values.
-        keys: dotted; those with a number for each ball have its number behind: ``balls.mass.0``.
-        bounds: of some of them [SI].
+        scene: scene with the start values.
+        keys: dotted keys; a key with a number per ball ends in the ball's index: ``balls.mass.0``.
+        bounds: bounds of some keys [SI].
 
     Raises:
-        InputError: a key is none that can be fitted; says why and what to do.
+        InputError: a key cannot be fitted; the message states the reason and the remedy.
     """
     if not keys:
         raise InputError("nothing to fit: name keys, e.g. --fit effects.suspension.stiffness")
@@ -117,7 +117,7 @@ def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitPar
 
 
 def _place(scene: Scene, key: str) -> tuple[KeyPlace, Any]:
-    """Where a key stands in a scene, and what is there."""
+    """Return the place of a key in a scene, and its value."""
     parts = key.split(".")
     for count in range(1, len(parts)):
         above = ".".join(parts[:count])
@@ -131,7 +131,7 @@ def _place(scene: Scene, key: str) -> tuple[KeyPlace, Any]:
 
 
 def _entry(key: str, node: Any, part: str, above: str) -> Any:
-    """Of a list or an entry of it with names."""
+    """Return the entry ``part`` of a list or a mapping."""
     if isinstance(node, list):
         if not node:
             raise InputError(
@@ -182,10 +182,10 @@ def _limits(
 
 
 def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
-    """What is written ``KEY=LOW..HIGH``, with units or in SI.
+    """Parse ``KEY=LOW..HIGH``, with units or in SI.
 
     Raises:
-        InputError: it is not written so.
+        InputError: the text has another form.
     """
     found: dict[str, tuple[float, float]] = {}
     for text in texts:
@@ -203,8 +203,8 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
 def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
     """Return the angle of the unbalance's mark where the encoder reads 0, if it is not known.
 
-    Recordings of one drive come from one encoder, so they share it: one without balls tells it
-    much better than one with balls.
+    Recordings of one drive share the encoder and thus this angle. A recording without balls
+    determines it much better than one with balls.
     """
     bases = {
         number: measured.schedule.angle(0.0)
@@ -222,12 +222,12 @@ def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
 
 
 def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitParameter]:
-    """What a recording has of its own.
+    """Return the parameters of a single recording.
 
     Args:
-        scene: what is fitted.
+        scene: scene to be fitted.
         measured: the recording.
-        number: which one it is.
+        number: index of the recording.
     """
 
     def own(
@@ -252,7 +252,7 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
             place = KeyPlace(RATES, (ball,))
             found.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
         length = scene.whirl_unit[0]
-        # With one signal nothing tells the start across it, which stays 0.
+        # A single signal does not determine the start across its axis, which stays 0.
         across = [(abs(math.cos(axis)), abs(math.sin(axis))) for axis in measured.axes]
         seen = (0, 1) if len(across) > 1 else (int(across[0][1] > across[0][0]),)
         for axis in seen:

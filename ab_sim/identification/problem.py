@@ -1,4 +1,4 @@
-"""What a fit makes small: measured less simulated, over all recordings, in units of their noise."""
+"""Objective of a fit: measured minus simulated signals of all recordings, in units of noise."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -22,17 +22,17 @@ from ab_sim.scene.model import Scene
 from ab_sim.stepping.side_by_side import LANES
 
 BEYOND = 1e3
-"""Of the signals' size: what stands for the residuals of a run that cannot be."""
+"""Residuals of a failed run, relative to the signals."""
 
 
 class Problem:
     """Residuals and their derivatives by parameters, each in units of its scale.
 
     Args:
-        scene: what is fitted.
-        common: its parameters that all recordings share.
-        recordings: what was measured.
-        noise: standard deviation of each recording's signals.
+        scene: scene to be fitted.
+        common: parameters that all recordings share.
+        recordings: recordings.
+        noise: standard deviation of the noise in each recording.
     """
 
     def __init__(
@@ -55,11 +55,11 @@ class Problem:
         whole = [whitened(*each) for each in zip(self._taps, self._measured, strict=True)]
         self._there = [np.isfinite(each) for each in whole]
         self.runs = 0
-        """That were made."""
+        """Number of runs made."""
         self._last: dict[int, tuple[bytes, SimulatedSignals | None]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """Other processes make their own machine code."""
+        """Return the constructor's arguments: other processes compile their own machine code."""
         return Problem, (self.scene, self.common, self.recordings, self.noise)
 
     @property
@@ -68,23 +68,23 @@ class Problem:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of all parameters."""
+        """Names of all parameters."""
         return tuple(each.name for each in self.parameters)
 
     @property
     def start(self) -> np.ndarray:
-        """Where the scene is, in SI units."""
+        """Start values in SI units."""
         return np.array([each.start for each in self.parameters])
 
     @property
     def scales(self) -> np.ndarray:
-        """Of the parameters."""
+        """Scales of the parameters."""
         return np.array([each.scale for each in self.parameters])
 
     def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":
-        """Of some of the recordings, or of their beginnings.
+        """Return the problem of some recordings, or of their beginnings.
 
-        Its parameters are the common ones and those of these recordings, numbered anew.
+        It has the common parameters and those of the chosen recordings, with new indices.
         """
         chosen = [self.recordings[k] for k in recordings]
         if until is not None:
@@ -92,47 +92,47 @@ class Problem:
         return Problem(self.scene, self.common, chosen, [self.noise[k] for k in recordings])
 
     def with_noise(self, noise: Sequence[float]) -> "Problem":
-        """The same with other standard deviations."""
+        """Return the problem with other standard deviations of the noise."""
         found = Problem.__new__(Problem)
         vars(found).update(vars(self), noise=tuple(noise))
         return found
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
-        """Of all that was measured, in units of noise; shape (numbers,)."""
+        """Return residuals of all measured values in units of noise, shape (numbers,)."""
         found = []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
             found.append(self.left(k, values)[there] / noise)
         return np.concatenate(found)
 
     def cost(self, values: np.ndarray) -> float:
-        """Half the sum of squares of the residuals."""
+        """Return half the sum of squares of the residuals."""
         return 0.5 * sum_of_squares(self.residuals(values))
 
     def left(self, number: int, values: np.ndarray) -> np.ndarray:
-        """Measured less simulated, whitened, where noise has a colour; shape (samples, axes).
+        """Return whitened residuals of a recording, shape (samples, axes).
 
-        NaN where nothing was measured, or the filter that whitens has not seen enough.
+        They are NaN where nothing was measured and until the whitening filter is filled.
         """
         return self._left(number, self._signals(number, values, ()), values)
 
     def derivatives(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> np.ndarray:
-        """Of the residuals by some parameters; see ``both``."""
+        """Return the derivatives of the residuals by some parameters; see ``both``."""
         return self.both(values, free, central)[1]
 
     def both(
         self, values: np.ndarray, free: Sequence[int], central: bool = True
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Residuals, and their derivatives by parameters in units of these parameters' scales.
+        """Return residuals, and their derivatives by parameters in units of the parameters' scales.
 
         Args:
-            values: of all parameters [SI].
-            free: numbers of those by which it is differentiated.
-            central: whether differences are taken to both sides, or to one in half as many runs.
+            values: values of all parameters [SI].
+            free: indices of the parameters for derivatives.
+            central: whether differences are central; one-sided ones need half as many runs.
 
         Returns:
-            Of shapes (numbers,) and (numbers, free parameters).
+            Residuals of shape (numbers,), and derivatives of shape (numbers, free parameters).
         """
         residuals, blocks = [], []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
@@ -147,7 +147,10 @@ class Problem:
         return np.concatenate(residuals), np.concatenate(blocks) * self.scales[list(free)]
 
     def costs_no_more(self, free: Sequence[int], central: bool) -> bool:
-        """Whether ``both`` takes no longer than ``residuals``: all runs go side by side at once."""
+        """Return whether ``both`` costs no more than ``residuals``.
+
+        This is so if all runs fit side by side.
+        """
         sides = 2 if central else 1
         return all(
             drive.side_by_side and sides * len(self._own_of(k, free)) < LANES
@@ -169,18 +172,18 @@ class Problem:
     def simulated(
         self, number: int, values: np.ndarray, also: Mapping[str, Any] | None = None
     ) -> np.ndarray | None:
-        """What a recording would have been, gain and bias included; shape (samples, axes).
+        """Return the simulated signals with gain and bias, shape (samples, axes).
 
         Args:
-            number: of the recording.
-            values: of all parameters [SI].
+            number: index of the recording.
+            values: values of all parameters [SI].
             also: further values of the scene, by dotted key.
         """
         signals = self._signals(number, values, (), also=also)
         return None if signals is None else self._shown(number, signals, values)
 
     def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
-        """Values by dotted key, of a recording or of what all have in common."""
+        """Return the scene's values by dotted key, for a recording or for the common parameters."""
         found: dict[str, Any] = {}
         if number is not None:
             measured = self.recordings[number]
@@ -201,7 +204,7 @@ class Problem:
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
         also: Mapping[str, Any] | None = None,
     ) -> SimulatedSignals | None:  # fmt: skip
-        """A run; the last one without derivatives is remembered."""
+        """Run a recording; the last run without derivatives is cached."""
         if free or also:
             return self._run(number, values, free, central, also or {})
         key, known = values.tobytes(), self._last.get(number)
@@ -242,7 +245,7 @@ class Problem:
     def _columns(
         self, number: int, signals: SimulatedSignals, values: np.ndarray, own: Sequence[int]
     ) -> list[np.ndarray]:
-        """Derivatives of what is shown by parameters, each of shape (samples, axes)."""
+        """Return the derivatives of the signals by parameters, each of shape (samples, axes)."""
         gains = self._own(number, GAIN, values)
         gain, derivatives = (gains[0] if gains else 1.0), iter(signals.derivatives)
         found = []

@@ -1,4 +1,4 @@
-"""Which recording to make next: standard ones, by what they would add to what is known."""
+"""Proposals for the next recording: standard ones, ranked by their information."""
 
 import math
 from collections.abc import Sequence
@@ -17,15 +17,15 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import Ramp, SpeedSchedule
 
 RAMP, SLOW, HOLD, COAST = 4.0, 16.0, 8.0, 12.0
-"""How long the standard recordings last [s]."""
+"""Durations of the standard recordings [s]."""
 ABOVE = 2.0
-"""Of the critical speed: how fast they go."""
+"""Top speed of standard recordings, relative to the critical speed."""
 NEAR = 1.05
-"""Of the critical speed: where it is held."""
+"""Speed of the hold, relative to the critical speed."""
 TRIAL = 0.05
-"""Of the mass that moves: a trial mass."""
+"""Trial mass, relative to the moving mass."""
 REACH = 1.96
-"""Standard deviations of half an interval of 95 %."""
+"""Half-width of a 95 % interval in standard deviations."""
 
 
 class _Standard(NamedTuple):
@@ -39,15 +39,14 @@ class _Standard(NamedTuple):
 def proposals_for(
     problem: Problem, values: np.ndarray, free: Sequence[int], unbounded: Sequence[str], tell: Tell
 ) -> tuple[Proposal, ...]:
-    """Standard recordings, the best first: by how many parameters they open, then by the intervals.
+    """Rank standard recordings by newly determined parameters, then by intervals.
 
     Args:
-        problem: with its noise.
-        values: of its parameters, as fitted [SI].
-        free: numbers of those that were fitted; others that recordings share were held, and are
-            not known.
-        unbounded: names of parameters whose intervals have no end, whatever the curvature says.
-        tell: progress.
+        problem: problem with its noise.
+        values: fitted values of its parameters [SI].
+        free: indices of the fitted parameters; other common parameters were fixed and are unknown.
+        unbounded: names of parameters with unbounded intervals, regardless of the curvature.
+        tell: progress callback.
     """
     shared, count = shared_numbers(problem), len(problem.common)
     known = _information(problem, values)
@@ -85,7 +84,7 @@ def proposals_for(
 
 
 def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
-    """Sensitivities of what recordings share, what is their own being fitted along."""
+    """Return sensitivities of common parameters, with the recordings' own parameters fitted."""
     shared = shared_numbers(problem)
     own = [j for j in range(len(problem.parameters)) if j not in shared]
     jacobian = problem.derivatives(values, list(range(len(problem.parameters))))
@@ -131,7 +130,7 @@ def _ramp(top: float, duration: float) -> tuple[tuple[float, Ramp], ...]:
 
 
 def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndarray:
-    """What a standard recording would tell of the parameters that recordings share."""
+    """Return the sensitivities that a standard recording would add."""
     like = problem.recordings[0]
     duration = sum(length for length, _ in standard.pieces)
     end = standard.pieces[-1]

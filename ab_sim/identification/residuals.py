@@ -1,7 +1,7 @@
-"""What a fit leaves: whether it is noise, over time (Ljung and Box) and frequency (Bartlett).
+"""Tests of residuals for whiteness, over time (Ljung and Box) and frequency (Bartlett).
 
-A drive that is slightly wrong leaves what turns with the spindle and changes slowly on axes that
-turn with it, far below the noise of single samples: that is asked for by itself.
+A slightly wrong model leaves residuals that turn with the spindle and vary slowly on rotating axes,
+far below the noise of single samples. A separate test detects them.
 """
 
 import math
@@ -16,61 +16,65 @@ from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 
 LAGS = 20
-"""Of the autocorrelation that are looked at."""
+"""Number of lags of the autocorrelation."""
 FLAGGED = 4.0
-"""z from which residuals are not noise: of true models one in some thousand has so much."""
+"""Threshold of z above which residuals are not noise; exceeded by one true model in some
+thousand."""
 BLOCKS = 20
-"""Of as many turns of the spindle each, over which residuals are summed on turning axes."""
+"""Number of blocks, of equal spindle rotation, over which residuals are averaged on rotating
+axes."""
 DRIFT = 2.0
-"""Standard deviations of the rest, over the whole recording."""
+"""Drift over the whole recording that is reported, in standard deviations of the rest."""
 NOISELESS = 1e-6
-"""Of the signals' size: less than that is no noise of a sensor, and is not looked for."""
+"""Residuals relative to the signals below which there is no sensor noise to test."""
 
 
 class Whiteness(NamedTuple):
-    """Of a recording's residuals."""
+    """Whiteness of a recording's residuals."""
 
     recording: str
     rms: float
-    """Of the residuals [unit of the signals]."""
+    """Root mean square of the residuals, in the signals' unit."""
     share: float
-    """The same, of the signals' r.m.s."""
+    """Root mean square of the residuals relative to the signals'."""
     z: float
-    """Ljung and Box: (Q - h) / sqrt(2 h) over all axes."""
+    """Ljung-Box statistic (Q - h) / sqrt(2 h) over all axes."""
     p: float
-    """Of Q among white residuals."""
+    """Probability of Q among white residuals."""
     frequency_p: float
-    """Of the cumulative periodogram's largest distance from a straight line among such."""
+    """Probability of the cumulative periodogram's distance from a straight line among them."""
     judged: bool
-    """Whether there was noise to judge by."""
+    """Flag of sufficient noise for a test."""
     turning_z: float = 0.0
-    """Of what turns with the spindle: the standard deviations of a normal distribution that are as
-    rarely exceeded as it is by noise."""
+    """Normal quantile of the part that turns with the spindle.
+
+    It is the number of standard deviations that noise exceeds as rarely.
+    """
     signs: tuple[str, ...] = ()
-    """What residuals that are no noise look like, where that is known."""
+    """Descriptions of known patterns in residuals that are not noise."""
 
     @property
     def white(self) -> bool:
-        """Whether nothing speaks against noise."""
+        """Flag of residuals without evidence against noise."""
         return not self.judged or self.worst <= FLAGGED
 
     @property
     def worst(self) -> float:
-        """The larger one of both z."""
+        """Larger of both z values."""
         return max(self.z, self.turning_z)
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the result as JSON-able values."""
         return {**self._asdict(), "white": self.white, "signs": list(self.signs)}
 
 
 def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -> Whiteness:
-    """Of residuals in the order of time.
+    """Test residuals in the order of time.
 
     Args:
-        residuals: shape (samples, axes), NaN where nothing was measured.
-        rms_of_signals: of what was measured, about its mean.
-        recording: its name.
+        residuals: residuals, shape (samples, axes), NaN where nothing was measured.
+        rms_of_signals: root mean square of the measured signals about their mean.
+        recording: name of the recording.
     """
     q, degrees, distances = 0.0, 0, []
     columns = [column[np.isfinite(column)] for column in residuals.T]
@@ -91,11 +95,11 @@ def whiteness_of(residuals: np.ndarray, rms_of_signals: float, recording: str) -
 
 
 def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...]:
-    """Of all recordings of a problem.
+    """Test the residuals of all recordings of a problem.
 
     Args:
-        problem: has been fitted.
-        values: of its parameters [SI].
+        problem: fitted problem.
+        values: values of its parameters [SI].
     """
     found = []
     for k, measured in enumerate(problem.recordings):
@@ -107,15 +111,15 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
 
 
 def turning_z(left: np.ndarray, measured: Measured) -> float:
-    """How unlikely it is that noise turns with the spindle as residuals do; see ``Whiteness``.
+    """Return the significance of residuals that turn with the spindle; see ``Whiteness``.
 
-    On axes that turn with the spindle the mean of white noise over a block is normal, with a
-    variance of one over the number of samples: the sum of its squares has a chi-squared
-    distribution. What the fit has taken off makes it smaller, and the answer careful.
+    On axes that turn with the spindle, the mean of white noise over a block is normal; its variance
+    falls with the number of samples. The sum of squared means is thus chi-squared distributed. The
+    fit removes part of it, so that the test is conservative.
 
     Args:
-        left: shape (samples, axes), NaN where nothing was measured.
-        measured: has the axes, and how the spindle turned.
+        left: residuals, shape (samples, axes), NaN where nothing was measured.
+        measured: recording with axes and spindle angle.
     """
     there = np.isfinite(left).all(axis=1)
     across = (left @ np.exp(1j * np.array(measured.axes)))[there]
@@ -136,11 +140,11 @@ def turning_z(left: np.ndarray, measured: Measured) -> float:
 
 
 def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
-    """What residuals look like: a sensor that drifts.
+    """Return descriptions of patterns in residuals: a drifting sensor.
 
     Args:
-        left: shape (samples, axes), NaN where nothing was measured.
-        time: of the samples [s].
+        left: residuals, shape (samples, axes), NaN where nothing was measured.
+        time: times of the samples [s].
     """
     found = []
     for axis, column in enumerate(left.T):
@@ -155,7 +159,7 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
 
 
 def noises_of(recordings: Sequence[Measured]) -> list[float]:
-    """Standard deviations of what looks like noise, whitened where it has a colour."""
+    """Return noise estimates of recordings, whitened if the noise is coloured."""
     return [
         max(noise_of(whitened(whitening_of(each), each.signals)), NOISELESS * each.rms)
         for each in recordings
@@ -163,7 +167,7 @@ def noises_of(recordings: Sequence[Measured]) -> list[float]:
 
 
 def ljung_box(centred: np.ndarray, lags: int) -> float:
-    """Q of a series with mean 0: n (n + 2) times the sum of r_k^2 / (n - k)."""
+    """Return Q of a series with mean 0: n (n + 2) times the sum of r_k^2 / (n - k)."""
     count, square = len(centred), float(centred @ centred)
     if square == 0.0:
         return 0.0
@@ -172,7 +176,7 @@ def ljung_box(centred: np.ndarray, lags: int) -> float:
 
 
 def _cumulative(centred: np.ndarray) -> float:
-    """p of the cumulative periodogram (Kolmogorov and Smirnov)."""
+    """Return the p-value of the cumulative periodogram (Kolmogorov and Smirnov)."""
     power = np.abs(np.fft.rfft(centred))[1:-1] ** 2
     whole = float(power.sum())
     if whole == 0.0 or len(power) < 8:
@@ -184,16 +188,16 @@ def _cumulative(centred: np.ndarray) -> float:
 
 
 def total_z(found: Sequence[Whiteness]) -> float:
-    """Of all recordings that can be judged, as one z; 0 where none can."""
+    """Return a combined z of all recordings that can be tested; 0 if there is none."""
     judged = [each.worst for each in found if each.judged]
     return sum(judged) / math.sqrt(len(judged)) if judged else 0.0
 
 
 def noise_of(signals: np.ndarray) -> float:
-    """Standard deviation of what looks like noise: the quiet end of the spectrum, over all axes.
+    """Estimate the standard deviation of noise from the quiet end of the spectrum, over all axes.
 
     Args:
-        signals: shape (samples, axes), NaN where there are none.
+        signals: signals, shape (samples, axes), NaN for missing samples.
     """
     found = []
     for column in signals.T:
@@ -201,6 +205,6 @@ def noise_of(signals: np.ndarray) -> float:
         window = np.hanning(len(values))
         power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2 / (window @ window)
         upper = power[3 * len(power) // 4 : -1]
-        # Of an exponential distribution the median is ln 2 of the mean.
+        # The median of an exponential distribution is ln 2 times its mean.
         found.append(float(np.median(upper)) / math.log(2.0))
     return math.sqrt(float(np.mean(found)))

@@ -1,4 +1,4 @@
-"""What an identification has found."""
+"""Result of an identification."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -24,13 +24,13 @@ INTERRUPTED = "interrupted"
 
 
 class RecordingFit(NamedTuple):
-    """A recording beside the fitted run of it."""
+    """Recording and its fitted simulation."""
 
     measured: Measured
     simulated: np.ndarray
-    """Shape as the signals."""
+    """Simulated signals, same shape as the recorded ones."""
     held_out: bool
-    """Whether it was not fitted, but for what is its own."""
+    """Flag of a recording whose own parameters only were fitted."""
 
     @property
     def residuals(self) -> np.ndarray:
@@ -40,68 +40,70 @@ class RecordingFit(NamedTuple):
 
 
 class TriedEffect(NamedTuple):
-    """An effect that the scene does not have, or what a recording has of its own, tried once."""
+    """Trial of an effect that the scene lacks, or of an unknown parameter of a recording."""
 
     name: str
     explains: float
-    """Which part of the sum of squares beyond noise it takes away, 0 to 1."""
+    """Fraction of the sum of squares beyond noise that it explains, 0 to 1."""
     drop: float
-    """Of the sum of squares, in units of the noise's variance."""
+    """Reduction of the sum of squares in units of the noise variance."""
     z: float
-    """Of Ljung and Box with it."""
+    """Ljung-Box z with the effect."""
     values: dict[str, float]
-    """Of its parameters, as fitted."""
+    """Fitted values of its parameters."""
     failure: str = ""
-    """Why it could not be tried."""
+    """Reason why it could not be tried."""
     nuisance: str = ""
-    """What a recording has of its own, where that was tried: gain, bias, delay, disc_angle or
-    time_scale."""
+    """Parameter of a recording that was tried: gain, bias, delay, disc_angle or time_scale.
+
+    Empty for an effect.
+    """
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the trial as JSON-able values."""
         return self._asdict()
 
 
 class HeldOut(NamedTuple):
-    """How the fitted scene does on recordings that were not fitted."""
+    """Quality of the fit on recordings that were not fitted."""
 
     before: float
-    """R.m.s. of the residuals with the scene as it was, of the signals' r.m.s."""
+    """Relative r.m.s. of the residuals with the original scene."""
     after: float
-    """With the fitted scene."""
+    """Relative r.m.s. of the residuals with the fitted scene."""
     z: float
-    """Of Ljung and Box with the fitted scene."""
+    """Ljung-Box z with the fitted scene."""
 
     @property
     def better(self) -> bool:
-        """Whether the fit has helped."""
+        """Flag of an improvement by the fit."""
         return self.after < self.before
 
 
 class Proposal(NamedTuple):
-    """A recording that could be made next."""
+    """Proposal for the next recording."""
 
     name: str
     words: str
-    """What is to be done."""
+    """Instructions."""
     worst: str
-    """The parameter that is known worst without it."""
+    """Parameter with the largest uncertainty without it."""
     now: float
-    """Half the interval of that, as a share of its value."""
+    """Relative half-width of that parameter's interval."""
     then: float
-    """The same of whichever is worst with it."""
+    """Relative half-width of the largest interval with it."""
     opens: tuple[str, ...]
-    """Parameters that it would make known."""
+    """Parameters that it would determine."""
     opened: tuple[float, ...] = ()
-    """Half the interval of each of these with it, as a share of its value."""
+    """Relative half-width of the interval of each of these."""
 
     def report(self) -> dict[str, Any]:
-        """Fields by name."""
+        """Return the fields by name."""
         return self._asdict()
 
     @property
     def gains(self) -> str:
-        """What it makes known, and how well, in words; empty if nothing that was open."""
+        """Newly determined parameters with their uncertainty, in words; may be empty."""
         return ", ".join(
             f"{name}: unknown -> {share_words(half)}"
             for name, half in zip(self.opens, self.opened, strict=True)
@@ -110,45 +112,46 @@ class Proposal(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Identification(Presented):
-    """Numbers of a drive from its recordings, and how far to believe them."""
+    """Parameters of a drive identified from recordings, with their uncertainty."""
 
     _picture = "ab_sim.figures.identification:drawn_identification"
 
     scene: Scene
-    """The fitted one, which runs as it is."""
+    """Fitted scene, which can be run."""
     before: Scene
-    """The one that it began with."""
+    """Original scene."""
     verdict: str
-    """``FITS``, ``MISSING``, ``OFF``, ``BOUND``, ``OPEN``, ``NO_BETTER`` or ``INTERRUPTED``."""
+    """Verdict: ``FITS``, ``MISSING``, ``OFF``, ``BOUND``, ``OPEN``, ``NO_BETTER`` or
+    ``INTERRUPTED``."""
     reasons: tuple[str, ...]
-    """Of the verdict, a sentence each."""
+    """Reasons of the verdict, a sentence each."""
     intervals: Intervals
     knowledge: Knowledge
-    """Before the fit."""
+    """Identifiability before the fit."""
     whiteness: tuple[Whiteness, ...]
     comparisons: tuple[RecordingFit, ...]
     tried: tuple[TriedEffect, ...]
-    """Effects that were tried because something is missing, the best first."""
+    """Trials made because something is missing, the best first."""
     held_out: HeldOut | None
     proposals: tuple[Proposal, ...]
-    """The best first."""
+    """Proposals, the best first."""
     notes: tuple[str, ...]
     runs: int
-    """That were made."""
+    """Number of runs made."""
     seed: int
 
     @property
     def estimates(self) -> tuple[Estimate, ...]:
-        """Of all parameters, those of the scene first."""
+        """Estimates of all parameters, those of the scene first."""
         return self.intervals.estimates
 
     def __getitem__(self, name: str) -> Estimate:
-        """The estimate of a parameter.
+        """Return the estimate of a parameter.
 
         Raises
         ------
         KeyError
-            There is none of that name.
+            The name is unknown.
         """
         for each in self.estimates:
             if each.name == name:
@@ -176,10 +179,10 @@ class Identification(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values: ``ab-sim identify --help``.
+        """Return all results as JSON-able values: ``ab-sim identify --help``.
 
-        A number that is not finite is None: the end of an open interval, or the z of an effect
-        whose run diverges, which its ``failure`` says.
+        Infinite numbers become None: the end of an open interval, or the z of an effect whose run
+        diverges, as stated in its ``failure``.
         """
         found: dict[str, object] = finite_or_none(
             {
@@ -208,7 +211,7 @@ class Identification(Presented):
         return found
 
     def scene_text(self) -> str:
-        """The fitted scene as a file, with a head that says how sure its numbers are."""
+        """Return the fitted scene as a file, with a header that states the uncertainty."""
         head = [
             f"# Fitted by ab-sim identify {ab_sim.__version__}: {self.verdict}.",
             *(f"# {text}" for text in (*self.reasons, *self.notes)),
@@ -219,17 +222,17 @@ class Identification(Presented):
 
 
 def shown_unit(unit: str) -> tuple[str, float]:
-    """In which signals are drawn, and the factor to it: displacements in mm."""
+    """Return the unit in which signals are drawn, and its factor: displacements in mm."""
     return ("mm", 1e3) if unit == "m" else (unit, 1.0)
 
 
 def share_words(share: float) -> str:
-    """Half an interval, as a share of its value."""
+    """Return the relative half-width of an interval as text."""
     return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
 
 
 def words_of(each: Estimate) -> str:
-    """A number with its interval, or what is known instead."""
+    """Return a number with its interval as text, or its status."""
     unit = "" if each.unit == "1" else f" {each.unit}"
     value = f"{each.name} = {each.value:.6g}{unit}"
     if not np.isfinite(each.low) and not np.isfinite(each.high):

@@ -1,4 +1,4 @@
-"""An identification from its files to its verdict."""
+"""Identification from recordings to a verdict."""
 
 import math
 from collections.abc import Mapping as Dictionary
@@ -35,24 +35,24 @@ from ab_sim.scene.model import Scene
 from ab_sim.workers import WorkerLost, Workers
 
 NEAR = 0.7
-"""Of the critical speed: slower runs tell little of the suspension."""
+"""Speed relative to the critical speed below which a run tells little about the suspension."""
 UNEXPLAINED = 0.5
-"""R.m.s. of residuals, as a share of the signals', from which a fit explains nothing."""
+"""Relative r.m.s. of residuals above which a fit explains nothing."""
 FAR_OFF = 300.0
-"""Times as large or small as simulated: a wrong unit."""
+"""Ratio of measured to simulated amplitude that indicates a wrong unit."""
 
 
 class Question(NamedTuple):
-    """What is asked."""
+    """Settings of an identification."""
 
     fit: tuple[str, ...]
-    """Keys of the scene."""
+    """Keys of the scene to be fitted."""
     bounds: Dictionary[str, tuple[float, float]] = {}
     seed: int = 0
     hold_open: bool = True
-    """Whether what recordings cannot tell is held."""
+    """Flag to fix parameters that the recordings do not determine."""
     propose: bool = True
-    """Whether the next recording is looked for."""
+    """Flag to propose the next recording."""
 
 
 def run_identification(
@@ -63,21 +63,21 @@ def run_identification(
     tell: Tell = lambda *_: None,
     workers: int = 1,
 ) -> Identification:
-    """Fit a scene to recordings, and say how far to believe it.
+    """Fit a scene to recordings, and assess the fit.
 
     Args:
-        scene: where to begin.
-        recordings: what was measured, with balls or without.
-        question: what is asked.
-        held_out: recordings that are not fitted, but judged.
-        tell: called with what is done now, done, of all; of what it raises ``Interrupted`` leaves
-            the best so far, marked as such.
-        workers: processes that share the search where it takes long.
+        scene: scene with the start values.
+        recordings: recordings with or without balls.
+        question: settings of the identification.
+        held_out: recordings for validation only.
+        tell: called with the current task, the number of finished tasks and the total. If it raises
+            ``Interrupted``, the best fit so far is returned, marked as such.
+        workers: number of processes for long searches.
 
     Raises:
-        InputError: it cannot be; says why and what to do.
-        SceneError: the scene cannot be run as it was recorded.
-        WorkerLost: a process of these was ended.
+        InputError: the identification is impossible; the message states the reason and the remedy.
+        SceneError: the scene cannot be run under the recorded conditions.
+        WorkerLost: a worker process was terminated.
     """
     scene, _ = resolve_accuracy(scene)
     if not recordings:
@@ -105,7 +105,7 @@ class _Work:
         self._check_sizes()
 
     def run(self, workers: Workers) -> Identification:
-        """All of it."""
+        """Run the complete identification."""
         problem, question = self._problem, self._question
         knowledge = knowledge_before(problem, question.seed, self._tell)
         held = list(knowledge.held) if question.hold_open else []
@@ -150,7 +150,8 @@ class _Work:
                     )
                     if not explained_by(tried):
                         tried = tried_effects(problem, values, free, white, self._tell)
-                    # A wrong scale of all says nothing of the drive.
+                    # A wrong scale of all recordings contains no information about a change of the
+                    # drive.
                     if not explained_by(tried) and any(each.factor == 1.0 for each in misfits):
                         changes = changes_in(
                             problem, white, held, question.seed, self._tell, workers
@@ -196,7 +197,7 @@ class _Work:
         )  # fmt: skip
 
     def _fitted_scene(self, values: np.ndarray) -> tuple[Scene, list[str]]:
-        """It begins as the first recording with balls did; with what has to be said of it."""
+        """Return the fitted scene and notes; it starts like the first recording with balls."""
         problem, notes = self._problem, []
         changes = {**problem.scene_values(values), "name": f"{self._scene.name}, fitted"}
         for k, measured in enumerate(problem.recordings):
@@ -215,7 +216,7 @@ class _Work:
         return fitted, notes
 
     def _check_sizes(self) -> None:
-        """Refuse signals that are far from what the scene does: their unit is wrong."""
+        """Refuse signals whose magnitude is far from the scene's: their unit is wrong."""
         for k, measured in enumerate(self._recordings):
             shown = self._problem.simulated(k, self._problem.start)
             if shown is None:
@@ -233,11 +234,11 @@ class _Work:
         self._tell("all recordings, to the last digit", 0, 1)
 
     def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
-        """Standard deviation of each recording's residuals."""
+        """Return the standard deviation of each recording's residuals."""
         found = []
         for k, measured in enumerate(problem.recordings):
             left = problem.left(k, values)
-            # Of outliers no more than their number counts.
+            # Limit the influence of outliers by a robust estimate.
             spread = float(np.nanmedian(np.abs(left))) / 0.6745
             rms = float(np.sqrt(np.nanmean(left**2)))
             found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
@@ -245,10 +246,10 @@ class _Work:
 
 
 def _check_doubts(problem: Problem, values: np.ndarray) -> None:
-    """Refuse a recording that looked wrong, if the fit does not explain it either.
+    """Refuse a doubtful recording if the fit does not explain it either.
 
     Raises:
-        InputError: as the check of the recording said.
+        InputError: with the message of the recording's check.
     """
     for k, measured in enumerate(problem.recordings):
         if measured.doubt:
@@ -259,7 +260,7 @@ def _check_doubts(problem: Problem, values: np.ndarray) -> None:
 
 
 def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
-    """Start angles without the whole turns that a search has gone through."""
+    """Return values with start angles reduced to one revolution."""
     turned = values.copy()
     for j, each in enumerate(problem.parameters):
         if each.is_own_angle:
@@ -268,7 +269,7 @@ def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
 
 
 def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Intervals:
-    """What is held because it is open says so."""
+    """Return intervals in which undetermined fixed parameters are marked as such."""
     names = {problem.parameters[j].name for j in held}
     estimates = tuple(
         each._replace(how=NOT_KNOWN) if each.how == HELD and each.name in names else each

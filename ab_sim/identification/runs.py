@@ -1,4 +1,4 @@
-"""Many runs of one kind of scene, whose numbers differ: prepared once, run side by side."""
+"""Runs of scenes that differ in numbers only, prepared once and run side by side."""
 
 from collections.abc import Sequence
 
@@ -12,13 +12,13 @@ from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
 class AlikeRuns:
-    """Runs of scenes that differ from one in numbers only.
+    """Runs of scenes that differ from a first one in numbers only.
 
-    The stepper is chosen for that one, and stays: a fit would not be smooth otherwise. Runs with
-    which it is not stable diverge, and are refused as such.
+    The stepper is chosen for the first scene and kept, because a change would make the objective of
+    a fit discontinuous. Runs for which it is unstable diverge and count as failed.
 
     Args:
-        first: the one, prepared.
+        first: prepared run of the first scene.
     """
 
     def __init__(self, first: PreparedRun) -> None:
@@ -30,7 +30,7 @@ class AlikeRuns:
         )
 
     def samples(self, runs: Sequence[PreparedRun]) -> np.ndarray | None:
-        """All steps of each, shape (runs, steps, channels); None where one of them diverged."""
+        """Return all steps of each run, (runs, steps, channels); None if one of them diverges."""
         steps, channels = self.first.steps, len(self.first.channels)
         if self._lanes is None:
             assert self._one_by_one is not None

@@ -1,4 +1,4 @@
-"""Readings that are not of their sample: held ones, and spikes."""
+"""Checks for held readings and spikes."""
 
 from typing import NamedTuple
 
@@ -9,19 +9,25 @@ from ab_sim.errors import InputError
 from ab_sim.identification.checks import FEWEST
 
 SPIKE, TALL, AROUND = 8.0, 3.0, 12
-"""Times as far off the median of five samples as those near it, and times the signal's r.m.s., from
-which a sample is a spike; samples on either side that are near."""
+"""Thresholds of a spike.
+
+``SPIKE`` is relative to nearby deviations from a median of five samples, ``TALL`` to the signal's
+r.m.s. ``AROUND`` is the number of nearby samples on either side.
+"""
 LONG, HELD, REGULAR, OFF_WHOLE = 0.05, 1.7, 0.9, 0.05
-"""Share of a series without change that counts as constant; mean number of equal samples from
-which it is held; share of equal intervals between changes from which they are regular; distance
-from a whole number of steps of a resolution."""
+"""Thresholds of held series.
+
+``LONG``: fraction of a series without change that counts as constant. ``HELD``: mean number of
+equal samples in a held series. ``REGULAR``: fraction of equal intervals between changes.
+``OFF_WHOLE``: distance from a whole number of steps of a resolution.
+"""
 
 
 def spikes_in(values: np.ndarray) -> np.ndarray:
-    """Return rows of one or two samples that stand out of all near them, and of the signal.
+    """Return rows of spikes: one or two samples that stand out from all samples near them.
 
     Args:
-        values: of a signal, NaN where there is none.
+        values: signal, NaN for missing samples.
     """
     rows = np.flatnonzero(np.isfinite(values))
     some = values[rows]
@@ -30,7 +36,7 @@ def spikes_in(values: np.ndarray) -> np.ndarray:
     middle = np.median(sliding_window_view(np.pad(some, 2, mode="edge"), 5), axis=1)
     off = np.abs(some - middle)
     around = sliding_window_view(np.pad(off, AROUND, mode="reflect"), 2 * AROUND + 1)
-    # The largest one near it that belongs to no spike of up to two samples.
+    # The third largest deviation nearby is not part of a spike of up to two samples.
     usual = np.partition(around, -3, axis=1)[:, -3]
     tall = off > max(TALL * float(middle.std()), 1e-300)
     found: np.ndarray = rows[tall & (off > SPIKE * usual)]
@@ -38,22 +44,22 @@ def spikes_in(values: np.ndarray) -> np.ndarray:
 
 
 class _Repeats(NamedTuple):
-    """How a series repeats its values."""
+    """Pattern of repeated values in a series."""
 
     lengths: np.ndarray
-    """Numbers of equal samples in a row, but for long stretches."""
+    """Lengths of runs of equal samples, without long constant stretches."""
     usual: float
-    """Median of these."""
+    """Median of the lengths."""
     coarse: bool
-    """Whether most changes are of one or two steps of a resolution."""
+    """Flag of a coarse resolution: most changes are of one or two steps."""
 
 
 def _repeats(values: np.ndarray) -> _Repeats | None:
-    """Return how a series repeats its values; None if it hardly does."""
+    """Return the pattern of repeated values in a series; None if values hardly repeat."""
     jumps = np.abs(np.diff(values))
     changes = np.flatnonzero(jumps)
     lengths = np.diff(changes)
-    # At a speed that is held nothing changes for long.
+    # At constant speed a series may be constant for long; leave such stretches out.
     lengths = lengths[lengths < LONG * len(values)]
     if len(lengths) < FEWEST or lengths.sum() < HELD * len(lengths):
         return None
@@ -71,13 +77,13 @@ HOLDS = (
 
 
 def check_held(values: np.ndarray, what: str, name: str) -> None:
-    """Refuse a spindle's series that repeats each value until the next one.
+    """Refuse a spindle's series that holds each value until the next one.
 
-    A coarse resolution repeats values as well. But its changes are of one or two steps of it, and
-    not regular in time.
+    A coarse resolution also repeats values. Its changes, however, are of one or two steps and
+    irregular in time.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     repeats = _repeats(values)
     if repeats is None:
@@ -91,15 +97,15 @@ def check_held(values: np.ndarray, what: str, name: str) -> None:
 
 
 def check_held_signal(values: np.ndarray, what: str, name: str) -> None:
-    """Refuse a signal that is sampled slower than the rows, and held between its samples.
+    """Refuse a signal that is sampled more slowly than the rows, and held between its samples.
 
     Raises:
-        InputError: as of ``check_time``.
+        InputError: see ``check_time``.
     """
     repeats = _repeats(values[np.isfinite(values)])
     if repeats is None or repeats.coarse or repeats.usual < 2.0:
         return
-    # A signal at rest and one that is clipped repeat values, too, but not as regularly.
+    # A signal at rest and a clipped one also repeat values, but not as regularly.
     if np.mean(np.abs(repeats.lengths - repeats.usual) <= 1.0) > REGULAR:
         raise InputError(
             f"{name}: {what}: {HOLDS.format(repeats.usual)}keep the rows at which it changes; of a "

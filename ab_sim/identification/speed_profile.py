@@ -1,9 +1,9 @@
-"""From recorded spindle speed or angle to a profile of accelerations, which a run can follow.
+"""Profile of piecewise constant acceleration from a recorded spindle speed or angle.
 
-A spindle's speed is taken for straight pieces, the kind of profile that scenes have. Where they
-meet is found first: each piece goes on as far as a straight line keeps within the tolerance. Then
-speed, or angle where it was recorded, is fitted by a spline with those knots: a linear one of the
-speed, or a quadratic one of the angle, whose derivative is piecewise linear.
+Profiles of scenes have straight pieces of speed. First the knots are located: each piece is
+extended as long as a straight line stays within the tolerance. Then a spline with these knots is
+fitted by least squares: a linear one to the speed, or a quadratic one to the angle if it was
+recorded.
 """
 
 import numpy as np
@@ -14,32 +14,32 @@ from ab_sim.errors import InputError
 from ab_sim.spindle import Ramp, SpeedSchedule
 
 MOST_PIECES = 400
-"""More would be noise, or a curve resolved beyond what the balls notice."""
+"""Largest number of pieces; more would fit noise, or curvature that does not affect balls."""
 FINEST = 1e-10
-"""Of the largest speed: what rounding leaves of a recording of a simulation."""
+"""Rounding error of a recorded simulation, relative to the largest speed."""
 MOST_MOVED, ENOUGH = 12, 4000
-"""Knots that are moved to where they fit best; samples that this takes."""
+"""Largest number of knots that are optimised, and number of samples used for it."""
 NOISE = 4.5
-"""Standard deviations of a tachometer's noise that count as a straight line."""
+"""Tolerance of a straight line in standard deviations of a tachometer's noise."""
 FEWEST = 3
-"""Samples of a piece."""
+"""Least number of samples of a piece."""
 
 
 def schedule_from(
     time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None, name: str
 ) -> SpeedSchedule:
-    """The profile that a recorded spindle has followed.
+    """Return the profile that a recorded spindle has followed.
 
     Args:
-        time: of the samples [s], rising from 0.
-        speed: rad/s, or None where only the angle was recorded.
-        angle: rad, unwrapped, or None where only the speed was recorded.
-        name: of the recording, for messages.
+        time: times of the samples [s], rising from 0.
+        speed: spindle speed [rad/s], or None if only the angle was recorded.
+        angle: unwrapped spindle angle [rad], or None if only the speed was recorded.
+        name: name of the recording, for messages.
 
     Raises:
-        InputError: there is neither; or nothing that a spindle does.
+        InputError: there is neither speed nor angle.
     """
-    # Where pieces meet, differences of an angle mix them.
+    # Differences of an angle mix adjacent pieces, so the knots have to be refined.
     mixed = speed is None
     if speed is None:
         if angle is None:
@@ -67,7 +67,7 @@ def _spline(time: np.ndarray, values: np.ndarray, knots: np.ndarray, degree: int
 
 
 def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarray) -> np.ndarray:
-    """Knots moved to where the spline fits best: lines through noise do not meet there."""
+    """Return knots optimised for the spline, as intersections of noisy lines are inaccurate."""
     inner = knots[1:-1]
     if not 0 < len(inner) <= MOST_MOVED:
         return knots
@@ -91,9 +91,9 @@ def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarra
 
 
 def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
-    """Where straight pieces of the speed meet, both ends included; and whether there is noise."""
+    """Return the knots of the speed, ends included, and whether there is noise."""
     top = float(np.max(np.abs(speed)))
-    # Of white noise the second difference has six times the variance; a straight line has none.
+    # The second difference of white noise has six times its variance; that of a line is 0.
     bend = np.diff(speed, 2)
     noise = float(np.median(np.abs(bend))) / 0.6745 / np.sqrt(6.0) if len(bend) else 0.0
     tolerance = max(FINEST * top, NOISE * noise, 1e-300)
@@ -105,7 +105,7 @@ def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
     knots = [time[0]]
     for (a0, b0, _, j), (a1, b1, i, _) in zip(lines[:-1], lines[1:], strict=True):
         meet = (a0 - a1) / (b1 - b0) if b1 != b0 else np.inf
-        # Lines through noise may meet elsewhere; then between the two samples.
+        # Noisy lines may intersect elsewhere; use the middle between the two samples instead.
         inside = time[j - 1] <= meet <= time[min(i + 1, len(time) - 1)]
         meet = meet if inside else 0.5 * (time[j] + time[i])
         if np.count_nonzero((time >= knots[-1]) & (time <= meet)) >= FEWEST:
@@ -118,7 +118,7 @@ def _knots(time: np.ndarray, speed: np.ndarray) -> tuple[np.ndarray, bool]:
 def _lines(
     time: np.ndarray, speed: np.ndarray, tolerance: float
 ) -> list[tuple[float, float, int, int]]:
-    """Value at 0 and slope of the straight pieces, and their first and last sample."""
+    """Return intercept and slope of the straight pieces, with their first and last sample."""
     found, first = [], 0
     while first < len(time):
         reach, far = min(first + FEWEST, len(time)), len(time)
@@ -140,7 +140,7 @@ def _lines(
 
 
 def _line(time: np.ndarray, speed: np.ndarray, i: int, j: int) -> tuple[float, float, float]:
-    """The line through samples i to j - 1, and its largest error."""
+    """Return the regression line through samples i to j - 1, and its largest error."""
     t, w = time[i:j], speed[i:j]
     middle, mean = float(t.mean()), float(w.mean())
     square = float(((t - middle) ** 2).sum())

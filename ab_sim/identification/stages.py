@@ -1,4 +1,4 @@
-"""The fit: from recordings without balls over many start angles to all that is free at once."""
+"""Staged least-squares fit: recordings without balls, start angles, then all parameters."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -15,42 +15,46 @@ from ab_sim.workers import Workers
 
 Function = Callable[[np.ndarray], np.ndarray]
 Tell = Callable[[str, int, int], None]
-"""Called with what is done now, done, of all; what it raises ends the work."""
+"""Progress callback: current task, finished tasks, total; an exception in it ends the work."""
 Seen = Callable[[np.ndarray, float], None]
-"""Called with values of all parameters [SI], and half the sum of squares there."""
+"""Callback with values of all parameters [SI] and half the sum of squares."""
 STARTS = 24
-"""Random starts of each recording with balls."""
+"""Number of random starts of each recording with balls."""
 HORIZONS = ((0.2, 24), (0.4, 10), (0.7, 4), (1.0, 2))
-"""Parts of a recording that are fitted one after the other, and how many starts each begins with:
-over a whole run the ball angles have many wrong minima, over its beginning few."""
+"""Fractions of a recording fitted in turn, each with its number of starts.
+
+Over a whole run, the ball angles have many local minima; over its beginning they have few.
+"""
 SCAN = 64
-"""Points looked at before the first fit of what the recordings without balls tell."""
+"""Number of points evaluated before the first fit of recordings without balls."""
 NEAR = 2.0
-"""Starts lie within this factor of the scene's values, as far as bounds allow."""
+"""Factor around the scene's values within which starts are drawn, subject to bounds."""
 SETTLED = 0.1
-"""Of a parameter's scale: known better than this after the recordings without balls, it is held
-while ball angles are looked for."""
+"""Standard deviation, relative to a parameter's scale, below which it is settled.
+
+Settled parameters are fixed during the search for ball angles.
+"""
 DRAWS, DRAW = 3, 1000
-"""Draws of starts until a minimum is settled; number of the random stream between draws."""
+"""Largest number of draws of starts, and offset of the random stream between draws."""
 HORIZONS_WITHOUT_BALLS = (0.3, 0.5, 0.7)
-"""Parts of recordings without balls that later draws fit first."""
+"""Fractions of recordings without balls that later draws fit first."""
 AT_NOISE = 1.5
-"""Mean square of the residuals, in units of the noise's, up to which a minimum is the right one."""
+"""Mean square of the residuals, in units of noise, up to which a minimum is accepted."""
 AGREE = 1.01
-"""Ratio of the sums of squares of two ends up to which they are the same minimum."""
+"""Ratio of sums of squares up to which two results are the same minimum."""
 SEARCH_STEPS, LAST_STEPS = 12, 60
-"""Iterations of a search, and of the last fit, at most."""
+"""Largest number of iterations of a search, and of the last fit."""
 SOFT = 4.0
-"""Residuals beyond this many standard deviations count less (Huber's loss)."""
+"""Residual in standard deviations beyond which it has less weight (Huber's loss)."""
 
 
 class Fitted(NamedTuple):
-    """Where a minimisation has ended."""
+    """Result of a minimisation."""
 
     values: np.ndarray
-    """Of all parameters [SI]."""
+    """Values of all parameters [SI]."""
     cost: float
-    """Half the sum of squares, in units of noise; of a robust loss where one was asked for."""
+    """Half the sum of squares in units of noise; robust loss if requested."""
 
 
 def minimise(
@@ -61,15 +65,15 @@ def minimise(
     last: bool = False,
     seen: Seen = lambda *_: None,
 ) -> Fitted:
-    """Least squares over some parameters, within their bounds.
+    """Minimise the sum of squares over some parameters, within their bounds.
 
     Args:
-        problem: has the residuals.
-        values: where to begin [SI].
-        free: numbers of the parameters that vary.
-        steps: iterations at most.
-        last: whether outliers count less, and differences are taken to both sides.
-        seen: called with each point; what it raises ends the work.
+        problem: problem with the residuals.
+        values: start values [SI].
+        free: indices of the free parameters.
+        steps: largest number of iterations.
+        last: whether to use a robust loss and central differences.
+        seen: called with each point; an exception in it ends the work.
     """
     free = list(free)
     if not free:
@@ -104,11 +108,11 @@ def minimise(
 
 
 class _Points:
-    """What a minimisation asks at its points, of which the last two are remembered.
+    """Residuals and derivatives for a minimiser; the last two points are cached.
 
     Args:
-        problem: has the residuals.
-        whole: makes values of all parameters of those that vary, in units of scales.
+        problem: problem with the residuals.
+        whole: function from the scaled free parameters to the values of all parameters.
         free, central: see ``Problem.both``.
         seen: called with each point.
     """
@@ -122,25 +126,26 @@ class _Points:
         self._known: dict[bytes, tuple[np.ndarray, np.ndarray | None]] = {}
 
     def residuals(self, scaled: np.ndarray) -> np.ndarray:
-        """Of all that was measured."""
+        """Return the residuals of all measured values."""
         return self._at(scaled, self._at_once)[0]
 
     def jacobian(self, scaled: np.ndarray) -> np.ndarray:
-        """Their derivatives."""
+        """Return the derivatives of the residuals."""
         found = self._at(scaled, True)[1]
         assert found is not None
         return found
 
     def short(self, scaled: np.ndarray) -> np.ndarray:
-        """The same sum of squares with as few numbers as there are parameters, and one more.
+        """Return a short residual vector with the same sum of squares.
 
-        An orthogonal transformation, of which the last axis lies along the residuals: thousands
-        of numbers would be decomposed in each iteration otherwise.
+        It has one entry more than there are parameters. An orthogonal transformation puts the
+        residuals on its last axis; otherwise the minimiser would decompose thousands of rows in
+        each iteration.
         """
         return np.append(np.zeros(len(scaled)), math.sqrt(sum_of_squares(self.residuals(scaled))))
 
     def short_jacobian(self, scaled: np.ndarray) -> np.ndarray:
-        """Derivatives, on these axes."""
+        """Return the derivatives of the short residual vector."""
         slopes, whole = self.jacobian(scaled), self.residuals(scaled)
         along = whole / max(math.sqrt(sum_of_squares(whole)), 1e-300)
         row = (along[:, None] * slopes).sum(axis=0)
@@ -162,14 +167,14 @@ class _Points:
 
 
 class StagedFit:
-    """Finds where to begin, and fits.
+    """Staged search and fit.
 
     Args:
-        problem: all recordings.
-        held: numbers of the parameters that stay at their start.
-        seed: of the random starts.
+        problem: problem with all recordings.
+        held: indices of the parameters that stay at their start.
+        seed: seed of the random starts.
         tell: see ``Tell``.
-        workers: share the starts; whoever does them, they give the same to the bit.
+        workers: worker processes for the starts; results do not depend on their number.
     """
 
     def __init__(
@@ -178,13 +183,13 @@ class StagedFit:
         self.problem, self._held, self._tell = problem, set(held), tell
         self._seed, self._workers = seed, workers
         self.best = problem.start
-        """Values of all parameters [SI], the best so far."""
+        """Best values of all parameters so far [SI]."""
         self._least = math.inf
         self.disagreements: list[str] = []
-        """Recordings of which no two draws of starts have ended in the same minimum."""
+        """Recordings for which no two draws of starts agreed on a minimum."""
 
     def run(self) -> Fitted:
-        """All stages."""
+        """Run all stages."""
         problem = self.problem
         numbers = range(len(problem.recordings))
         bare = [k for k in numbers if not problem.recordings[k].with_balls]
@@ -206,7 +211,7 @@ class StagedFit:
         self._tell("all recordings", 0, 1)
 
     def _without_balls(self, bare: Sequence[int]) -> set[int]:
-        """Fit what recordings without balls tell; which parameters these settle."""
+        """Fit recordings without balls; return the indices of parameters that are settled."""
         whole, part = self.problem, self.problem.part(bare)
         places = _places(whole, part)
         self._tell("recordings without balls", 0, 1)
@@ -231,8 +236,8 @@ class StagedFit:
             for done, k in enumerate(chosen):
                 self._tell("recordings without balls", done, len(chosen))
                 begin = tried[k]
-                # A lightly damped deck has a wrong minimum for each turn that its phase is off at
-                # the end of the recording, and few over the beginning.
+                # At the end of a recording, a lightly damped deck has a local minimum for each
+                # revolution of phase error. The beginning has few, so later draws fit it first.
                 for share in HORIZONS_WITHOUT_BALLS if draw else ():
                     shorter = whole.part(bare, share)
                     begin = minimise(shorter, begin, felt, SEARCH_STEPS).values
@@ -251,7 +256,7 @@ class StagedFit:
         return {places[j] for j, good in zip(felt, known, strict=True) if good}
 
     def _with_balls(self, number: int, settled: set[int]) -> None:
-        """Find a recording's start angles, and what of the balls is not known yet."""
+        """Search a recording's start angles, and the parameters of balls that are not settled."""
         whole = self.problem
         alone = whole.part([number])
         places = _places(whole, alone)
@@ -284,7 +289,7 @@ class StagedFit:
     def _drawn(
         self, part: Problem, start: np.ndarray, free: Sequence[int], count: int, stream: int
     ) -> list[np.ndarray]:
-        """Starts spread evenly over what is free."""
+        """Return starts from a Latin hypercube over the free parameters."""
         if not free:
             return [start.copy()] * count
         shares = qmc.LatinHypercube(len(free), rng=np.random.default_rng([self._seed, stream]))
@@ -298,7 +303,7 @@ class StagedFit:
 
 
 def _settled(part: Problem, bests: Sequence[Fitted]) -> bool:
-    """Whether the best minimum leaves noise alone, or another draw of starts has found it, too."""
+    """Return whether the best minimum is at noise level, or was found by two draws."""
     costs = sorted(each.cost for each in bests)
     numbers = sum(measured.count for measured in part.recordings)
     if costs[0] <= AT_NOISE * 0.5 * numbers:
@@ -307,14 +312,14 @@ def _settled(part: Problem, bests: Sequence[Fitted]) -> bool:
 
 
 def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
-    """Where the search from a start ends, and how many runs it has made."""
+    """Return the result of a search from a start, and its number of runs."""
     before = part.runs
     found = minimise(part, values, free, SEARCH_STEPS)
     return found, part.runs - before
 
 
 def _between(part: Problem, j: int, now: float, share: float) -> float:
-    """A start of a parameter, at a share of the way over where it is looked for."""
+    """Return a start of a parameter at a fraction of its search range."""
     each = part.parameters[j]
     if each.is_own_angle:
         return now + 2.0 * math.pi * share
@@ -329,12 +334,12 @@ def _between(part: Problem, j: int, now: float, share: float) -> float:
 
 
 def _places(whole: Problem, part: Problem) -> list[int]:
-    """Which parameters of the whole those of a part are."""
+    """Return the indices in the whole of a part's parameters."""
     return [whole.names.index(name) for name in part.names]
 
 
 def _distinct(found: Sequence[Fitted]) -> list[Fitted]:
-    """Without those that have ended where a better one has."""
+    """Return the results without duplicates of better ones."""
     kept: list[Fitted] = []
     for each in found:
         if all(abs(each.cost - other.cost) > 1e-6 * max(other.cost, 1e-12) for other in kept):

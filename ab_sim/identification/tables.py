@@ -1,4 +1,4 @@
-"""Recordings of any kind as tables: a column of numbers for each name, with its unit."""
+"""Tables from recordings of any kind: named columns of numbers with units."""
 
 import codecs
 import json
@@ -21,7 +21,7 @@ from ab_sim.quoting import short
 from ab_sim.recording import StoredRun, open_recording
 
 MOST_ROWS = 1_000_000
-"""An identification takes some 2.3 kB of memory a row."""
+"""Largest number of rows; an identification takes about 2.3 kB of memory per row."""
 MOST_COLUMNS = 1000
 UTF_8, LATIN_1 = "utf-8", "latin-1"
 MARKS = (
@@ -30,34 +30,34 @@ MARKS = (
     (codecs.BOM_UTF16_LE, "utf-16"),
     (codecs.BOM_UTF16_BE, "utf-16"),
 )
-"""Byte-order marks; the longer ones first, as one begins like a shorter one."""
+"""Byte-order marks, longer ones first because a shorter one may be their prefix."""
 FIRST_BYTES = 1 << 16
-"""Bytes of a text in which its first line is looked for."""
+"""Number of bytes in which the first line of a text is sought."""
 _HEAD = re.compile(r"(.*?)\s*\[([^\]]*)\]\s*")
 FAULTS = "faults"
 
 
 @dataclass(frozen=True)
 class Table:
-    """What a file holds."""
+    """Contents of a file."""
 
     name: str
     columns: Mapping[str, np.ndarray]
     units: Mapping[str, str | None]
-    """As far as the file says."""
+    """Units stated by the file."""
     description: Mapping[str, Any]
-    """What ab_sim ran; empty of a real drive's recording."""
+    """Description of ab_sim's run; empty for a real drive."""
     notes: tuple[str, ...] = ()
 
     def column(self, name: str, said: str) -> np.ndarray:
-        """Numbers of a column.
+        """Return the numbers of a column.
 
         Args:
-            name: of the column.
-            said: what asks for it, for messages.
+            name: name of the column.
+            said: origin of the request, for messages.
 
         Raises:
-            InputError: there is none, or it holds no numbers.
+            InputError: there is no such column, or it does not contain numbers.
         """
         if name not in self.columns:
             near = nearest(name, self.columns)
@@ -74,10 +74,10 @@ class Table:
         return found.astype(float)
 
     def unit_of(self, name: str, written: str | None) -> str | None:
-        """Unit of the numbers that ``column`` returns.
+        """Return the unit of the numbers that ``column`` returns.
 
         Args:
-            name: of the column.
+            name: name of the column.
             written: unit that a mapping gives; None: that of the file.
 
         Raises:
@@ -95,15 +95,15 @@ class Table:
 
 
 def read_table(path: Path, rows_of: str | None = None) -> Table:
-    """What a file holds.
+    """Read a file as a table.
 
     Args:
         path: an .rrd, .parquet or .csv file, or the folder of a ROS bag.
         rows_of: see ``import_bag``.
 
     Raises:
-        InputError: it is none of these, or holds no table.
-        RecordingError: it cannot be read.
+        InputError: the file has another type, or contains no table.
+        RecordingError: the file cannot be read.
     """
     ending = path.suffix.lower()
     if path.is_dir() or ending == ".mcap":
@@ -151,7 +151,7 @@ def _check_rows(path: Path, rows: int) -> None:
 
 
 def _of_parquet(path: Path) -> pa.Table:
-    """Read a Parquet file whose stated size is within bounds; a small one can state any size.
+    """Read a Parquet file after checking its stated size; a small file can state any size.
 
     Raises:
         InputError: it has too many rows or columns.
@@ -165,7 +165,7 @@ def _of_parquet(path: Path) -> pa.Table:
                 "that the mapping names"
             )
         texts = [field.name for field in schema if not pa.types.is_primitive(field.type)]
-    # A long text that each row repeats is small in the file and stays so as a dictionary.
+    # Repeated long texts are small in the file; dictionary encoding keeps them small in memory.
     return pa.parquet.read_table(path, read_dictionary=texts)
 
 
@@ -176,7 +176,7 @@ def _encoding(path: Path) -> str:
     for mark, encoding in MARKS:
         if begin.startswith(mark):
             return encoding
-    # ASCII in two bytes a character, without a mark.
+    # ASCII characters in two bytes each, without a byte-order mark.
     if begin[1:2] == b"\0":
         return "utf-16-le"
     if begin[:1] == b"\0":
@@ -205,7 +205,7 @@ def _contents(values: np.ndarray) -> str:
 
 
 def _csv_fault(path: Path, encoding: str) -> str:
-    """What is wrong with a table as text, where that is known; else empty."""
+    """Return the known fault of a table as text, or an empty text."""
     with path.open(encoding=encoding, errors="replace") as file:
         head = file.readline()
         columns = head.count(",") + 1
@@ -250,13 +250,13 @@ def _of_arrow(read: pa.Table, name: str, notes: tuple[str, ...] = ()) -> Table:
 
 
 def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:
-    """A column in a type that NumPy has."""
+    """Return a column in a type that NumPy supports."""
     kind = column.type
     if pa.types.is_dictionary(kind):
         return _plain(column.cast(kind.value_type))
     if pa.types.is_decimal(kind):
         return column.cast(pa.float64())
-    if pa.types.is_time(kind):  # of the day
+    if pa.types.is_time(kind):  # time of day
         return column.cast(pa.int32() if kind.bit_width == 32 else pa.int64()).cast(
             pa.duration(kind.unit)
         )

@@ -1,8 +1,8 @@
-"""A sampling rate that is off, as an explanation for what a fit leaves.
+"""Wrong sampling rate as an explanation of residuals.
 
-Where only the speed was recorded, the spindle's angle is its integral over time, and an unbalance's
-whirl turns with that. If the sampling rate is off, the two drift apart. With a recorded angle they
-do not: suspension and damping take the wrong rate up, and no fit can tell.
+If only the speed was recorded, the spindle angle is its integral over time, and the whirl of an
+unbalance turns with it. With a wrong sampling rate the two drift apart. With a recorded angle they
+do not: suspension and damping absorb the error, and no fit can detect it.
 """
 
 from collections.abc import Sequence
@@ -21,16 +21,16 @@ from ab_sim.workers import Workers
 
 TIME_SCALE = "time_scale"
 MOST = 0.08
-"""By which it is looked for, as a share."""
+"""Largest relative error of the sampling rate in the search."""
 FAST = 0.6
-"""Of the top speed, above which whirl and angle are compared."""
+"""Fraction of the top speed above which whirl and angle are compared."""
 PER_TURN = 8
-"""Points per peak of the comparison, which is as narrow as one over the number of turns."""
+"""Number of points per peak of the comparison; a peak is one over the number of turns wide."""
 MOST_ROWS = 4000
 NEAR = 0.7
-"""Half the width of the search, in units of one over the number of turns."""
+"""Half-width of the search in units of one over the number of turns."""
 STEPS, POINTS = 15, 16
-"""Iterations of the fit at each scale, and scales that are looked at, at most."""
+"""Number of iterations of the fit at each scale, and largest number of scales."""
 
 
 def tried_scales(
@@ -40,19 +40,19 @@ def tried_scales(
     """Try another time scale for each recording that is not explained, the best first.
 
     Args:
-        problem: all recordings.
-        values: of its parameters, as fitted [SI].
-        white: of each recording: whether its residuals are noise.
-        held: numbers of the parameters that stay at their start.
-        seed: of the start angles.
-        tell: progress.
-        workers: share the search.
+        problem: problem with all recordings.
+        values: fitted values of its parameters [SI].
+        white: whether the residuals are noise, for each recording.
+        held: indices of the parameters that stay at their start.
+        seed: seed of the start angles.
+        tell: progress callback.
+        workers: worker processes for the search.
     """
     before, cost = total_z(whiteness_over(problem, values)), problem.cost(values)
     free = [j for j in range(len(problem.parameters)) if j not in held]
     found = []
     for number, measured in enumerate(problem.recordings):
-        # A recording of ab_sim has the times of its steps.
+        # Times in a recording of ab_sim are those of its steps, hence exact.
         if white[number] or measured.angle_known or measured.step is not None:
             continue
         tell(f"tried with another sampling rate of {measured.name}", 0, 1)
@@ -100,7 +100,7 @@ def tried_scales(
 
 
 def _drift(measured: Measured) -> tuple[float, float]:
-    """Return by which share the whirl turns faster than the spindle, and the turns compared."""
+    """Return the relative excess of whirl speed over spindle speed, and the turns compared."""
     there = np.isfinite(measured.signals).all(axis=1)
     time, angle = measured.time[there], measured.spindle_angle[there]
     speed = np.abs(np.gradient(angle, time))
@@ -122,7 +122,7 @@ def _with_scale(problem: Problem, number: int, scale: float) -> Problem:
 
 
 def scaled(measured: Measured, scale: float) -> Measured:
-    """Return a recording whose times are longer by a factor, at the same speeds."""
+    """Return a recording with its times multiplied by a factor, at the same speeds."""
     old = measured.schedule
     pieces = [
         (

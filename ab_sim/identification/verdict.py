@@ -1,4 +1,4 @@
-"""What is said of a fit, and why."""
+"""Verdict of a fit, with its reasons."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -25,9 +25,9 @@ from ab_sim.identification.result import (
 from ab_sim.identification.time_scale import TIME_SCALE
 
 EXPLAINS, NAMED = 0.7, 0.01
-"""Of z, that an effect has to take away to explain it, and to be named at all."""
+"""Fractions of z that an effect must remove to explain the residuals, and to be named."""
 ABOVE_NOISE, OF_SIGNALS = 2.0, 0.02
-"""Of the noise and of the signals: larger residuals are those of a scene that does not fit."""
+"""Residuals relative to noise and to signals above which the scene does not fit."""
 ASKED = {
     GAIN: "are the signals' unit and the sensor's gain right?",
     BIAS: "has the sensor an offset?",
@@ -36,31 +36,30 @@ ASKED = {
     TIME_SCALE: "is the sampling rate, or the speed's unit or calibration, off by that factor? "
     "correct it in the mapping",
 }
-"""Where what a recording has of its own explains it."""
+"""Questions to the user if a parameter of a recording explains its residuals."""
 SCALED, STEADY, PARTS = 0.05, 0.1, 10
-"""By which signals are off a constant factor of 1; by which the factor may differ between parts of
-a recording, as a share of it."""
+"""Least deviation of a scale factor from 1; its relative variation within a recording; parts."""
 
 
 class Misfit(NamedTuple):
-    """How far a fitted run is off a recording."""
+    """Deviation of a fitted run from a recording."""
 
     recording: str
     above_noise: float
-    """R.m.s. of the residuals, of the noise's."""
+    """Root mean square of the residuals relative to the noise."""
     share: float
-    """The same, of the signals' r.m.s."""
+    """Root mean square of the residuals relative to the signals."""
     factor: float
-    """Of the measured signals by the fitted ones, if it is the same all along; else 1."""
+    """Ratio of measured to fitted signals if it is constant over the recording; otherwise 1."""
 
     @property
     def off(self) -> bool:
-        """Whether the residuals are many times the noise."""
+        """Flag of residuals well above the noise."""
         return self.above_noise > ABOVE_NOISE and self.share > OF_SIGNALS
 
 
 class Findings(NamedTuple):
-    """Of what a verdict is made."""
+    """Inputs of a verdict."""
 
     interrupted: bool
     whiteness: Sequence[Whiteness]
@@ -68,24 +67,24 @@ class Findings(NamedTuple):
     outside: HeldOut | None
     opened: Sequence[OpenDirection]
     at_bound: Sequence[str]
-    """Names of parameters of the scene."""
+    """Names of parameters of the scene at their bounds."""
     misfits: Sequence[Misfit]
-    """Of each recording."""
+    """Deviation of each recording."""
     fit: Sequence[str]
-    """Keys that were asked for."""
+    """Keys that were fitted."""
     changes: Sequence[Departure] = ()
-    """Where something has changed on the way."""
+    """Changes during recordings."""
 
 
 def misfits_of(
     problem: Problem, values: np.ndarray, whiteness: Sequence[Whiteness]
 ) -> tuple[Misfit, ...]:
-    """How far fitted runs are off the recordings.
+    """Return the deviations of fitted runs from the recordings.
 
     Args:
-        problem: has been fitted.
-        values: of its parameters [SI].
-        whiteness: of each recording's residuals.
+        problem: fitted problem.
+        values: values of its parameters [SI].
+        whiteness: whiteness of each recording's residuals.
     """
     noises = noises_of(problem.recordings)
     found = []
@@ -97,7 +96,7 @@ def misfits_of(
 
 
 def _steady_factor(measured: np.ndarray, shown: np.ndarray) -> float:
-    """Of two signals, each of shape (samples, axes), where it is the same all along; else 1."""
+    """Return the ratio of two signals (samples, axes) if it is constant over time; otherwise 1."""
     factors = []
     for some, other in zip(
         np.array_split(measured, PARTS), np.array_split(shown, PARTS), strict=True
@@ -115,7 +114,7 @@ def _steady_factor(measured: np.ndarray, shown: np.ndarray) -> float:
 
 
 def verdict_of(found: Findings) -> tuple[str, list[str]]:
-    """The verdict, and its reasons, a sentence each."""
+    """Return the verdict, and its reasons as sentences."""
     reasons: list[str] = []
     verdict = FITS
     for each in found.opened:
@@ -154,7 +153,7 @@ def verdict_of(found: Findings) -> tuple[str, list[str]]:
         f"{each.recording}: its signals are {each.factor:.3g} times the fitted ones all along: are "
         "their unit and the sensor's gain right? (--free gain)"
         for each in found.misfits
-        # What has changed on the way spoils the scale of other recordings.
+        # A change during a recording distorts the scale of other recordings.
         if each.factor != 1.0 and not found.changes
     ]
     reasons += [
@@ -184,13 +183,13 @@ def _noise_words(one: Whiteness) -> list[str]:
 
 
 def explained_by(tried: Sequence[TriedEffect]) -> bool:
-    """Whether what is left would be noise, or nearly so, with one of these."""
+    """Return whether one of the trials would reduce the residuals to noise, or nearly so."""
     best = next((each for each in tried if not each.failure), None)
     return best is not None and best.explains > EXPLAINS
 
 
 def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]:
-    """Which effects would explain what is left, and how to fit the first of them."""
+    """Return sentences on effects that explain the residuals, and on fitting the first of them."""
     best = next((each for each in tried if not each.failure), None)
     if best is None or best.explains < NAMED:
         return ["nothing tried by itself explains it"] if tried else []
@@ -209,7 +208,7 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
         ]
     sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())
     keys = ",".join([*fit, *best.values])
-    # Unequal springs stand instead of equal ones, which no --set takes out.
+    # Unequal springs replace the equal ones, which ``--set`` cannot remove.
     beside = best.name != UNEQUAL
     return [
         f"{names} would explain it: with it z = {best.z:.1f}, and the sum of squares "

@@ -1,4 +1,4 @@
-"""Balls that stall in one bunch near the critical speed: where that motion is, and up to where."""
+"""Balls that stall in one bunch near the critical speed: motion, stability and limits."""
 
 from ab_sim.analysis.circulating.bunch import CirculatingBunch, bunches, stalled
 from ab_sim.analysis.circulating.drive import BunchDrive, drive_of, why_not

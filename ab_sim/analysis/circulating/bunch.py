@@ -1,25 +1,25 @@
-"""Closed form of balls that circulate in one bunch, near the critical speed.
+"""Closed form of balls that circulate in one bunch near the critical speed.
 
-p of n balls are at one place of the race and turn at s < w; the other q = n - p rest on the rotor.
-In axes that turn at s the deck is displaced by z > 0 and the bunch is at angle alpha from z. With
-b = w - s, what the balls feel from the drag and what their whirl costs are in balance where
+Of n balls, p are at one place of the race and turn at s < w; the other q = n - p rest on the rotor.
+In axes that turn at s the deck is displaced by z > 0, and the bunch is at angle alpha from z. With
+b = w - s, the drag torque on the balls balances the torque of their whirl if
 
     D z = s^2 p m R exp(i alpha),                      p c_b R^2 b = Im D z^2,
     D = k - M s^2 + i c s + q m^2 s^4 / (2 (mu b^2 + i c_b b)),
 
-the last term being the mean of what balls on the rotor do, which swing with the whirl: a reduced
-inertia of the deck. Without z that is a polynomial in s, of degree 5 for q = 0, otherwise 8:
+where the last term is the mean effect of balls on the rotor, which swing with the whirl: it reduces
+the deck's inertia. Eliminating z gives a polynomial in s, of degree 5 for q = 0, otherwise 8:
 
     F(s) = c_b b |D|^2 - p m^2 s^4 Im D = 0.
 
-It is a limited drive at a resonance (Sommerfeld effect): one root, or three, of which the middle
-one is never stable; the lowest, below the critical speed, is the bunch that stalls. It vanishes
-where it meets the middle one, a fold.
+This is a drive of limited power at a resonance (Sommerfeld effect). There are one or three roots;
+the middle one is never stable. The lowest root, below the critical speed, is the stalled bunch. It
+vanishes in a fold with the middle one.
 
-Neglected are the unbalance that turns at w (the rotor's and that of balls on it), whose pull on the
-bunch is not steady but beats at b, and all powers of swings: relative errors of about the squares
-of ``bunch_swing`` and ``resting_swing``; and friction. Where a swing is beyond ``MOST_SWING``
-nothing is said.
+Three effects are neglected. First, the unbalance that turns at w (rotor and resting balls), whose
+force on the bunch beats at b. Second, higher powers of the swings. Both cause relative errors of
+about the squares of ``bunch_swing`` and ``resting_swing``. Third, friction. States with a swing
+above ``MOST_SWING`` are outside the validity of the closed form.
 
 Source: own derivation. Sommerfeld effect: Nayfeh and Mook, Nonlinear Oscillations (1979), 4.5.
 """
@@ -37,7 +37,10 @@ from ab_sim.analysis.circulating.drive import BunchDrive
 from ab_sim.analysis.circulating.growth import growth_rates
 
 MOST_SWING = 0.15
-"""Largest swing at which a state is given [rad]: errors of speeds were below its square, 2 %."""
+"""Largest swing for which the closed form is valid [rad].
+
+Observed errors of speeds were below its square, 2 %.
+"""
 
 
 @dataclass(frozen=True)
@@ -46,19 +49,19 @@ class CirculatingBunch:
 
     drive: BunchDrive
     spindle_speed: float
-    """w [rad/s], with its sign."""
+    """Spindle speed w [rad/s], with its sign."""
     count: int
-    """p, of ``drive.balls``."""
+    """Number p of balls in the bunch, out of ``drive.balls``."""
     speed: float
-    """s [rad/s], absolute, with the sign of w."""
+    """Absolute speed s [rad/s], with the sign of w."""
     W: float
-    """z, of the deck's whirl at s [m]."""
+    """Radius z of the deck's whirl at s [m]."""
     angle: float
-    """alpha, by which the bunch is ahead of the displacement [rad]."""
+    """Angle alpha by which the bunch leads the displacement [rad]."""
 
     @property
     def bunch_swing(self) -> float:
-        """By which the neglected whirl at w swings the bunch at the beat [rad]."""
+        """Amplitude of the bunch's swing at the beat, due to the neglected whirl at w [rad]."""
         drive, w = self.drive, abs(self.spindle_speed)
         pull = w**4 * _left_unbalance(drive, w, self.count)
         rotor = complex(drive.stiffness - drive.mass * w * w, drive.damping * w)
@@ -66,7 +69,7 @@ class CirculatingBunch:
 
     @property
     def resting_swing(self) -> float:
-        """By which the whirl at s swings balls that rest on the rotor [rad]; 0 without them."""
+        """Swing of resting balls, due to the whirl at s [rad]; 0 without such balls."""
         if self.count == self.drive.balls:
             return 0.0
         s = abs(self.speed)
@@ -74,30 +77,30 @@ class CirculatingBunch:
 
     @property
     def known(self) -> bool:
-        """Whether swings are so small that the closed form holds."""
+        """Flag of swings small enough for the closed form."""
         return max(self.bunch_swing, self.resting_swing) <= MOST_SWING
 
     @cached_property
     def eigenvalues(self) -> np.ndarray:
         """Growth rates of small disturbances [1/s], complex, by falling real part.
 
-        Of the averaged equations, but for the one that is 0 as time may begin anywhere.
+        They belong to the averaged equations, without the zero eigenvalue of a shift in time.
         """
         s, w = abs(self.speed), abs(self.spindle_speed)
         return growth_rates(self.drive, w, self.count, s, self.W * cmath.exp(-1j * self.angle))
 
     @property
     def lambda_max(self) -> float:
-        """The largest growth rate [1/s]."""
+        """Largest growth rate [1/s]."""
         return float(self.eigenvalues.real.max())
 
     @property
     def stable(self) -> bool:
-        """Whether small disturbances decay, by the averaged equations."""
+        """Flag of a bunch for which small disturbances decay, by the averaged equations."""
         return self.lambda_max < 0.0
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values, SI units."""
+        """Return the bunch as JSON-able values in SI units."""
         return {
             "balls": self.count,
             "speed": self.speed,
@@ -110,21 +113,21 @@ class CirculatingBunch:
         }
 
     def _beaten(self, s: float) -> float:
-        """Force per angle of a ball that swings at b [N]."""
+        """Return the force per angle of a ball that swings at b [N]."""
         drive, b = self.drive, abs(self.spindle_speed) - s
         return drive.radius * abs(complex(drive.rolling_mass * b * b, drive.drag * b))
 
 
 def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunch]:
-    """States in which so many balls circulate, by rising speed; stable, unstable and not known.
+    """Return all states with ``count`` circulating balls by rising speed, stable or not.
 
     Args:
-        drive: the numbers.
-        speed: w of the spindle [rad/s], either sign.
-        count: p, from 1 to ``drive.balls``.
+        drive: parameters of the drive.
+        speed: spindle speed w [rad/s], either sign.
+        count: number p of balls, from 1 to ``drive.balls``.
 
     Raises:
-        ValueError: there are no so many balls.
+        ValueError: ``count`` is out of range.
     """
     if not 1 <= count <= drive.balls:
         raise ValueError(f"count = {count}: must be from 1 to {drive.balls}")
@@ -146,12 +149,12 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
 def stalled(
     drive: BunchDrive, speed: float, count: int, known: bool = True
 ) -> CirculatingBunch | None:
-    """The stable one of the lowest speed; None where there is none.
+    """Return the stable state of lowest speed; None if there is none.
 
     Args:
-        drive, speed, count: as of ``bunches``.
-        known: only one whose swings are small; otherwise also one that is only likely, on the side
-            of the displacement, as a bunch is that turns below the critical speed.
+        drive, speed, count: see ``bunches``.
+        known: accept only states with small swings. Otherwise also accept plausible states, whose
+            bunch is on the side of the displacement, as it is below the critical speed.
     """
     for each in bunches(drive, speed, count):
         if each.stable and (each.known or (not known and each.angle < 0.5 * math.pi)):
@@ -160,7 +163,7 @@ def stalled(
 
 
 def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
-    """D [N/m]."""
+    """Return the dynamic stiffness D [N/m]."""
     b, m = w - s, drive.ball_mass
     own = complex(drive.stiffness - drive.mass * s * s, drive.damping * s)
     if count == drive.balls:
@@ -170,7 +173,7 @@ def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
 
 
 def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
-    """F, without units: in what the suspension alone would make of it."""
+    """Return F divided by its scale for the suspension alone, dimensionless."""
     D = _stiffness_at(drive, w, count, s) / drive.stiffness
     driven = drive.drag * (w - s) * abs(D) ** 2 / (drive.drag * w)
     lost = count * drive.ball_mass**2 * s**4 * D.imag / (drive.stiffness * drive.drag * w)
@@ -178,9 +181,9 @@ def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
 
 
 def _roots(drive: BunchDrive, w: float, count: int) -> list[float]:
-    """All s in (0, w) with F = 0.
+    """Return all s in (0, w) with F = 0.
 
-    Between two zeros of its polynomial's slope the polynomial has one zero at most.
+    Between two zeros of its derivative, the polynomial has at most one root.
     """
     slope = _polynomial(drive, w, count).deriv()
     # Scaled by the critical speed, at which |D| has its narrow minimum.
@@ -199,7 +202,7 @@ def _roots(drive: BunchDrive, w: float, count: int) -> list[float]:
 
 
 def _polynomial(drive: BunchDrive, w: float, count: int) -> Polynomial:
-    """F in x = s / sqrt(k/M), but for a positive factor."""
+    """Return F as a polynomial in x = s / sqrt(k/M), up to a positive factor."""
     unit = math.sqrt(drive.stiffness / drive.mass)
     x, m = Polynomial([0.0, 1.0]), drive.ball_mass
     b, loss = w / unit - x, drive.damping * unit / drive.stiffness
@@ -217,9 +220,9 @@ def _polynomial(drive: BunchDrive, w: float, count: int) -> Polynomial:
 
 
 def _left_unbalance(drive: BunchDrive, w: float, count: int) -> float:
-    """What turns at w while the others balance the rotor as well as they can [kg m].
+    """Return the unbalance that turns at w [kg m], after the best balance by the resting balls.
 
-    Below the critical speed they gather on the unbalance's own side.
+    Below the critical speed the resting balls gather on the side of the unbalance.
     """
     own = (drive.balls - count) * drive.ball_mass * drive.radius
     if drive.mass * w * w <= drive.stiffness:

@@ -1,4 +1,4 @@
-"""What the closed form of circulating balls knows of a scene, and which scenes it does not know."""
+"""Parameters of a scene for the closed form of circulating balls, and its limits."""
 
 from typing import NamedTuple
 
@@ -11,42 +11,42 @@ from ab_sim.scene.model import Scene
 
 
 class BunchDrive(NamedTuple):
-    """A planar drive with equal balls in an isotropic linear suspension, as numbers."""
+    """Parameters of a planar drive with equal balls in an isotropic linear suspension."""
 
     mass: float
-    """M, with the balls [kg]."""
+    """Total mass M, with the balls [kg]."""
     unbalance: float
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     stiffness: float
-    """k [N/m]."""
+    """Stiffness k [N/m]."""
     damping: float
-    """c [N s/m]."""
+    """Damping c [N s/m]."""
     radius: float
-    """R [m]."""
+    """Race radius R [m]."""
     drag: float
-    """c_b [N s/m]."""
+    """Drag on a ball c_b [N s/m]."""
     ball_mass: float
-    """m [kg]."""
+    """Ball mass m [kg]."""
     rolling_mass: float
-    """mu = m + I/a^2 [kg]; m where balls do not roll."""
+    """Effective mass mu = m + I/a^2 [kg]; m for balls that do not roll."""
     balls: int
-    """n."""
+    """Number of balls n."""
 
 
 def why_not(scene: Scene) -> str | None:
-    """Why circulating balls are not looked for in a scene; None where they are."""
+    """Return the reason why the closed form does not cover a scene; None if it does."""
     found = _known(scene)
     return found if isinstance(found, str) else None
 
 
 def drive_of(scene: Scene) -> BunchDrive | None:
-    """The numbers of a scene; None where ``why_not`` says why there are none."""
+    """Return the parameters of a scene; None if ``why_not`` gives a reason."""
     found = _known(scene)
     return None if isinstance(found, str) else found
 
 
 def _known(scene: Scene) -> BunchDrive | str:
-    """The numbers of a scene, or why there are none."""
+    """Return the parameters of a scene, or the reason why there are none."""
     if scene.balls.count == 0:
         return "there are no balls"
     if "ball_contact" in scene.effects:
@@ -84,6 +84,6 @@ def _known(scene: Scene) -> BunchDrive | str:
 
 
 def _drag_of(system: System) -> float:
-    """c_b on the first ball [N s/m]."""
+    """Return the drag c_b on the first ball [N s/m]."""
     ball = Ball(*system.balls[0, [MASS, RADIUS]])
     return float(over_effects(system.effects, "ball_drag", 0.0, ball))

@@ -1,4 +1,4 @@
-"""What small disturbances of a circulating bunch do, by equations averaged over the beat.
+"""Stability of a circulating bunch, by equations averaged over the beat.
 
 In axes that turn at s, with complex z of the deck, theta of the bunch, d = d/dt and b = w - s:
 
@@ -6,16 +6,16 @@ In axes that turn at s, with complex z of the deck, theta of the bunch, d = d/dt
     mu R theta'' + c_b R (theta' - b) + m Re(-i exp(-i theta) (d + i s)^2 z) = 0
     G(d) = -q m^2/2 (d + i s)^4 / (mu (d - i b)^2 + c_b (d - i b))
 
-G is what balls on the rotor do, which swing at b; of it three terms of its series in d are kept, as
-what is judged is slow beside the beat. Whether balls on the rotor stay there it does not say: the
-resting states' own test does.
+G is the effect of balls on the rotor, which swing at b. Three terms of its series in d are kept,
+because the disturbances are slow compared with the beat. The stability of the balls on the rotor is
+not covered; the test of resting states covers it.
 
-Balls of a bunch may part, too, which the deck does not feel: p - 1 times
+Balls of a bunch may also separate, without effect on the deck. This gives, p - 1 times,
 
     mu R l^2 + c_b R l + m s^2 Re z = 0 at theta = 0,
 
-which decays where the bunch is on the side of the displacement: for q = 0 up to s^2 = k/M. For
-q = 0 and without a rotor's unbalance these are the running equations, exactly.
+which decays if the bunch is on the side of the displacement: for q = 0 up to s^2 = k/M. For q = 0
+and without a rotor unbalance the equations are exact.
 
 Source: own derivation, from the equations of docs/equations.md, section 1.
 """
@@ -28,21 +28,21 @@ if TYPE_CHECKING:
     from ab_sim.analysis.circulating.drive import BunchDrive
 
 Orders = tuple[complex, complex, complex]
-"""Factors of the second and first derivative, and of what is differentiated."""
+"""Factors of the second derivative, the first derivative and the function itself."""
 
 
 def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex) -> np.ndarray:
-    """Eigenvalues [1/s], complex, by falling real part, without the one that is always 0.
+    """Return eigenvalues [1/s], complex, by falling real part, without the structural zero.
 
     Args:
-        drive: the numbers.
-        w: of the spindle [rad/s], above 0.
-        count: balls in the bunch.
-        s: its speed [rad/s].
-        z: the deck's displacement in axes that turn at s, the bunch at angle 0 [m].
+        drive: parameters of the drive.
+        w: spindle speed [rad/s], above 0.
+        count: number p of balls in the bunch.
+        s: speed of the bunch [rad/s].
+        z: displacement of the deck [m] in axes that turn at s, with the bunch at angle 0.
 
     Returns:
-        Shape (5 + 2 (p - 1),).
+        Eigenvalues, shape (5 + 2 (p - 1),).
     """
     orders = _equations(drive, w, count, s, z)
     size = len(orders[0])
@@ -51,7 +51,7 @@ def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex
     companion[:size, size:] = np.eye(size)
     companion[size:, :size], companion[size:, size:] = -inverse @ orders[2], -inverse @ orders[1]
     found = np.linalg.eigvals(companion)
-    # Time may begin anywhere: turned as a whole, nothing is disturbed.
+    # Rotating the whole motion is a shift in time, which neither grows nor decays: drop its zero.
     found = np.delete(found, int(np.argmin(np.abs(found))))
     pull = drive.ball_mass * s * s * z.real / drive.radius
     parting = np.roots([drive.rolling_mass, drive.drag, pull])
@@ -62,7 +62,7 @@ def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex
 def _equations(
     drive: "BunchDrive", w: float, count: int, s: float, z: complex
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Of z and theta, lengths in R: real matrices of the second, first and no derivative."""
+    """Return the real matrices of z and theta for derivatives 2, 1 and 0, with lengths in R."""
     m, mu, cb = drive.ball_mass, drive.rolling_mass, drive.drag
     turned: Orders = 1.0, 2j * s, -s * s
     own = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
@@ -80,7 +80,7 @@ def _equations(
 
 
 def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:
-    """G's terms in d^2, d and 1."""
+    """Return the coefficients of d^2, d and 1 in the series of G."""
     b, factor = w - s, -0.5 * (drive.balls - count) * drive.ball_mass**2
     mu, cb = drive.rolling_mass, drive.drag
     above = s**4, 4.0 * (1j * s) ** 3, -6.0 * s * s
@@ -92,5 +92,5 @@ def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:
 
 
 def _plane(factor: complex) -> np.ndarray:
-    """What multiplying by a complex number does to real and imaginary part."""
+    """Return the real 2x2 matrix of the multiplication by a complex number."""
     return np.array([[factor.real, -factor.imag], [factor.imag, factor.real]])

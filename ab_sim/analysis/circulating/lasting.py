@@ -1,4 +1,4 @@
-"""Whether a circulating bunch lasts, by a run that begins beside it."""
+"""Persistence of a circulating bunch, tested by a simulation that starts near it."""
 
 import math
 
@@ -13,29 +13,29 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start
 
 BEATS = 1000.0
-"""Times that the bunch comes round the race in a run, unless that takes too many steps."""
+"""Duration of the simulation in beats, unless that takes too many steps."""
 STEP = 0.25
-"""Of a run, at most; times the spindle's speed [rad]."""
+"""Largest step times spindle speed [rad]."""
 FEWEST_BEATS = 50.0
-"""Of a run that says something."""
+"""Least number of beats of a meaningful simulation."""
 MOST_STEPS = 3e5
-"""Of a run."""
+"""Largest number of steps."""
 OFF = 1e-3
-"""By which balls are moved before it, at random [rad]: a bunch can fall apart."""
+"""Standard deviation of the initial ball angles [rad]; it lets an unstable bunch fall apart."""
 NEAR = 0.05
-"""Share of its speed that a bunch may differ by from where it began."""
+"""Largest relative change of the bunch's speed from its start."""
 
 
 def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
-    """The bunch's mean speed [rad/s] in the last half of a run; None where it does not last.
+    """Return the bunch's mean speed [rad/s] in the last half of a run; None if it does not last.
 
-    It lasts if its balls keep its speed, and the others the spindle's. Of balls that nearly keep up
-    with the rotor a run would be too long, and nothing is said: None. Friction is left out, as it
-    is of resting states.
+    A bunch lasts if its balls keep its speed and the others keep the spindle's. If the balls are
+    nearly as fast as the rotor, a simulation would take too long and None is returned. Friction is
+    left out, as for resting states.
 
     Args:
-        scene: the bunch's.
-        bunch: that the run begins beside.
+        scene: scene of the bunch.
+        bunch: bunch near which the simulation starts.
     """
     w, n = bunch.spindle_speed, len(resting_system(scene).balls)
     step = min(scene.solver.step, max(round(STEP / abs(w), 9), 1e-9))
@@ -53,7 +53,7 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
         return None
     half = len(run) // 2
     time = run["time"][half:] - run["time"][half]
-    # By a straight line: the ends' swings would count in a difference.
+    # Fit a straight line: a difference of the end points would contain the swings.
     speeds = w + np.polyfit(time, run.ball_angles[half:], 1)[0]
     own, others = speeds[: bunch.count], speeds[bunch.count :]
     kept = np.abs(own - bunch.speed) <= NEAR * abs(bunch.speed)

@@ -1,4 +1,4 @@
-"""Over which speeds, and which drags, balls can circulate in a bunch, and what ends it there."""
+"""Ranges of speed and drag in which balls can circulate in a bunch, and their limits."""
 
 import math
 from collections.abc import Callable, Sequence
@@ -11,42 +11,45 @@ from ab_sim.analysis.circulating.drive import BunchDrive
 from ab_sim.analysis.held_speed import FASTEST
 
 FOLD, UNSTABLE, SWING, END = "fold", "unstable", "swings", "end of the range"
-"""What ends a range: the state meets an unstable one; it loses its stability; swings become so
-large that it is not known any more; nothing that was looked at."""
+"""Limits of a range.
+
+``FOLD``: the state meets an unstable one. ``UNSTABLE``: it loses stability. ``SWING``: swings
+become too large for the closed form. ``END``: the range of the search ends.
+"""
 LOOKS = 160
-"""Values of a parameter at which it is looked for the state."""
+"""Number of parameter values at which the state is sought."""
 SAME = 1e-3
-"""Share of its speed that a state changes by, beyond which it is another one."""
+"""Relative change of speed beyond which it is another state."""
 BISECTIONS = 60
 
 
 class Reach(NamedTuple):
-    """A range of a parameter in which a stable circulating bunch is known."""
+    """Range of a parameter with a stable circulating bunch."""
 
     balls: int
-    """How many circulate."""
+    """Number of circulating balls."""
     low: float
     high: float
-    """SI."""
+    """Limits of the range in SI units, ``low`` and ``high``."""
     low_end: str
     high_end: str
-    """fold, unstable, swings, or end of the range."""
+    """Reason of each limit: fold, unstable, swings, or end of the range."""
     low_speed: float
     high_speed: float
-    """s of the bunch at either end [rad/s]."""
+    """Speed s of the bunch at each limit [rad/s]."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the range as JSON-able values."""
         return self._asdict()
 
 
 def reach_over_speed(drive: BunchDrive, count: int, also: Sequence[float] = ()) -> list[Reach]:
-    """Ranges of the spindle's speed [rad/s], above 0, from a tenth of the critical one to 1e5.
+    """Return ranges of spindle speed [rad/s], searched from a tenth of the critical speed to 1e5.
 
     Args:
-        drive: the numbers.
-        count: balls in the bunch, from 1 to ``drive.balls``.
-        also: further speeds at which it is looked for.
+        drive: parameters of the drive.
+        count: number of balls in the bunch, from 1 to ``drive.balls``.
+        also: further speeds at which the state is sought.
     """
     critical = math.sqrt(drive.stiffness / drive.mass)
     values = np.geomspace(0.1 * critical, max(FASTEST, critical), LOOKS)
@@ -55,19 +58,19 @@ def reach_over_speed(drive: BunchDrive, count: int, also: Sequence[float] = ()) 
 
 
 def reach_over_drag(drive: BunchDrive, speed: float, count: int) -> list[Reach]:
-    """Ranges of the drag on a ball [N s/m], from 1/1000 to 1000 times the drive's.
+    """Return ranges of the drag on a ball [N s/m], from 1/1000 to 1000 times the drive's.
 
     Args:
-        drive: the numbers.
-        speed: w [rad/s], not 0.
-        count: balls in the bunch, from 1 to ``drive.balls``.
+        drive: parameters of the drive.
+        speed: spindle speed w [rad/s], not 0.
+        count: number of balls in the bunch, from 1 to ``drive.balls``.
     """
     values = np.union1d(drive.drag * np.geomspace(1e-3, 1e3, LOOKS), [drive.drag])
     return _reach(lambda drag: (drive._replace(drag=drag), abs(speed)), count, values)
 
 
 Case = Callable[[float], tuple[BunchDrive, float]]
-"""Drive and spindle speed [rad/s] at a value of the parameter."""
+"""Function that returns drive and spindle speed [rad/s] at a value of the parameter."""
 
 
 def _reach(case: Case, count: int, values: np.ndarray) -> list[Reach]:
@@ -90,7 +93,7 @@ def _reach(case: Case, count: int, values: np.ndarray) -> list[Reach]:
 
 
 def _end(case: Case, count: int, inside: float, outside: float | None) -> tuple[float, str, float]:
-    """Where the state ends between a value that has it and one that has not; why; and its speed."""
+    """Return a limit of the state, its reason and the speed there, by bisection."""
     if outside is None:
         return inside, END, _speed(stalled(*case(inside), count))
     for _ in range(BISECTIONS):

@@ -1,4 +1,4 @@
-"""A circulating bunch as a state of the running equations."""
+"""State of the running equations for a circulating bunch."""
 
 import math
 
@@ -12,16 +12,18 @@ from ab_sim.dynamics.system import System
 
 
 def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:
-    """The state as the displacement passes the unbalance; the first balls are the bunch's.
+    """Return the state when the displacement passes the unbalance; the bunch's balls come first.
 
-    Balls on the rotor are where they balance it, or opposite the unbalance where they cannot.
+    Balls on the rotor are at its balanced position, or opposite the unbalance if they cannot
+    balance it.
 
     Args:
-        system: of the bunch's scene, in the plane.
-        bunch: the motion.
+        system: planar system of the bunch's scene.
+        bunch: circulating bunch.
 
     Returns:
-        Shape (4 + 2 n,): u and v on the rotor's axes [m, m/s], angles [rad] and rates [rad/s].
+        State with shape (4 + 2 n,): u and v on the rotor's axes [m, m/s], angles [rad] and rates
+        [rad/s].
     """
     layout: StateLayout = layout_of(system)
     p, backwards = bunch.count, bunch.spindle_speed < 0.0

@@ -1,4 +1,7 @@
-"""Where deck and balls can rest on the axes that turn with the rotor, and how firmly.
+"""Resting states: constant deck and ball positions on the axes that turn with the rotor.
+
+Resting states are equilibria of the equations in rotating axes. This package finds them and their
+stability.
 
 Sources: three-ball (Lu and Hung 2008) (10)-(36), relative-stability (NSC 2007) (15)-(24).
 """

@@ -17,29 +17,36 @@ from ab_sim.scene.model import Scene
 
 @dataclass(frozen=True, repr=False)
 class Equilibria(Presented):
-    """Where deck and balls can rest at a speed, and how firmly; see ``ab_sim.equilibria``."""
+    """Resting states of deck and balls at one speed, with stability; see ``ab_sim.equilibria``."""
 
     _picture = "equilibria"
 
     scene: str
     speed: float
-    """w [rad/s]."""
+    """Spindle speed w [rad/s]."""
     branches: tuple[RestingState, ...]
-    """Of all ways in which balls can be assigned to places, one; the largest W first in each
-    pattern, the balanced set at the end: of three and more balls its symmetric position, and those
-    that are worst and best."""
+    """Resting states, one per pattern and radius.
+
+    Assignments of balls to places that only exchange equal balls are not repeated. Patterns with
+    several states list the largest W first. The balanced set comes last: for three or more balls
+    its symmetric position, the worst and the best.
+    """
     left_out: tuple[str, ...]
-    """Effects of the scene that these states are without: set-valued where balls rest."""
+    """Effects of the scene that are left out because they are set-valued where balls rest."""
     by_numbers: bool = False
-    """Whether they were looked for from many starts, so that some may be missing; otherwise closed
-    forms give all of them."""
+    """Flag of a numerical search from many starts, which may miss states.
+
+    False for the closed forms, which give all states.
+    """
     balanced_positions: str | None = None
-    """Of which worst and best are: ``extremes.ALL``, or ``SAMPLED`` ones; None where there are no
-    such two."""
+    """Positions among which worst and best were chosen.
+
+    ``extremes.ALL`` or ``extremes.SAMPLED``; None if there is no worst and best position.
+    """
 
     @property
     def stable(self) -> tuple[RestingState, ...]:
-        """Those that small disturbances leave."""
+        """Resting states to which small disturbances decay."""
         return tuple(state for state in self.branches if state.stable)
 
     def _facts(self) -> dict[str, str]:
@@ -62,7 +69,7 @@ class Equilibria(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim equilibria --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim equilibria --help``."""
         return {
             "scene": self.scene,
             "speed": self.speed,
@@ -74,7 +81,7 @@ class Equilibria(Presented):
 
 
 def equilibria_of(scene: Scene, speed: float) -> Equilibria:
-    """Resting states at a speed that is held [rad/s], with their eigenvalues.
+    """Return the resting states at a constant speed [rad/s], with their eigenvalues.
 
     Raises:
         SceneError: the equations contain the spindle's angle, or its speed is a state; or there
@@ -93,12 +100,12 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
 
 
 def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """By the closed forms; arguments as ``resting_state`` takes them."""
+    """Return the resting states from closed forms; arguments as for ``resting_state``."""
     return [*clustered_states(system, rotor, speed), *balanced_states(system, rotor, speed)]
 
 
 def clustered_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """Those with W > 0: balls on the side of the displacement and opposite."""
+    """Return states with W > 0: balls in line with the displacement, on its side or opposite."""
     found = []
     for pattern in patterns_of(rotor):
         roots = radii(rotor, pattern.moment, speed)
@@ -115,7 +122,7 @@ def clustered_state(
     roots: list[float],
     rank: int,
 ) -> RestingState:
-    """Of a pattern's radii, the state with the one at this rank."""
+    """Return the state of a pattern whose radius has index ``rank`` in ``roots``."""
     u, theta = clustered_place(rotor, speed, pattern, roots[rank])
     label = pattern.label + (f"/{rank + 1}" if len(roots) > 1 else "")
     return resting_state(system, speed, label, u, theta, _turning(rotor), pattern.assignments)
@@ -124,14 +131,17 @@ def clustered_state(
 def clustered_place(
     rotor: ClosedFormRotor, speed: float, pattern: Pattern, W: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Displacement [m] and ball angles [rad] of a pattern at one of its radii W [m]."""
+    """Return the displacement [m] and ball angles [rad] of a pattern at a radius W [m]."""
     phi = phase(rotor, pattern.moment, speed, W)
     u = np.array([W * math.cos(phi), W * math.sin(phi)])
     return u, np.array([phi if sign > 0 else _opposite(phi) for sign in pattern.signs])
 
 
 def balanced_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
-    """The balanced set; of three and more balls a symmetric, the worst and the best position."""
+    """Return the balanced states.
+
+    For three or more balls: the symmetric, the worst and the best position.
+    """
     if speed == 0.0:
         return [_standing(system, rotor)]
     if not rotor.moments:
@@ -151,7 +161,7 @@ def balanced_states(system: System, rotor: ClosedFormRotor, speed: float) -> lis
 def balanced_state(
     system: System, rotor: ClosedFormRotor, speed: float, theta: np.ndarray
 ) -> RestingState:
-    """The state with W = 0 at a balanced position [rad]."""
+    """Return the state with W = 0 at a balanced position [rad]."""
     n = len(theta)
     zeros = max(0, n - 2, _turning(rotor))
     ways = {1: 1, 2: 2 if (np.abs(np.sin(theta)) > 1e-9).any() else 1}.get(n)
@@ -160,13 +170,13 @@ def balanced_state(
 
 
 def _standing(system: System, rotor: ClosedFormRotor) -> RestingState:
-    """Nothing turns: balls rest wherever they are put, here at 0."""
+    """Return the state at zero speed: balls rest at any angle, here at 0."""
     n = len(rotor.moments)
     return resting_state(system, 0.0, "standing", np.zeros(2), np.zeros(n), n)
 
 
 def _turning(rotor: ClosedFormRotor) -> int:
-    """1 if states can be turned about the shaft, for no unbalance says where theta counts from."""
+    """Return 1 if states can be rotated about the shaft, 0 if an unbalance fixes their angles."""
     return int(rotor.unbalance == 0.0 and len(rotor.moments) > 0)
 
 

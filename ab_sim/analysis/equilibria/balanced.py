@@ -1,13 +1,13 @@
 """The balanced set: ball positions whose unbalance cancels the rotor's, so that W is 0.
 
 The sum of m_i R exp(i theta_i) is -M0 e: three-ball (25)-(36), relative-stability (23), (24). One
-or two balls have one way to do it, or two that mirror each other; n >= 3 have a manifold of
-dimension n - 2.
+or two balls have one balanced position, or two that mirror each other. For n >= 3 balls the
+positions form a manifold of dimension n - 2.
 
-Of equal balls only one number of a position enters the eigenvalues: a disturbance of the angles,
-d_i, reaches the deck as q = sum t_i d_i and comes back through T = sum t_i t_i^T, whose
-eigenvalues are n (1 +- rho) / 2, rho = |sum exp(2 i theta_i)| / n; which way T points does not
-matter to a deck in an isotropic suspension. So all positions are seen by going through rho
+For equal balls the eigenvalues depend on the position through one number only. A disturbance d_i of
+the angles acts on the deck as q = sum t_i d_i and feeds back through T = sum t_i t_i^T. The
+eigenvalues of T are n (1 +- rho) / 2 with rho = |sum exp(2 i theta_i)| / n. The principal axes of T
+do not matter in an isotropic suspension. A scan over rho therefore covers all positions
 (``extremes``).
 """
 
@@ -22,24 +22,26 @@ from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 from ab_sim.drive import balance
 
 LEVELS = 17
-"""Of rho, from its smallest to its largest."""
+"""Number of levels of rho, from its minimum to its maximum."""
 STARTS = 36
-"""Per ball, at random, from which these two are looked for; at least two."""
+"""Random starts of the search for the extremes of rho, divided by the number of balls; at least
+two."""
 SCATTER = 48
-"""Positions at random besides, of balls that differ."""
+"""Number of additional random positions if the balls differ."""
 SAME = 1e-12
-"""Values of rho this near to each other are one."""
+"""Values of rho closer than this are equal."""
 
 
 def can_balance(rotor: ClosedFormRotor) -> bool:
-    """Whether balls can cancel the unbalance: the vectors close to a polygon."""
+    """Return whether the balls can cancel the unbalance: the vectors close to a polygon."""
     return balance.can_balance(rotor.unbalance, rotor.moments)
 
 
 def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
-    """The balanced position that is its own mirror image, of equal balls; None of others.
+    """Return the balanced position of equal balls that is its own mirror image, or None.
 
-    Pairs at +-beta, and of an odd number the last one at pi.
+    Balls lie in pairs at +-beta; with an odd number the last ball lies at pi. None if balls differ
+    or cannot balance.
     """
     n = len(rotor.moments)
     if n == 0 or len({*rotor.kinds}) > 1 or not can_balance(rotor):
@@ -53,15 +55,15 @@ def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
 
 
 def completed(rotor: ClosedFormRotor, given: np.ndarray) -> np.ndarray | None:
-    """``balance.completed``, of a rotor."""
+    """Apply ``balance.completed`` to a rotor."""
     return balance.completed(rotor.unbalance, rotor.moments, given)
 
 
 def positions(rotor: ClosedFormRotor) -> np.ndarray:
-    """Balanced positions from one end of the set to the other, shape (some, n).
+    """Return balanced positions from one end of the set to the other, shape (positions, n).
 
-    The first is ``symmetric`` where there is such a one. Of one ball and of two there is one
-    position, but for its mirror image.
+    The first is ``symmetric`` if it exists. One or two balls have a single position, apart from its
+    mirror image.
     """
     if not can_balance(rotor) or not rotor.moments:
         return np.empty((0, len(rotor.moments)))
@@ -84,7 +86,7 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
 
 
 def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
-    """Balanced positions of three and more balls with the smallest and the largest rho."""
+    """Return balanced positions with the smallest and the largest rho, for three or more balls."""
     _, low, high = _ends(rotor.unbalance, rotor.moments, rotor.kinds)
     return low, high
 
@@ -93,7 +95,7 @@ def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
 def _ends(
     unbalance: float, moments: tuple[float, ...], kinds: tuple[int, ...]
 ) -> tuple[list[np.ndarray], np.ndarray, np.ndarray]:
-    """Some positions, and the two ends of the set."""
+    """Return some balanced positions, and the positions with the smallest and largest rho."""
     rotor = ClosedFormRotor(1.0, unbalance, 0.0, 0.0, 0.0, moments, kinds)
     n, middle = len(moments), symmetric(rotor)
     draw = np.random.default_rng(0)
@@ -106,19 +108,19 @@ def _ends(
 
 
 def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
-    """A balanced position of three and more balls with a rho between those of the ``ends``."""
+    """Return a balanced position with a given rho within the ``ends``, for three or more balls."""
     known = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
     if abs(doubling(rotor, known[0]) - rho) <= SAME:
         return known[0]
     draw = np.random.default_rng(0)
-    # Beside the ends, where rho hardly changes along the set, some starts lead nowhere.
+    # Near the ends rho hardly changes along the set, so Newton's method fails from some starts.
     starts = [x + draw.normal(scale=0.05, size=len(x)) for x in known[:4]]
     tries = (_closed(rotor, start, rho) for start in (*known, *starts))
     return next((x for x in tries if x is not None), known[0])
 
 
 def _there(rotor: ClosedFormRotor, starts: np.ndarray) -> list[np.ndarray]:
-    """Balanced positions near others, where there are."""
+    """Return the balanced positions to which Newton's method converges from the starts."""
     return [x for x in (_closed(rotor, start) for start in starts) if x is not None]
 
 
@@ -129,11 +131,12 @@ def _between(
     starts: list[np.ndarray],
     draw: np.random.Generator,
 ) -> list[np.ndarray]:
-    """Positions from one to another, at evenly spaced levels of rho."""
+    """Return positions from ``low`` to ``high`` at evenly spaced levels of rho."""
     found = [low]
     levels = np.linspace(doubling(rotor, low), doubling(rotor, high), LEVELS)
     for level in levels[1:-1].tolist():
-        # A little aside: where rho is extreme, nothing says which way it rises.
+        # Perturb the starts: where rho is extreme its gradient vanishes, and Newton's method has no
+        # direction.
         near = [x + draw.normal(scale=0.05, size=len(x)) for x in (found[-1], high)]
         tries = (_closed(rotor, start, level) for start in (*near, *starts))
         there = next((x for x in tries if x is not None), None)
@@ -142,7 +145,7 @@ def _between(
 
 
 def doubling(rotor: ClosedFormRotor, theta: np.ndarray) -> float:
-    """rho, of balls that differ weighed by m_i R: 1 where all are on one line through the shaft."""
+    """Return rho, weighted by m_i R: 1 if all balls are on one line through the shaft."""
     moments = np.array(rotor.moments)
     return float(abs(moments @ np.exp(2j * theta)) / moments.sum())
 
@@ -150,7 +153,13 @@ def doubling(rotor: ClosedFormRotor, theta: np.ndarray) -> float:
 def _closed(
     rotor: ClosedFormRotor, theta: np.ndarray, level: float | None = None
 ) -> np.ndarray | None:
-    """The nearest balanced position, by Newton's method; with a level, at that rho."""
+    """Return the nearest balanced position by Newton's method, or None if it does not converge.
+
+    Args:
+        rotor: unbalance and ball moments.
+        theta: start [rad], shape (n,).
+        level: value of rho to be met as well; None leaves rho free.
+    """
     moments = np.array(rotor.moments)
     total = moments.sum()
     theta = theta.copy()
@@ -167,13 +176,15 @@ def _closed(
             ways.append(2.0 * (double.sum().conj() * 2j * double).real)
         if np.abs(off).max() <= 4e-16 * len(moments):
             break
+        # The system is underdetermined: the least-squares step of minimal norm leads to the nearest
+        # position. Steps are limited to half a radian.
         step = np.linalg.lstsq(np.array(ways), np.array(off), rcond=1e-12)[0]
         theta -= step * min(1.0, 0.5 / max(np.abs(step).max(), 1e-300))
     return theta if np.abs(off).max() <= 1e-13 * len(moments) else None
 
 
 def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndarray | None:
-    """A balanced position where rho is smallest (sense 1) or largest (-1) nearby."""
+    """Return a balanced position with a local minimum (sense 1) or maximum (-1) of rho."""
     moments = np.array(rotor.moments) / sum(rotor.moments)
     unbalance = rotor.unbalance / sum(rotor.moments)
 

@@ -1,4 +1,4 @@
-"""Branches of a scene's resting states over speeds: by the closed forms, with all their folds."""
+"""Branches of resting states over speed, from closed forms, with all their folds."""
 
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -28,23 +28,23 @@ from ab_sim.scene.model import Scene
 
 Progress = Callable[[str, int, int], None]
 CLOSE = 1e-6
-"""Share of a range in which rounding, at its ends, may say how many radii there are."""
+"""Fraction of a speed range, at each end, in which rounding may change the number of radii."""
 MANY = 12
-"""Balls, beyond which fewer speeds are looked at."""
+"""Number of balls above which fewer speeds are used."""
 FEWER = 30
-"""Speeds then."""
+"""Number of speeds used with more than ``MANY`` balls."""
 
 
 def branches_over_speed(
     scene: Scene, speeds: np.ndarray, progress: Progress | None = None
 ) -> OverSpeed:
-    """Follow all resting states over speeds, with what happens between them.
+    """Follow all resting states over speed, and locate folds and stability changes.
 
     Args:
         scene: as ``equilibria_of`` takes it.
-        speeds: [rad/s], rising, all of them > 0; stability is looked at there, and more often where
-            branches end. Folds, and crossings of the stability's border, are located between them.
-        progress: told what is done now, how many parts are done, and of how many.
+        speeds: rising speeds > 0 [rad/s] at which stability is evaluated; more are added near the
+            ends of branches. Folds and changes of stability are located between them.
+        progress: called with the current task, the number of finished parts and the total.
 
     Raises:
         SceneError: as ``equilibria_of``.
@@ -76,7 +76,7 @@ def branches_over_speed(
 
 
 def kept_branches(scene: Scene, speeds: np.ndarray, progress: Progress | None = None) -> OverSpeed:
-    """As ``branches_over_speed``, from disk if it was asked before."""
+    """Return ``branches_over_speed``, from the disk cache if it was computed before."""
 
     def over_speed(scene: Scene, speeds: list[float]) -> Result:
         return branches_over_speed(scene, np.array(speeds), progress).report()
@@ -87,9 +87,10 @@ def kept_branches(scene: Scene, speeds: np.ndarray, progress: Progress | None = 
 def _clustered(
     system: System, rotor: ClosedFormRotor, pattern: Pattern, folds: list[Fold], speeds: np.ndarray
 ) -> Iterator[BranchInterval]:
-    """Between folds the number of radii does not change, nor does their order.
+    """Yield the intervals of a pattern's branches.
 
-    But where balls weigh just what balances: a branch then ends in the balanced set, with W = 0.
+    Between two folds the number and the order of radii are constant. The exception is balls whose
+    moment equals the unbalance: a branch then ends in the balanced set, with W = 0.
     """
     ends = [float(speeds[0]), *(fold.speed for fold in folds), float(speeds[-1])]
     inner = [end for pair in pairwise(ends) for end in _changes(rotor, pattern, *pair, speeds)]
@@ -109,7 +110,7 @@ def _clustered(
 def _changes(
     rotor: ClosedFormRotor, pattern: Pattern, low: float, high: float, speeds: np.ndarray
 ) -> Iterator[float]:
-    """Speeds [rad/s] between two folds at which the number of radii changes."""
+    """Locate speeds [rad/s] between two folds at which the number of radii changes."""
 
     def count(speed: float) -> int:
         return len(radii(rotor, pattern.moment, speed))
@@ -129,7 +130,7 @@ def _changes(
 def _balanced(
     system: System, rotor: ClosedFormRotor, speeds: np.ndarray
 ) -> Iterator[BranchInterval]:
-    """The balanced set: its position, or of three and more balls a symmetric, worst and best one.
+    """Yield the balanced set: its position; for three or more balls also the worst and the best.
 
     Which position is worst can change with speed.
     """
@@ -149,5 +150,5 @@ def _balanced(
 
 
 def growth(state: RestingState) -> float:
-    """What balanced positions are compared by."""
+    """Return the growth rate by which balanced positions are compared [1/s]."""
     return state.lambda_max

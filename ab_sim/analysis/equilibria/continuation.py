@@ -1,8 +1,8 @@
-"""Branches of states found by numbers over speed: pseudo-arclength continuation.
+"""Pseudo-arclength continuation over speed, for states without a closed form.
 
-Along a curve in state and speed, so that it goes around folds; these are where the speed's part of
-the tangent changes its sign, located on the curve. Keller (1977); Allgower and Georg, Numerical
-Continuation Methods (1990), ch. 6.
+A curve in state and speed is followed by its arc length, so that the continuation passes folds. At
+a fold the speed component of the tangent changes sign; its root is located on the curve. Keller
+(1977); Allgower and Georg, Numerical Continuation Methods (1990), ch. 6.
 """
 
 from collections.abc import Iterator
@@ -22,18 +22,19 @@ from ab_sim.analysis.equilibria.resting import field_at
 from ab_sim.dynamics.system import System
 
 STEP = 0.05
-"""Of the arc, in units of the states' magnitudes and of the largest speed; halved as needed."""
+"""Largest step of the arc length, in scaled states and speeds; halved if the corrector fails."""
 MOST_POINTS = 4000
+"""Largest number of points of a curve."""
 
 
 class CurvePoint(NamedTuple):
-    """On a curve of resting states."""
+    """Point on a curve of resting states."""
 
     speed: float
-    """[rad/s]."""
+    """Speed [rad/s]."""
     state: np.ndarray
     fold: bool = False
-    """Whether the speed turns here."""
+    """Flag of a fold, where the speed reverses along the curve."""
 
 
 class EquilibriumCurve:
@@ -44,21 +45,25 @@ class EquilibriumCurve:
         self.scales: Scales = scales_of(system, fastest)
 
     def z(self, point: CurvePoint) -> np.ndarray:
-        """Without units."""
+        """Return the scaled coordinates of a point."""
         return np.append(point.state / self.scales.state, point.speed / self.fastest)
 
     def point(self, z: np.ndarray) -> CurvePoint:
-        """With units."""
+        """Return the point with scaled coordinates ``z``."""
         return CurvePoint(float(z[-1]) * self.fastest, z[:-1] * self.scales.state)
 
     def off(self, z: np.ndarray) -> np.ndarray:
-        """The slope, 0 on the curve."""
+        """Return the scaled residual, which is 0 on the curve."""
         speed, state, _ = self.point(z)
         slope = field_at(self.system, speed).slope(0.0, state)
         return slope / (self.scales.state * self.scales.rate)
 
     def ways(self, z: np.ndarray) -> np.ndarray:
-        """Its derivatives; by the speed a central difference: the kernel's are by states."""
+        """Return the derivatives of the residual.
+
+        The derivative by speed is a central difference, because the kernel's Jacobian covers states
+        only.
+        """
         speed, state, _ = self.point(z)
         own = scaled_jacobian(field_at(self.system, speed).jacobian(0.0, state), self.scales)
         h = np.zeros(len(z))
@@ -67,12 +72,16 @@ class EquilibriumCurve:
         return np.column_stack([own, along])
 
     def tangent(self, z: np.ndarray, like: np.ndarray) -> np.ndarray:
-        """Of length 1, in the sense of another."""
+        """Return the unit tangent, with the orientation of ``like``."""
         way: np.ndarray = np.linalg.svd(self.ways(z))[2][-1]
         return way if way @ like >= 0.0 else -way
 
     def corrected(self, start: np.ndarray, way: np.ndarray) -> np.ndarray | None:
-        """The curve's point in the plane across ``way`` through ``start``."""
+        """Return the curve's point in the plane normal to ``way`` through ``start``, or None.
+
+        The corrector is Newton's method, extended by the equation of the plane. None if it does not
+        converge.
+        """
         z = start
         for _ in range(12):
             matrix = np.vstack([self.ways(z), way])
@@ -85,9 +94,10 @@ class EquilibriumCurve:
         return None
 
     def traced(self, start: CurvePoint, sense: float, low: float, high: float) -> list[CurvePoint]:
-        """From a point on, at first with the speed rising (1) or falling (-1), within speeds.
+        """Follow the curve from a point, within a range of speeds.
 
-        Until it leaves the range of speeds, comes back, or ends. Folds are among the points.
+        The first step raises (sense 1) or lowers (-1) the speed. The curve ends where it leaves the
+        range, closes, or cannot be continued. Folds are among the points.
         """
         z = self.z(start)
         first, length = z, STEP
@@ -96,9 +106,12 @@ class EquilibriumCurve:
         while len(found) < MOST_POINTS and length > 1e-9:
             there = self.corrected(z + length * way, way)
             after = None if there is None else self.tangent(there, way)
+            # Reject the step if the corrector fails or the tangent turns by more than 18 degrees:
+            # the curve may have jumped to another branch.
             if there is None or after is None or after @ way < 0.95:
                 length *= 0.5
                 continue
+            # The speed component of the tangent changed its sign: a fold lies within this step.
             if after[-1] * way[-1] < 0.0:
                 found.append(self.point(self._fold(z, way, length))._replace(fold=True))
             z, way, length = there, after, min(1.4 * length, STEP)
@@ -127,7 +140,7 @@ def _between(one: CurvePoint, two: CurvePoint, speed: float) -> np.ndarray:
 
 
 def monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
-    """A curve's parts along which the speed rises, each put in that order."""
+    """Yield the segments of a curve between folds, each ordered by rising speed."""
     moved = [k == 0 or points[k].speed != points[k - 1].speed for k in range(len(points))]
     points = [point for point, new in zip(points, moved, strict=True) if new]
     speeds = np.array([point.speed for point in points])
@@ -140,7 +153,7 @@ def monotone(points: list[CurvePoint]) -> Iterator[list[CurvePoint]]:
 
 
 def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndarray:
-    """The state of a monotone part at a speed."""
+    """Return the state of a monotone segment at a speed."""
     speeds = np.array([point.speed for point in part])
     k = int(np.clip(np.searchsorted(speeds, speed), 1, len(part) - 1))
     start = _between(part[k - 1], part[k], speed)
@@ -149,7 +162,7 @@ def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndar
 
 
 def lies_on(parts: list[list[CurvePoint]], system: System, point: CurvePoint) -> bool:
-    """Whether a state is on one of the parts known, equal balls changing places."""
+    """Return whether a point is on one of the known segments, up to exchanges of equal balls."""
     return any(
         same(system, point.speed, state_along(system, part, point.speed), point.state)
         for part in parts

@@ -1,12 +1,12 @@
-"""The worst and the best of all balanced positions of equal balls.
+"""Worst and best balanced position of equal balls.
 
-Only rho of a position enters its eigenvalues, see ``balanced``. With the ball angles' part that
-reaches the deck in an orthonormal basis, t = U S V^T for t_i the tangents on the rotating axes and
-S = diag(sqrt(n (1 +- rho) / 2)), what is left of the equations are eight: the deck's four, and
-angle and rate along two columns of V. There S is all that rho changes: with the masses brought to
-the left, it multiplies what the balls and the deck do to each other. What is across V does not
-reach the deck, and has the same rates at all positions. So the growth of all positions is a
-function of one number, whose extremes can be looked for.
+The eigenvalues depend on a position only through rho, see ``balanced``. Let t_i be the tangents on
+the rotating axes, and t = U S V^T with S = diag(sqrt(n (1 +- rho) / 2)). The motion along the two
+columns of V acts on the deck; the motion normal to them does not, and has the same rates at all
+positions. Eight equations remain: four of the deck, and angle and rate along two columns of V. With
+the mass matrix on the left, rho enters only through S, which multiplies the coupling of balls and
+deck. The growth rate of all positions is thus a function of one number, whose extremes are computed
+here.
 """
 
 from collections.abc import Callable
@@ -20,25 +20,26 @@ from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System
 
 LEVELS = 33
-"""Of rho, between two of which the growth's extremes are looked for."""
+"""Number of levels of rho between which the extremes of the growth rate are bracketed."""
 NARROW = 1e-9
-"""A range of rho that is one position."""
+"""Width of the range of rho below which it is a single position."""
 CLOSE = 1e-8
-"""How well rho is found, in its range."""
+"""Tolerance of rho, as a fraction of its range."""
 
 ALL, SAMPLED = "all", "sampled"
 Growth = Callable[[np.ndarray], np.ndarray]
 
 
 def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
-    """Of which balanced positions worst and best are known: ``ALL`` or ``SAMPLED`` ones.
+    """Return the set of positions among which worst and best are known: ``ALL`` or ``SAMPLED``.
 
     Args:
-        rotor: of a ``resting_system``; None where states are found by numbers.
-        balls: how many.
+        rotor: rotor of a ``resting_system``; None if states are found numerically.
+        balls: number of balls.
 
     Returns:
-        None of fewer than three balls, which have one position, but for its mirror image.
+        ``ALL`` or ``SAMPLED``; None for fewer than three balls, which have one position apart from
+        its mirror image.
     """
     if balls < 3:
         return None
@@ -46,10 +47,10 @@ def known_positions(rotor: ClosedFormRotor | None, balls: int) -> str | None:
 
 
 def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[np.ndarray]:
-    """Balanced positions [rad] of which one is worst and one is best at a speed [rad/s], not 0.
+    """Return balanced positions [rad] that include the worst and the best at a nonzero speed.
 
-    Of three and more equal balls the symmetric one, and the worst and the best of all; of others
-    ``positions``, of which three and more balls have others besides.
+    For three or more equal balls: the symmetric position, and the worst and best of all. Otherwise
+    ``positions``, a sample if three or more balls differ.
     """
     middle = symmetric(rotor)
     if middle is None or len(middle) < 3:
@@ -66,7 +67,7 @@ def positions_at(system: System, rotor: ClosedFormRotor, speed: float) -> list[n
 
 
 def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
-    """Where a function is least: looked for about each level at which it is less than beside."""
+    """Return the minimiser of a function, refined around each local minimum of its samples."""
     around = np.pad(seen, 1, constant_values=np.inf)
     low = np.flatnonzero((seen <= around[:-2]) & (seen <= around[2:]))
     close = CLOSE * (levels[-1] - levels[0])
@@ -75,7 +76,7 @@ def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
     at_ends = growth(np.array([levels[0] + close, levels[-1] - close]))
     for k in low.tolist():
         if k in (0, len(levels) - 1) and seen[k] <= at_ends[min(k, 1)]:
-            continue  # it rises from this end
+            continue  # the growth rises from this end: no interior minimum
         bounds = levels[max(k - 1, 0)], levels[min(k + 1, len(levels) - 1)]
         found = minimize_scalar(
             lambda x: float(growth(np.array([x]))[0]), bounds=bounds, method="bounded",
@@ -87,7 +88,7 @@ def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
 
 
 def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
-    """The largest real part [1/s] that the eight eigenvalues have, as a function of rho.
+    """Return a function of rho: the largest real part [1/s] of the eight eigenvalues.
 
     Args:
         system: a ``resting_system`` of equal balls in an isotropic suspension.
@@ -104,7 +105,7 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     basis[layout.angles, 4:6], basis[layout.rates, 6:] = along[:2].T, along[:2].T
     jacobian = field_at(system, speed).jacobian(0.0, state_of(system, speed, np.zeros(2), theta))
     across = along[2:].T if n > 2 else np.zeros((n, 0))
-    # What one ball does to itself, from a motion that does not reach the deck.
+    # Damping of a single ball, taken from a motion that does not act on the deck.
     alone = across[:, 0] @ jacobian[layout.rates, layout.rates] @ across[:, 0]
 
     def masses(reaches: np.ndarray) -> np.ndarray:

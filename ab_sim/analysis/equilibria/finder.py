@@ -1,8 +1,8 @@
-"""Resting states by numbers, where other effects decide them: Newton's method from many starts.
+"""Numerical search for resting states if effects without a closed form decide them.
 
-On the running kernel's slope with its exact Jacobian. Starts are the closed forms of the scene
-without those effects, and places at random; what is found from all of them is found, but nothing
-proves that there is no more.
+Newton's method on the running kernel's slope, with its exact Jacobian. It starts from the closed
+forms of the scene without those effects, and from random states. The search gives no proof that all
+states were found.
 """
 
 import math
@@ -26,34 +26,43 @@ from ab_sim.conventions import in_one_turn
 from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
 
 IN_LINE = 0.2
-"""Sine of the angle between a ball and the displacement's line, up to which it counts as on it: a
-race off the shaft's axis moves balls from there, or lets them spread as where they balance."""
+"""Sine of the angle up to which a ball counts as in line with the displacement.
+
+A race off the shaft's axis shifts balls from this line; balls in balance may be anywhere.
+"""
 STARTS = 40
-"""At random, and as many again for each ball."""
+"""Number of random starts, times the number of balls plus one."""
 CLOSE = 1e-12
-"""Scaled residual, of 1 for a term of the equations alone, at which a state is taken for found."""
+"""Scaled residual at which Newton's method has converged.
+
+The residual is scaled by the states' magnitudes, so that a single term of the equations is of order
+1.
+"""
 SINGULAR = 1e-12
-"""Singular values of the scaled Jacobian below this share of the largest: a continuum."""
+"""Threshold of singular values of the scaled Jacobian, relative to the largest.
+
+Smaller singular values belong to a continuum of states.
+"""
 WORST, BEST = ", worst", ", best"
-"""Of the positions of a continuum: ends of labels."""
+"""Suffixes of labels for the worst and best position of a continuum."""
 SAME = 1e-6
-"""States nearer to each other than this, scaled, are one."""
+"""Scaled distance below which two states are equal."""
 
 
 class Scales(NamedTuple):
-    """Magnitudes of the states, and how fast they would change."""
+    """Magnitudes of the states and of their rate of change."""
 
     state: np.ndarray
     rate: float
 
     @property
     def length(self) -> float:
-        """Of the displacement [m]."""
+        """Magnitude of the displacement [m]."""
         return float(self.state[0])
 
 
 def scales_of(system: System, speed: float) -> Scales:
-    """Lengths in units of all unbalance over all mass, rates in those of the speed."""
+    """Return scales: total unbalance over total mass for lengths, the speed for rates."""
     moments = system.balls[:, MASS] * system.balls[:, RACE_RADIUS]
     length = (system.deck_model.unbalance + float(moments.sum())) / system.deck_model.total_mass
     rate, n = max(abs(speed), 1e-6), len(system.balls)
@@ -63,9 +72,9 @@ def scales_of(system: System, speed: float) -> Scales:
 
 
 def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | None:
-    """The resting state near another, by Newton's method; None where it finds none.
+    """Return the resting state near another by Newton's method; None if it does not converge.
 
-    On a continuum the nearest one.
+    On a continuum, the nearest state is returned.
     """
     field, scales = field_at(system, speed), scales_of(system, speed)
     for _ in range(60):
@@ -73,24 +82,25 @@ def converged(system: System, speed: float, state: np.ndarray) -> np.ndarray | N
         ways = scaled_jacobian(field.jacobian(0.0, state), scales)
         if not (np.isfinite(off).all() and np.isfinite(ways).all()):
             return None
+        # Singular values of a continuum are cut off, so that the step has no component along it.
         step = np.linalg.lstsq(ways, off, rcond=0.1 * SINGULAR)[0]
         largest = float(np.abs(step).max())
         size = 1.0 + float(np.abs(state / scales.state)[:4].max())
         if np.abs(off).max() <= CLOSE * size and largest <= 1e-9 * size:
             return state - step * scales.state
-        # No further than half a radian, or as far as the deck is away.
+        # Limit the step to half a radian. The deck's part is scaled by the same factor.
         turn = float(np.abs(step[4:]).max()) if len(step) > 4 else 0.0
         state = state - step * scales.state * min(1.0, 0.5 / max(turn, 1e-300))
     return None
 
 
 def scaled_jacobian(jacobian: np.ndarray, scales: Scales) -> np.ndarray:
-    """Without units."""
+    """Return the Jacobian of the scaled equations by scaled states."""
     return jacobian * scales.state / (scales.state[:, None] * scales.rate)
 
 
 def found_states(system: System, speed: float) -> list[RestingState]:
-    """Resting states at a speed [rad/s], the largest W first in each pattern."""
+    """Return resting states at a speed [rad/s], by label; within a pattern the largest W first."""
     if speed == 0.0:
         n = len(system.balls)
         return [resting_state(system, speed, "standing", np.zeros(2), np.zeros(n), n)]
@@ -103,9 +113,9 @@ def found_states(system: System, speed: float) -> list[RestingState]:
 
 
 def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[RestingState]:
-    """States by their patterns, with eigenvalues.
+    """Return states labelled by their patterns, with eigenvalues.
 
-    Of a continuum the first one, the worst and the best of those found.
+    For a continuum, return the first, the worst and the best of the states given.
     """
     found: dict[str, list[RestingState]] = {}
     kinds, n = kinds_of(system), len(system.balls)
@@ -128,7 +138,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
                 named.append(by_growth[0].relabelled(label + BEST))
             continue
         if label == "balanced":
-            # Mirror images, where they are not the same with balls exchanged.
+            # Mirror images, unless they differ only by an exchange of equal balls.
             ways = sum(each.assignments or 0 for each in alike)
             named.append(replace(alike[0], assignments=ways))
             continue
@@ -139,7 +149,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
 
 
 def nullity(system: System, speed: float, state: np.ndarray) -> int:
-    """The dimension of the continuum of resting states that a state is part of."""
+    """Return the dimension of the continuum of resting states around a state; 0 if isolated."""
     ways = scaled_jacobian(field_at(system, speed).jacobian(0.0, state), scales_of(system, speed))
     sizes = np.linalg.svd(ways, compute_uv=False)
     return int((sizes < SINGULAR * sizes[0]).sum())
@@ -168,7 +178,7 @@ def _assignments(theta: np.ndarray, kinds: tuple[int, ...]) -> int:
 
 
 def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool:
-    """Whether two states are one, equal balls changing places."""
+    """Return whether two states are equal, up to exchanges of equal balls."""
     scales, n = scales_of(system, speed), len(system.balls)
     far = np.abs(one[:2] - two[:2]).max()
     if far > SAME * (scales.length + np.abs(one[:2]).max()):

@@ -1,4 +1,4 @@
-"""Speeds at which two resting states of a pattern meet and end.
+"""Speeds at which two resting states of a pattern meet and end (folds).
 
 All states of a pattern S (``patterns``) at all speeds w > 0 lie on one curve over their phase phi,
 -pi < phi < 0. From the imaginary part of D z = w^2 (M0 e + S exp(i phi)), W = g w with
@@ -6,10 +6,10 @@ g = -M0 e sin(phi) / c, and the real part leaves
 
     h(phi, w) = g (k_3 g^2 - M) w^2 - (S + M0 e cos(phi)) w + k g = 0.
 
-Folds are where dh/dphi = 0 as well. As h is quadratic in w, all of the curve is gone along, its
-lower and its upper part, and no branch that is detached is missed.
-Without a cubic spring they are at (k - M w^2)^2 (M0 e)^2 = c^2 w^2 (S^2 - (M0 e)^2), of
-three equal balls the three-ball paper's (16) = 0.
+At a fold dh/dphi = 0 as well. As h is quadratic in w, the search covers the whole curve, its lower
+and its upper part, so that detached branches are found too. Without a cubic spring, folds are at (k
+- M w^2)^2 (M0 e)^2 = c^2 w^2 (S^2 - (M0 e)^2), which is (16) = 0 of the three-ball paper for three
+equal balls.
 """
 
 import math
@@ -22,29 +22,29 @@ from scipy.optimize import brentq
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor
 
 ASIDE = np.geomspace(1e-9, 1e9, 6001)
-"""tan(-phi/2) of the points at which the curve is looked at."""
+"""Grid of tan(-phi/2) on which sign changes of dh/dphi are sought."""
 
 
 class Fold(NamedTuple):
-    """Where two states of a pattern meet."""
+    """Speed and radius at which two states of a pattern meet."""
 
     speed: float
-    """w > 0 [rad/s]."""
+    """Speed w > 0 [rad/s]."""
     W: float
-    """[m]."""
+    """Radius W [m]."""
     kind: str
-    """appear or vanish, while the speed rises."""
+    """Change of the pair of states with rising speed: ``appear`` or ``vanish``."""
 
 
 def folds_of(rotor: ClosedFormRotor, moment: float) -> list[Fold]:
-    """All folds of a pattern with S = ``moment`` [kg m], by rising speed."""
+    """Return all folds of a pattern with S = ``moment`` [kg m], by rising speed."""
     if rotor.unbalance == 0.0 or rotor.damping == 0.0:
         return []
     return sorted(_linear(rotor, moment) if not rotor.cubic_stiffness else _cubic(rotor, moment))
 
 
 def _linear(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
-    """For S > 0 the lower root w^2, for S < 0 the higher one: there W > 0."""
+    """Yield the fold with W > 0: the lower root w^2 for S > 0, the higher one for S < 0."""
     excess = (abs(moment) - rotor.unbalance) * (abs(moment) + rotor.unbalance)
     if excess <= 0.0:
         return
@@ -59,18 +59,18 @@ def _linear(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
 
 
 class _Curve(NamedTuple):
-    """h and its derivatives by phi, as coefficients of w^2, w and 1."""
+    """Coefficients of h and its derivatives by phi, as a polynomial in w."""
 
     mass: float
     stiffness: float
     cubic: float
     moment: float
-    """S / (M0 e)."""
+    """Pattern moment S / (M0 e)."""
     reach: float
-    """M0 e / c."""
+    """Length M0 e / c, so that g = -``reach`` sin(phi)."""
 
     def at(self, aside: Any) -> tuple[Any, Any, Any]:
-        """h, dh/dphi and d^2 h/dphi^2, divided by M0 e, at tan(-phi/2)."""
+        """Return h, dh/dphi and d^2 h/dphi^2, divided by M0 e, at tan(-phi/2)."""
         cos, sin = (1.0 - aside**2) / (1.0 + aside**2), 2.0 * aside / (1.0 + aside**2)
         g, gp = self.reach * sin, -self.reach * cos
         k3, M, k = self.cubic, self.mass, self.stiffness
@@ -80,7 +80,7 @@ class _Curve(NamedTuple):
         return value, slope, curve
 
     def speeds(self, aside: Any) -> np.ndarray:
-        """The lower and the upper w > 0 on the curve, NaN where there is none; shape (2, ...)."""
+        """Return the lower and the upper w > 0 on the curve, NaN if missing; shape (2, ...)."""
         a, b, c = self.at(np.asarray(aside))[0]
         with np.errstate(all="ignore"):
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
@@ -88,15 +88,16 @@ class _Curve(NamedTuple):
         return np.sort(np.where((found > 0.0) & np.isfinite(found), found, np.nan), axis=0)
 
     def tilt(self, aside: Any, w: Any) -> Any:
-        """dh/dphi."""
+        """Return dh/dphi."""
         return np.polyval(self.at(aside)[1], w)
 
     def met(self, aside: float, w: float) -> tuple[float, float] | None:
-        """The fold nearby, by Newton's method on h and dh/dphi; None if there is none."""
+        """Return the nearest fold by Newton's method on h and dh/dphi; None if it fails."""
         for _ in range(60):
             value, slope, bend = self.at(aside)
             lift = np.array([2.0 * value[0] * w + value[1], 2.0 * slope[0] * w + slope[1]])
-            # By log tan(-phi/2), whose derivative by phi is -1 / sin(-phi), and by log w.
+            # Newton's variables are log tan(-phi/2) and log w, both of which stay positive. The
+            # derivative of the first by phi is -1 / sin(-phi).
             turn = -2.0 * aside / (1.0 + aside**2)
             ways = np.array([[turn * np.polyval(slope, w), w * lift[0]],
                              [turn * np.polyval(bend, w), w * lift[1]]])  # fmt: skip
@@ -128,7 +129,7 @@ def _cubic(rotor: ClosedFormRotor, moment: float) -> Iterator[Fold]:
 
 
 def _near_folds(curve: _Curve) -> Iterator[tuple[float, float]]:
-    """tan(-phi/2) and w of each."""
+    """Yield tan(-phi/2) and w near each fold."""
     speeds = curve.speeds(ASIDE)
     signs = np.sign(curve.tilt(ASIDE, speeds))
     for part in (0, 1):
@@ -141,7 +142,7 @@ def _near_folds(curve: _Curve) -> Iterator[tuple[float, float]]:
             ends = math.log(ASIDE[k]), math.log(ASIDE[k + 1])
             aside = math.exp(brentq(tilt, *ends, xtol=1e-15, rtol=1e-15))
             yield aside, float(curve.speeds(aside)[part])
-    # Where the two parts meet, between the last points that have them and the next ones.
+    # Folds where the two parts meet: between the last points with two speeds and the next ones.
     both = np.isfinite(speeds).all(axis=0)
     for k in np.flatnonzero(both & (signs[0] * signs[1] < 0.0)):
         if not both[max(k - 1, 0)] or not both[min(k + 1, len(ASIDE) - 1)]:

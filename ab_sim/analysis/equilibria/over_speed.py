@@ -1,4 +1,4 @@
-"""Resting states over the spindle's speed: branches, folds, crossings, and where there are none."""
+"""Resting states over spindle speed: branches, folds, stability changes, and gaps."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -12,61 +12,61 @@ from ab_sim.analysis.equilibria.folds import Fold
 from ab_sim.analysis.equilibria.states import RestingState
 
 At = Callable[[float], RestingState]
-"""The state of a stretch at a speed [rad/s] within it."""
+"""Function that returns the state of an interval at a speed [rad/s]."""
 
 
 class Crossing(NamedTuple):
-    """Where small disturbances turn from growing to decaying, or back."""
+    """Speed at which small disturbances change between growth and decay."""
 
     speed: float
-    """[rad/s]."""
+    """Speed [rad/s]."""
     label: str
     W: float
-    """[m]."""
+    """Radius [m]."""
     frequency: float
-    """Imaginary part of the eigenvalue that crosses [rad/s]; 0 where it is real."""
+    """Imaginary part of the crossing eigenvalue [rad/s]; 0 if it is real."""
     gains: bool
-    """Whether the state is stable above."""
+    """Flag of a state that is stable above the speed."""
 
     @property
     def kind(self) -> str:
-        """Hopf, or real."""
+        """Type of the crossing: ``Hopf`` or ``real``."""
         return "Hopf" if self.frequency > 0.0 else "real"
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the crossing as JSON-able values."""
         return {**self._asdict(), "kind": self.kind}
 
 
 class StateSummary(NamedTuple):
-    """What is kept of a branch's state at a speed: see ``RestingState``."""
+    """Stored part of a branch's state at a speed: see ``RestingState``."""
 
     W: float
-    """[m]."""
+    """Radius [m]."""
     theta: list[float]
-    """[rad]."""
+    """Ball angles [rad]."""
     lambda_max: float
-    """[1/s]."""
+    """Largest growth rate [1/s]."""
     stable: bool | None
 
     @classmethod
     def of(cls, state: RestingState) -> "StateSummary":
-        """Of a whole one."""
+        """Return the summary of a state."""
         return cls(state.W, state.theta.tolist(), state.lambda_max, state.stable)
 
 
 @dataclass(frozen=True)
 class BranchInterval:
-    """A branch between two speeds at which no state of its pattern begins or ends."""
+    """Branch between two speeds, within which no state of its pattern begins or ends."""
 
     label: str
     states: tuple[StateSummary, ...]
     speeds: np.ndarray
-    """[rad/s], rising, one for each."""
+    """Speeds [rad/s], rising, one per state."""
     crossings: tuple[Crossing, ...]
 
     def having(self, stable: bool | None) -> list[tuple[float, float]]:
-        """Ranges of speed in which the linear test says so [rad/s]."""
+        """Return the speed ranges [rad/s] in which the linear test gives this verdict."""
         edges = [self.speeds[0], *(each.speed for each in self.crossings), self.speeds[-1]]
         middles = [0.5 * (a + b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
         near = [int(np.argmin(np.abs(self.speeds - x))) for x in middles]
@@ -76,38 +76,38 @@ class BranchInterval:
 
 @dataclass(frozen=True)
 class OverSpeed:
-    """All branches over a range of speeds."""
+    """Branches over a range of speeds."""
 
     speeds: tuple[float, float]
-    """From, to [rad/s]."""
+    """Lowest and highest speed [rad/s]."""
     intervals: tuple[BranchInterval, ...]
     folds: tuple[tuple[str, Fold], ...]
-    """By rising speed, each with its pattern's label."""
+    """Folds by rising speed, each with its pattern's label."""
 
     @property
     def crossings(self) -> list[Crossing]:
-        """Of all stretches, by rising speed."""
+        """Crossings of all intervals, by rising speed."""
         return sorted(each for interval in self.intervals for each in interval.crossings)
 
     @property
     def without_state(self) -> list[tuple[float, float]]:
-        """Ranges of speed [rad/s] in which nothing can rest."""
+        """Ranges of speed [rad/s] without a resting state."""
         return _others(self.speeds, [(s.speeds[0], s.speeds[-1]) for s in self.intervals])
 
     @property
     def without_stable_state(self) -> list[tuple[float, float]]:
-        """Ranges of speed [rad/s] in which no state is stable by the linear test."""
+        """Ranges of speed [rad/s] without a state that is stable by the linear test."""
         return _others(self.speeds, [r for s in self.intervals for r in s.having(True)])
 
     @property
     def undecided(self) -> list[tuple[float, float]]:
-        """Those of them in which it decides nothing about some state."""
+        """Ranges without a stable state, in which the linear test is undecided for some state."""
         ranges = [r for s in self.intervals for r in s.having(None)]
         decided = [r for s in self.intervals for r in s.having(True)]
         return _others(self.speeds, [*decided, *_others(self.speeds, ranges)])
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the branches as JSON-able values."""
         return {
             "speeds": list(self.speeds),
             "folds": [{"label": label, **fold._asdict()} for label, fold in self.folds],
@@ -131,7 +131,7 @@ class OverSpeed:
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> "OverSpeed":
-        """What a report is of."""
+        """Return the object that a report describes."""
         intervals = [
             BranchInterval(
                 each["label"],
@@ -154,13 +154,13 @@ def _of(kind: type[Some], report: dict[str, Any]) -> Some:
 
 
 SAME = 1e-7
-"""Ranges nearer to each other than this, relative, touch: branches that go on across a fold."""
+"""Relative distance below which two ranges touch: branches that continue across a fold."""
 
 
 def _others(
     whole: tuple[float, float], ranges: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float]]:
-    """What ranges leave of a whole."""
+    """Return the parts of ``whole`` that no range covers."""
     left, reached = [], whole[0]
     for low, high in sorted(ranges):
         if low > reached + SAME * abs(low):
@@ -172,7 +172,7 @@ def _others(
 
 
 def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
-    """A stretch, with the crossings between the speeds at which it is looked at."""
+    """Return an interval, with the crossings located between its speeds."""
     states = tuple(at(float(w)) for w in speeds)
     crossings = tuple(_crossings(label, at, speeds, states))
     return BranchInterval(
@@ -183,7 +183,7 @@ def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:
 def _crossings(
     label: str, at: At, speeds: np.ndarray, states: Sequence[RestingState]
 ) -> Iterator[Crossing]:
-    """Where lambda_max changes its sign; rounding's signs are not looked at."""
+    """Yield roots of lambda_max; signs that are due to rounding are ignored."""
     decided = [k for k, state in enumerate(states) if state.stable is not None]
     for one, two in zip(decided[:-1], decided[1:], strict=True):
         if states[one].stable is states[two].stable:
@@ -192,7 +192,7 @@ def _crossings(
             brentq(lambda w: at(w).lambda_max, speeds[one], speeds[two], xtol=1e-300, rtol=1e-14)
         )
         if np.abs(speed - speeds[[0, -1]]).min() <= SAME * speed:
-            continue  # of the state that it meets there
+            continue  # the crossing belongs to the state met at this end
         state = at(speed)
         nearest = state.eigenvalues[np.argsort(np.abs(state.eigenvalues.real - state.lambda_max))]
         frequency = float(np.abs(nearest[0].imag))
@@ -200,7 +200,7 @@ def _crossings(
 
 
 def grid_between(low: float, high: float, speeds: np.ndarray) -> np.ndarray:
-    """Speeds strictly within a range, and more of them near its ends, where branches meet."""
+    """Return speeds strictly within a range, denser near its ends, where branches meet."""
     inside = speeds[(speeds > low) & (speeds < high)]
     ends = 0.5 * (1.0 - np.cos(np.linspace(0.0, math.pi, 12)[1:-1]))
     width = high - low

@@ -1,4 +1,4 @@
-"""Closed forms of where balls rest away from balance: on the line of the displacement.
+"""Closed forms of unbalanced resting states: balls in line with the displacement.
 
 With z = u1 + i u2 = W exp(i phi), S the sum of m_i R over the balls on the side of the
 displacement less those opposite, and D = k + k_3 W^2 - M w^2 + i c w, a deck at rest on the
@@ -6,9 +6,9 @@ rotating axes has D z = w^2 (M0 e + S exp(i phi)), so that
 
     G(W) = (Re D W - w^2 S)^2 + (c w W)^2 - w^4 (M0 e)^2 = 0,      phi = -arg(D W - w^2 S).
 
-W > 0; what the three-ball paper counts as a negative radius is the pattern with S reversed. Its
-(14)-(24) are the roots for three equal balls and k_3 = 0, where G is quadratic; relative-stability
-(15)-(22) those for two. With k_3 it is of the sixth degree.
+where W > 0. A negative radius in the three-ball paper is the pattern with S reversed. Its (14)-(24)
+are the roots for three equal balls and k_3 = 0, where G is quadratic; relative-stability (15)-(22)
+those for two. With k_3 it is of the sixth degree.
 """
 
 import itertools
@@ -23,24 +23,24 @@ from ab_sim.drive.balance import BALANCED
 from ab_sim.errors import SceneError
 
 MOST_PATTERNS = 4096
-"""Of signs, beyond which a scene is refused: 12 balls that all differ."""
+"""Largest number of sign patterns; it allows 12 balls that all differ."""
 
 
 class Pattern(NamedTuple):
-    """Which balls are on the side of the displacement, and which are opposite."""
+    """Assignment of balls to the side of the displacement or opposite."""
 
     label: str
-    """p+q of equal balls, otherwise one sign per ball."""
+    """Label: p+q for equal balls, otherwise one sign per ball."""
     signs: tuple[int, ...]
-    """1 or -1 of each ball."""
+    """Sign of each ball: 1 on the side of the displacement, -1 opposite."""
     moment: float
-    """S [kg m]."""
+    """Pattern moment S [kg m]."""
     assignments: int
-    """How many ways there are to give the places to the balls."""
+    """Number of ways to assign the balls to the places."""
 
 
 def patterns_of(rotor: ClosedFormRotor) -> list[Pattern]:
-    """All patterns of signs that differ, those with more balls on the displacement's side first.
+    """Return all distinct patterns, those with more balls on the displacement's side first.
 
     Raises:
         SceneError: there are more than ``MOST_PATTERNS``.
@@ -74,10 +74,10 @@ def _pattern(rotor: ClosedFormRotor, kinds: list[list[int]], chosen: tuple[int, 
 
 
 def radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
-    """Positive roots W of G [m], the largest first.
+    """Return the positive roots W of G [m], the largest first.
 
     Args:
-        rotor: what turns.
+        rotor: parameters of the closed forms.
         moment: S [kg m].
         speed: w [rad/s].
     """
@@ -93,7 +93,10 @@ def radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
 
 
 def _linear_radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
-    """Roots of |D|^2 W^2 - 2 Re D w^2 S W + w^4 (S^2 - (M0 e)^2), without cancellation."""
+    """Return the roots without a cubic spring, avoiding cancellation.
+
+    They solve |D|^2 W^2 - 2 Re D w^2 S W + w^4 (S^2 - (M0 e)^2) = 0.
+    """
     w2, real = speed * speed, rotor.stiffness - rotor.mass * speed * speed
     square = real * real + (rotor.damping * speed) ** 2
     half = real * moment
@@ -108,11 +111,11 @@ def _linear_radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[f
 
 
 def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[float]:
-    """Roots of the polynomial of the sixth degree, by Newton's method from its companion's."""
+    """Yield the roots for a cubic spring: companion-matrix roots, refined by Newton's method."""
     w2 = speed * speed
     size = w2 * (abs(moment) + rotor.unbalance)
     real, loss = rotor.stiffness - rotor.mass * w2, rotor.damping * speed
-    # W = x length with the smallest of the lengths at which one term alone bears ``size``.
+    # Scale W = x length by the smallest length at which a single term balances ``size``.
     length = (size / rotor.cubic_stiffness) ** (1.0 / 3.0)
     if real or loss:
         length = min(length, size / math.hypot(real, loss))
@@ -138,14 +141,14 @@ def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[f
 
 
 def _factored(a: float, b: float, s: float, d: float, e: float, x: float) -> tuple[float, float]:
-    """G and its derivative; differences of squares as products, which keeps small roots exact."""
+    """Return G and its derivative; factored differences of squares keep small roots accurate."""
     bare = (a * x * x + b) * x
     value = bare * (bare - 2.0 * s) + (s - e) * (s + e) + (d * x) ** 2
     return value, 2.0 * (bare - s) * (3.0 * a * x * x + b) + 2.0 * d * d * x
 
 
 def phase(rotor: ClosedFormRotor, moment: float, speed: float, W: float) -> float:
-    """phi [rad], of the displacement."""
+    """Return the phase phi of the displacement [rad]."""
     w2 = speed * speed
     real = (rotor.stiffness + rotor.cubic_stiffness * W * W - rotor.mass * w2) * W - w2 * moment
     return math.atan2(-rotor.damping * speed * W, real)

@@ -1,4 +1,4 @@
-"""The equations in which states can rest: of a scene, without what only holds or pushes balls."""
+"""Equations of resting states: a scene without friction and contact."""
 
 from typing import Any, NamedTuple
 
@@ -24,18 +24,20 @@ from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 
 LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
-"""Effects that are set-valued where balls rest: verdicts are of the smooth equations."""
+"""Effects that are set-valued where balls rest; stability verdicts exclude them."""
 _LEAVES_REST = frozenset(
     {"ball_drag", "ball_inertia", "friction_coefficient", "restitution", "spindle_acceleration"}
 )
-"""Methods of effects that do not decide where balls rest. Any other may, also one that nobody here
-has heard of: with it states are found by numbers."""
+"""Methods of effects that do not move resting states.
+
+Any other method may, including those of user-defined effects; states are then found numerically.
+"""
 
 
 def resting_system(scene: Scene) -> System:
-    """The smooth system of a scene whose equations do not contain the spindle's angle.
+    """Return the smooth system of a scene whose equations do not contain the spindle's angle.
 
-    Without the effects in ``LEFT_OUT``, and without a gravity that does not pull across the shaft.
+    Effects in ``LEFT_OUT`` are removed, and gravity if it has no component across the shaft.
 
     Raises:
         SceneError: the deck model is not a built-in one, the spindle's angle is in the equations,
@@ -68,7 +70,7 @@ def _what_turns(scene: Scene) -> str:
 
 
 def field_at(system: System, speed: float) -> VectorField:
-    """The equations of a ``resting_system`` at a speed [rad/s] that is held."""
+    """Return the equations of a ``resting_system`` at a constant speed [rad/s]."""
     scheduled = SpeedSchedule.constant(speed, 0.0).segment_at(0.0)
     return VectorField(
         system, scheduled, np.zeros((len(system.balls) + 1, DISCRETE_COLUMNS), np.int64)
@@ -76,7 +78,7 @@ def field_at(system: System, speed: float) -> VectorField:
 
 
 def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> np.ndarray:
-    """The state that rests on the rotating axes at u [m], theta [rad]: v = w J u."""
+    """Return the state at rest on the rotating axes at u [m], theta [rad]: v = w J u."""
     layout: StateLayout = layout_of(system)
     state = np.zeros(layout.size)
     state[layout.deck] = u[0], u[1], -speed * u[1], speed * u[0]
@@ -85,32 +87,32 @@ def state_of(system: System, speed: float, u: np.ndarray, theta: np.ndarray) -> 
 
 
 class ClosedFormRotor(NamedTuple):
-    """What the closed forms know of a scene: a round race, an isotropic suspension."""
+    """Parameters of the closed forms: a round race in an isotropic suspension."""
 
     mass: float
-    """M [kg]."""
+    """Total mass M [kg]."""
     unbalance: float
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     stiffness: float
-    """k [N/m]."""
+    """Stiffness k [N/m]."""
     damping: float
-    """c [N s/m]."""
+    """Damping c [N s/m]."""
     cubic_stiffness: float
-    """k_3 [N/m^3]."""
+    """Cubic stiffness k_3 [N/m^3]."""
     moments: tuple[float, ...]
-    """m_i R of each ball [kg m]."""
+    """Moment m_i R of each ball [kg m]."""
     kinds: tuple[int, ...]
-    """Equal balls have the same number, counted from 0."""
+    """Kind of each ball, counted from 0; equal balls share a number."""
 
 
 def rotor_of(system: System) -> ClosedFormRotor | None:
-    """The closed forms' parameters; None where another effect decides where balls rest."""
+    """Return the parameters of the closed forms; None if another effect may move resting states."""
     decided = any(may_move_rest(effect) for effect in system.effects)
     return None if decided else base_rotor_of(system)
 
 
 def may_move_rest(effect: Any) -> bool:
-    """Whether an effect may put resting states where the closed forms do not have them."""
+    """Return whether an effect may shift resting states from the closed forms."""
     if isinstance(effect, Suspension | HardeningSuspension):
         return False
     own = {name for name, value in vars(type(effect)).items() if callable(value)}
@@ -119,7 +121,7 @@ def may_move_rest(effect: Any) -> bool:
 
 
 def base_rotor_of(system: System) -> ClosedFormRotor:
-    """The same without the effects that the closed forms do not know."""
+    """Return the parameters of the closed forms, ignoring effects without a closed form."""
     stiffness = damping = cubic = 0.0
     for effect in system.effects:
         if isinstance(effect, Suspension):
@@ -138,7 +140,7 @@ def base_rotor_of(system: System) -> ClosedFormRotor:
 
 
 def kinds_of(system: System) -> tuple[int, ...]:
-    """Which balls are equal: the same number for those that are."""
+    """Return the kind of each ball; equal balls share a number."""
     known: dict[tuple[float, ...], int] = {}
     columns = system.balls[:, [MASS, ROLLING_MASS, RACE_RADIUS]]
     return tuple(known.setdefault(tuple(row), len(known)) for row in columns.tolist())

@@ -1,8 +1,9 @@
-"""The three-ball paper's nonlinear test: disturb each coordinate, integrate, see where it goes.
+"""Nonlinear stability test of the three-ball paper.
 
-For what the linear test leaves undecided (three-ball, section 4): a state is stable if the motion
-comes back to it from a disturbance along each coordinate, one at a time. As all resting states of
-a continuum are as good, coming back to the continuum counts: to the same whirl.
+It decides states that the linear test leaves undecided (three-ball, section 4). A state is stable
+if the motion returns to it from a disturbance along each coordinate, one at a time. All resting
+states of a continuum are equivalent, so returning to any of them counts: only deck and rates are
+compared.
 """
 
 import math
@@ -18,65 +19,68 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start
 
 SIZE = 0.2
-"""Of a disturbance: rad of angles, and shares of the unit of length and of the speed. Not small: an
-algebraic decay is slow near its end."""
+"""Size of a disturbance: [rad] for angles, fraction of the length unit and of the speed.
+
+It is not small, because an algebraic decay is slow near its end.
+"""
 NEARER = 0.75
-"""Share of a disturbance that may be left."""
+"""Fraction of a disturbance that may remain if it is still decaying."""
 BACK = 1e-6
-"""Scaled, so near to a state that it is back."""
+"""Scaled distance below which a motion has returned to the state."""
 MOST_STEPS = 1e8
-"""Of all motions together."""
+"""Largest number of steps of all motions together."""
 TURNS = 2000.0
-"""Of the spindle, that each motion is given."""
+"""Duration of each motion in spindle revolutions."""
 
 
 class DisturbanceOutcome(NamedTuple):
-    """What became of a disturbance; how far off it was, scaled, is the largest over all states."""
+    """Result of one disturbance; distances are scaled, and the largest over all states."""
 
     coordinate: str
-    """The sense and the state's name."""
+    """Sign of the disturbance and name of the state."""
     start: float
-    """How far off it began."""
+    """Initial distance."""
     middle: float
-    """How far off it was after half the time."""
+    """Distance after half the time."""
     rest: float
-    """How far off it was in the end."""
+    """Final distance."""
 
     @property
     def returned(self) -> bool:
-        """Whether it came back, or is on its way."""
+        """Flag of a motion that has returned or is still approaching."""
         nearer = self.rest <= NEARER * self.start and self.rest < self.middle
         return nearer or self.rest <= BACK
 
 
 class Settling(NamedTuple):
-    """The nonlinear test's result."""
+    """Result of the nonlinear test."""
 
     outcomes: tuple[DisturbanceOutcome, ...]
 
     @property
     def stable(self) -> bool:
-        """Whether all disturbances came back."""
+        """Flag of a state to which all disturbances return."""
         return all(outcome.returned for outcome in self.outcomes)
 
 
 def settles(
     scene: Scene, speed: float, state: RestingState, size: float = SIZE, turns: float = TURNS
 ) -> Settling:
-    """Disturb each coordinate of a resting state in either sense, and integrate.
+    """Disturb each coordinate of a resting state in both directions, and integrate.
 
-    Friction and contact are left out, as they are of the state.
+    Friction and contact are left out, as in the search for the state.
 
     Args:
-        scene: whose state it is.
+        scene: scene of the state.
         speed: w [rad/s], not 0.
-        state: of ``equilibria_of``.
-        size: of the disturbances: rad, units of length (e), shares of the speed.
-        turns: of the spindle that each motion is given.
+        state: state from ``equilibria_of``.
+        size: size of the disturbances: [rad], fraction of the length unit (e), fraction of the
+            speed.
+        turns: duration of each motion in spindle revolutions.
 
     Raises:
         SceneError: as ``equilibria_of``.
-        InputError: the spindle is so slow that so many turns would take too many steps.
+        InputError: the speed is so low that ``turns`` revolutions need too many steps.
         DivergedError: a motion leaves all bounds.
     """
     system = resting_system(scene)
@@ -99,7 +103,7 @@ def settles(
         for sign in (1.0, -1.0):
             moved = rest.copy()
             moved[k] += sign * size * scale[k]
-            # Nothing that the stepper remembers belongs to the state that it is given.
+            # The stepper's memory belongs to another state.
             drive.restore(begin._replace(state=moved, memory=np.empty(0)))
             offs = []
             for _ in range(2):
@@ -111,7 +115,7 @@ def settles(
 
 
 def _off(final: np.ndarray, rest: np.ndarray, scale: np.ndarray, n: int, zeros: int) -> float:
-    """How far a state is from another, scaled; where angles form a continuum, without these."""
+    """Return the scaled distance of two states, without angles if they form a continuum."""
     apart = (final - rest) / scale
     apart[4 : 4 + n] = np.angle(np.exp(1j * apart[4 : 4 + n]))
     if zeros:
@@ -120,7 +124,7 @@ def _off(final: np.ndarray, rest: np.ndarray, scale: np.ndarray, n: int, zeros: 
 
 
 def _held(scene: Scene, speed: float, state: RestingState) -> Scene:
-    """The scene at a speed that is held, starting at rest on the rotating axes."""
+    """Return the scene at constant speed, starting at rest on the rotating axes."""
     effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
     start = Start(speed=speed, ball_angles=tuple(state.theta.tolist()))
     limit = max(scene.spindle.max_speed, abs(speed))

@@ -1,9 +1,9 @@
 """Eigenvalues of a resting state, from the running kernel's exact Jacobian.
 
-Equal balls at one place can change places, and the Jacobian does not notice. What moves them apart
-decouples from everything else, as 2x2 blocks that are all alike: repeated eigenvalues come out as
-such, and 64 balls cost what a few do. So does, of equal balls that balance, what leaves sum t_i d_i
-as it is: that is all that the deck feels of their motion, t_i being the tangents.
+Equal balls at one place are interchangeable. Their relative motion decouples into identical 2x2
+blocks, so that repeated eigenvalues are exact and 64 balls cost as little as a few. Equal balls in
+balance act on the deck only through sum t_i d_i, with t_i the tangents. Motions that do not change
+this sum decouple as well.
 """
 
 from collections.abc import Sequence
@@ -15,21 +15,21 @@ from scipy.linalg import eig, matrix_balance
 from ab_sim.dynamics.layout import StateLayout
 
 SAFETY = 30.0
-"""Rounding errors of eigenvalues are taken to be this much larger than one rounding's."""
+"""Safety factor on the first-order rounding error of eigenvalues."""
 TOGETHER = 1e-9
-"""Balls this near to each other are at one place [rad]."""
+"""Angle below which balls are at one place [rad]."""
 
 
 class EigenvalueSpectrum(NamedTuple):
-    """Eigenvalues, by falling real part, and how far each may be off by rounding."""
+    """Eigenvalues by falling real part, with bounds of their rounding errors."""
 
     values: np.ndarray
-    """[1/s], complex, shape (states,)."""
+    """Eigenvalues [1/s], complex, shape (states,)."""
     doubts: np.ndarray
-    """[1/s], shape (states,)."""
+    """Bounds of the rounding errors [1/s], shape (states,)."""
 
     def largest(self, structural_zeros: int) -> tuple[float, float]:
-        """lambda_max, the largest real part but for structural zeros, and its doubt [1/s]."""
+        """Return the largest real part without structural zeros, and its error bound [1/s]."""
         kept = np.ones(len(self.values), bool)
         kept[np.argsort(np.abs(self.values), kind="stable")[:structural_zeros]] = False
         if not kept.any():
@@ -42,13 +42,13 @@ class EigenvalueSpectrum(NamedTuple):
 def spectrum_of(
     jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray, kinds: Sequence[int]
 ) -> EigenvalueSpectrum:
-    """Eigenvalues of a Jacobian at a state where balls are at ``theta``.
+    """Return the eigenvalues of a Jacobian at a state with balls at ``theta``.
 
     Args:
-        jacobian: exact, shape (states, states).
-        layout: of the states.
-        theta: angles [rad], shape (n,).
-        kinds: the same number for balls that are equal.
+        jacobian: exact Jacobian, shape (states, states).
+        layout: layout of the states.
+        theta: ball angles [rad], shape (n,).
+        kinds: kind of each ball; equal balls share a number.
     """
     groups = _together(theta, kinds)
     size, first = layout.size, layout.rates.start
@@ -61,6 +61,7 @@ def spectrum_of(
         weight = len(group) ** -0.5
         common[angles, layout.deck.stop + k] = weight
         common[rates, layout.deck.stop + len(groups) + k] = weight
+        # Relative motion within the group: repeated eigenvalues of one 2x2 block.
         if len(group) > 1:
             one, other = (np.array([angles[i], rates[i]]) for i in (0, 1))
             apart = jacobian[np.ix_(one, one)] - jacobian[np.ix_(one, other)]
@@ -72,10 +73,10 @@ def spectrum_of(
 def balanced_spectrum(
     jacobian: np.ndarray, layout: StateLayout, theta: np.ndarray
 ) -> EigenvalueSpectrum:
-    """Eigenvalues of a Jacobian where three and more equal balls balance.
+    """Return the eigenvalues of a Jacobian if three or more equal balls balance.
 
     Args:
-        jacobian, layout, theta: as of ``spectrum_of``, in an isotropic suspension.
+        jacobian, layout, theta: as for ``spectrum_of``, in an isotropic suspension.
     """
     basis, across = reaching_the_deck(layout, theta)
     alone = across.T @ jacobian @ across
@@ -84,11 +85,14 @@ def balanced_spectrum(
 
 
 def reaching_the_deck(layout: StateLayout, theta: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of three and more balls: motions that the deck feels, and one that it does not.
+    """Return a basis of motions that act on the deck, and one motion that does not.
+
+    There must be three or more balls.
 
     Returns:
-        Orthonormal columns: the deck's states, two combinations of angles and the same of rates;
-        one more combination of angles, and of rates, like which there are n - 2.
+        Orthonormal columns. First: the deck's states, two combinations of angles and the same two
+        of rates. Second: one further combination of angles and of rates, which represents n - 2
+        equivalent ones.
     """
     along = np.linalg.svd(np.array([-np.sin(theta), np.cos(theta)]))[2]
     felt, apart = np.zeros((layout.size, layout.deck.stop + 4)), np.zeros((layout.size, 2))
@@ -106,7 +110,7 @@ def _sorted(found: Sequence[tuple[np.ndarray, np.ndarray]]) -> EigenvalueSpectru
 
 
 def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
-    """Equal balls at one place."""
+    """Group equal balls that are at one place."""
     groups: list[list[int]] = []
     for i, angle in enumerate(theta):
         for group in groups:
@@ -120,11 +124,12 @@ def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
 
 
 def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Eigenvalues, and what rounding may do to each: eps |A| / |y^H x| (Wilkinson)."""
+    """Return eigenvalues and their rounding errors, eps |A| / |y^H x| (Wilkinson)."""
     balanced = matrix_balance(matrix, permute=False)[0]
     values, left, right = eig(balanced, left=True, right=True)  # type: ignore[misc]
     aligned = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     norm = np.linalg.norm(balanced)
     doubts = SAFETY * np.finfo(float).eps * norm / np.maximum(aligned, 1e-300)
-    # That of a double eigenvalue is infinite to first order, and bounded by a root.
+    # The first-order error of a double eigenvalue is infinite; its actual error is of order
+    # sqrt(eps).
     return values, np.minimum(doubts, SAFETY * norm * np.finfo(float).eps ** 0.5)

@@ -1,4 +1,4 @@
-"""A state in which deck and balls rest on the axes that turn with the rotor."""
+"""State of deck and balls at rest on the axes that turn with the rotor."""
 
 import math
 from dataclasses import dataclass, replace
@@ -15,55 +15,58 @@ WORDS = {True: "stable", False: "unstable", None: "undecided"}
 
 @dataclass(frozen=True)
 class RestingState:
-    """Where deck and balls rest, and what small disturbances do."""
+    """Resting state of deck and balls, with its linear stability."""
 
     label: str
-    """p+q: p balls on the side of the displacement, q opposite, /1 the larger and /2 the smaller
-    W of two; a sign per ball where they differ; balanced: W = 0."""
+    """Name of the state.
+
+    p+q: p balls on the side of the displacement, q opposite; /1 is the larger and /2 the smaller W
+    of two. One sign per ball if balls differ. ``balanced``: W = 0.
+    """
     u: np.ndarray
-    """The deck's displacement on the rotating axes [m], shape (2,)."""
+    """Displacement of the deck on the rotating axes [m], shape (2,)."""
     theta: np.ndarray
     """Ball angles from the unbalance [rad], -pi to pi, shape (n,)."""
     eigenvalues: np.ndarray
-    """[1/s], by falling real part, complex, shape (4 + 2 n,)."""
+    """Eigenvalues [1/s] by falling real part, complex, shape (4 + 2 n,)."""
     structural_zeros: int
-    """How many of them are 0 whatever the numbers, for the state is one of a continuum."""
+    """Number of eigenvalues that are exactly 0 because the state is part of a continuum."""
     lambda_max: float
-    """The largest real part but for these [1/s]."""
+    """Largest real part without the structural zeros [1/s]."""
     doubt: float
-    """What rounding can do to it [1/s]."""
+    """Bound of the rounding error of ``lambda_max`` [1/s]."""
     assignments: int | None
-    """How many ways there are to give the places to the balls; None in a continuum."""
+    """Number of ways to assign the balls to the places; None in a continuum."""
 
     @property
     def W(self) -> float:
-        """|u| [m]."""
+        """Radius |u| [m]."""
         return float(np.hypot(*self.u))
 
     @property
     def phase(self) -> float | None:
-        """Of the displacement [rad], from the unbalance; None where there is none."""
+        """Phase of the displacement from the unbalance [rad]; None without displacement."""
         return math.atan2(self.u[1], self.u[0]) if self.W > 0.0 else None
 
     @property
     def stable(self) -> bool | None:
-        """By the linear test; None where it decides nothing: a growth rate of 0 but for rounding.
+        """Verdict of the linear test; None if the growth rate is 0 within rounding.
 
-        Structural zeros do not count: along a continuum of resting states nothing moves.
+        Structural zeros are ignored: nothing moves along a continuum of resting states.
         """
         return None if abs(self.lambda_max) <= self.doubt else self.lambda_max < 0.0
 
     @property
     def verdict(self) -> str:
-        """stable, unstable or undecided."""
+        """Verdict as text: ``stable``, ``unstable`` or ``undecided``."""
         return WORDS[self.stable]
 
     def relabelled(self, label: str) -> "RestingState":
-        """The same by another name."""
+        """Return a copy with another label."""
         return replace(self, label=label)
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values; complex numbers are [real, imaginary]."""
+        """Return the state as JSON-able values; complex numbers are [real, imaginary]."""
         return {
             "label": self.label,
             "W": self.W,
@@ -89,13 +92,14 @@ def resting_state(
     assignments: int | None = None,
     balance_alike: bool = False,
 ) -> RestingState:
-    """A state that is known to rest, with its eigenvalues at a speed [rad/s].
+    """Return a known resting state with its eigenvalues at a speed [rad/s].
 
     Args:
         system: a ``resting_system``.
         speed: w [rad/s].
-        label, u, theta, structural_zeros, assignments: as of RestingState.
-        balance_alike: whether three and more equal balls balance in an isotropic suspension.
+        label, u, theta, structural_zeros, assignments: see ``RestingState``.
+        balance_alike: whether this is a balance of three or more equal balls in an isotropic
+            suspension.
     """
     field, theta = field_at(system, speed), in_one_turn(np.asarray(theta, float))
     jacobian = field.jacobian(0.0, state_of(system, speed, u, theta))

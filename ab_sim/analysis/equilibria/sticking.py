@@ -1,11 +1,11 @@
-"""Where friction holds balls: intervals of angle about the states without friction.
+"""Intervals of ball angles in which friction holds balls, around frictionless states.
 
-A ball that rests on the race is asked for the tangential force T = m R times what its angle would
-accelerate by, as |T| <= f N with f the coefficient and N the race's normal force. Around a state
-without friction, one ball at a time is moved along the race, the others staying where they are and
-the deck going to where it is in balance with that; the interval is as far as friction holds the
-moved ball *and* all others. With all balls moved at once there are more resting places: the
-intervals are a cut along each ball's angle through that set, not its extent.
+A ball that rests on the race needs a tangential force T: m R times the angular acceleration that it
+would have without friction. Friction holds it if |T| <= f N, with f the coefficient and N the
+race's normal force. One ball at a time is moved along the race. The other balls stay, and the deck
+moves to its equilibrium. The interval ends where friction no longer holds all balls. More resting
+places exist if several balls move at once: the intervals are a section along each ball's angle
+through that set, not its extent.
 """
 
 import math
@@ -29,32 +29,32 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 LOOKS = 720
-"""Angles in half a turn at which it is looked whether balls are held."""
+"""Number of angles in half a turn at which the friction limit is tested."""
 
 
 class Sticking(NamedTuple):
-    """Where one ball can rest beside a state without friction."""
+    """Interval of angles in which friction holds one ball."""
 
     ball: int
     low: float
-    """theta [rad], not more than the state's."""
+    """Lower end theta [rad], at most the state's angle."""
     high: float
-    """theta [rad], not less; 2 pi more than ``low`` where it is held all around."""
+    """Upper end theta [rad], at least the state's angle; ``low`` + 2 pi if held all around."""
 
 
 def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking, ...]:
-    """Each ball's interval of resting angles about a state without friction.
+    """Return each ball's interval of resting angles around a frictionless state.
 
-    No interval (low = high) without friction.
+    Without friction, low = high.
 
     Args:
-        scene: with rolling_friction, race_friction or both.
+        scene: scene with rolling_friction, race_friction or both.
         speed: w [rad/s].
-        state: of ``equilibria_of``.
+        state: state from ``equilibria_of``.
 
     Raises:
-        SceneError: as ``equilibria_of``; or an effect moves resting states (a runout, one of a
-            program's own), for which this is not derived.
+        SceneError: as ``equilibria_of``; or an effect (a runout, a user-defined one) moves resting
+            states, which this method does not cover.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
@@ -71,7 +71,7 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
     held = np.array(each)
 
     def slack(theta: np.ndarray) -> float:
-        """How much of f N is left, per m R w^2, at the ball where it is least."""
+        """Return the smallest margin f N - |T| of all balls, per m R w^2."""
         x, y = _deck(rotor, speed, theta, state.u) / system.balls[0, RACE_RADIUS]
         c, s = np.cos(theta), np.sin(theta)
         normal = np.maximum(1.0 + x * c + y * s, 0.0)
@@ -100,13 +100,13 @@ def _interval(slack, theta: np.ndarray, ball: int) -> Sticking:  # type: ignore[
 
 
 def _deck(rotor: ClosedFormRotor, speed: float, theta: np.ndarray, near: np.ndarray) -> np.ndarray:
-    """u [m] of a deck at rest with balls that are held: D z = w^2 (M0 e + sum m R exp(i theta))."""
+    """Return u [m] of a deck at rest with fixed balls: D z = w^2 (M0 e + sum m R exp(i theta))."""
     w2 = speed * speed
     pull = w2 * (rotor.unbalance + complex(np.array(rotor.moments) @ np.exp(1j * theta)))
     rest = complex(rotor.stiffness - rotor.mass * w2, rotor.damping * speed)
     z = pull / rest if rest and not rotor.cubic_stiffness else complex(near[0], near[1])
     for _ in range(100 if rotor.cubic_stiffness else 0):
-        # Newton's method, by real and imaginary part.
+        # Newton's method for the cubic spring, in real and imaginary part.
         k3, W2 = rotor.cubic_stiffness, abs(z) ** 2
         off = (rest + k3 * W2) * z - pull
         along = rest + k3 * (W2 + 2.0 * z.real * z)

@@ -1,4 +1,4 @@
-"""Branches over speed by numbers: found at some speeds, followed from there around their folds."""
+"""Numerical branches over speed: found at seed speeds, then continued around folds."""
 
 from collections.abc import Callable, Iterator
 from itertools import pairwise
@@ -27,9 +27,9 @@ from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import System
 
 SEEDS = 9
-"""Speeds at which states are looked for from many starts; a branch that lies between is missed."""
+"""Number of seed speeds of the search; branches that lie between two seeds are missed."""
 MOST_SPEEDS = 60
-"""Of a curve's own, at which stability is looked at."""
+"""Largest number of a curve's points at which stability is evaluated."""
 Progress = Callable[[str, int, int], None]
 Part = list[CurvePoint]
 
@@ -37,7 +37,7 @@ Part = list[CurvePoint]
 def traced_branches(
     system: System, speeds: np.ndarray, progress: Progress | None = None
 ) -> OverSpeed:
-    """As ``branches_over_speed``, for effects that no closed form knows."""
+    """Return ``branches_over_speed`` for effects without a closed form."""
     low, high = float(speeds[0]), float(speeds[-1])
     seeds = np.unique(np.concatenate([[high], np.geomspace(max(low, high / 30.0), high, SEEDS)]))
     parts: list[Part] = []
@@ -47,7 +47,7 @@ def traced_branches(
         if progress is not None:
             progress(f"from {speed:.4g} rad/s", k, len(seeds))
         for state in found_states(system, speed):
-            # Of a continuum one position is followed: which are worst and best changes with speed.
+            # Follow one position of a continuum: which are worst and best changes with speed.
             if state.label.endswith((WORST, BEST)) or (
                 state.structural_zeros and _covered(continua, state.label, speed)
             ):
@@ -69,14 +69,14 @@ def traced_branches(
 
 
 def _covered(continua: list[tuple[str, Part]], label: str, speed: float) -> bool:
-    """Whether a continuum of this name is followed at a speed."""
+    """Return whether a continuum with this label has already been followed at a speed."""
     return any(
         name == label and part[0].speed <= speed <= part[-1].speed for name, part in continua
     )
 
 
 def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
-    """Whether a part is none of those known, equal balls changing places."""
+    """Return whether a segment is new, up to exchanges of equal balls."""
     speed = 0.5 * (part[0].speed + part[-1].speed)
     return not lies_on(parts, system, CurvePoint(speed, state_along(system, part, speed)))
 
@@ -84,7 +84,7 @@ def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
 def _followed(
     system: System, start: CurvePoint, continuum: bool, low: float, high: float
 ) -> Iterator[Part]:
-    """The curve through a point; of a continuum, states that are near each other."""
+    """Yield the curve through a point; for a continuum, a sequence of neighbouring states."""
     if continuum:
         yield _natural(system, start, low, high)
         return
@@ -96,7 +96,7 @@ def _followed(
 
 
 def _natural(system: System, start: CurvePoint, low: float, high: float) -> Part:
-    """Speed by speed from a point, as far as there are states nearby that lose as much."""
+    """Continue by speed from a point, as long as the continuum keeps its dimension."""
     lost, sides = nullity(system, start.speed, start.state), []
     for end in (low, high):
         side = [start]
@@ -126,9 +126,10 @@ def _interval(system: System, part: Part, speeds: np.ndarray) -> BranchInterval:
 def _folds(
     system: System, parts: list[Part], fresh: list[bool], low: float, high: float
 ) -> Iterator[tuple[str, Fold]]:
-    """Where two parts of one curve meet, which are not one part and its mirror image.
+    """Yield folds: points where two segments of a curve meet.
 
-    Those meet where balls that are together part: a branch begins there, and is no fold.
+    Two segments that are mirror images do not form a fold: their common point is where a branch
+    with coincident balls splits.
     """
     for k, (one, two) in enumerate(pairwise(parts)):
         if not (fresh[k] and fresh[k + 1]):

@@ -1,4 +1,4 @@
-"""Periodic solutions at a held spindle speed, and whether they are stable (Floquet)."""
+"""Periodic solutions at a constant spindle speed, and their stability (Floquet)."""
 
 from ab_sim.analysis.floquet.follow import Border, Followed, FollowedPoint, follow
 from ab_sim.analysis.floquet.stability import (

@@ -1,12 +1,13 @@
-"""Balls that circulate, exactly: periodic solutions with the beat of bunch and spindle.
+"""Exact motion of circulating balls: periodic solutions with the beat of bunch and spindle.
 
-In axes that turn with the rotor nothing depends on time. A bunch that turns at s in the mean comes
-round the race once in T = 2 pi / (w - s), and all is as it was but for its angle: P_T(y) = y - 2 pi
-on the bunch's balls. T is not known, and time may begin anywhere: of the multipliers one is 1.
+In axes that turn with the rotor the equations do not depend on time. A bunch with mean speed s
+comes round the race once in T = 2 pi / (w - s). The state is then the same except for the angles of
+the bunch: P_T(y) = y - 2 pi for its balls. T is unknown, and the phase is arbitrary, so that one
+multiplier is 1.
 
-Newton's method begins at the closed form (``analysis.circulating``), with T unknown, or with s
-given and the spindle's speed or another parameter unknown: over s a branch goes on across its
-folds.
+Newton's method starts from the closed form (``analysis.circulating``). Either T is unknown, or s is
+given and the spindle speed or another parameter is unknown. As a function of s, a branch continues
+across its folds.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 6.5.1 (autonomous systems).
 """
@@ -25,37 +26,37 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 APART = 1e-6
-"""Relative distance of two values of a parameter that a derivative is taken from."""
+"""Relative step of a parameter for a finite difference."""
 
 Case = Callable[[float], tuple[Scene, float]]
-"""The scene and its spindle speed [rad/s] for a value of a parameter."""
+"""Function that returns the scene and its spindle speed [rad/s] for a value of a parameter."""
 
 
 @dataclass(frozen=True)
 class CirculatingSolution:
-    """A periodic solution in which a bunch comes round the race once."""
+    """Periodic solution in which a bunch comes round the race once."""
 
     spindle_speed: float
-    """w [rad/s]."""
+    """Spindle speed w [rad/s]."""
     count: int
-    """The first balls, so many, circulate."""
+    """Number of circulating balls; they are the first ones."""
     period: float
-    """T [s]."""
+    """Period T [s]."""
     states: np.ndarray
-    """On the rotor's axes, at the start and after each step, shape (steps + 1, states)."""
+    """States on the rotor's axes, at the start and after each step, shape (steps + 1, states)."""
     monodromy: np.ndarray
-    """Shape (states, states)."""
+    """Monodromy matrix, shape (states, states)."""
     value: float
-    """Of the parameter: the spindle's speed where T was unknown."""
+    """Value of the parameter; the spindle speed if T was unknown."""
 
     @property
     def speed(self) -> float:
-        """s of the bunch in the mean, absolute [rad/s]."""
+        """Mean absolute speed s of the bunch [rad/s]."""
         return self.spindle_speed - math.copysign(2.0 * math.pi / self.period, self.spindle_speed)
 
     @property
     def multipliers(self) -> np.ndarray:
-        """By modulus, the largest first, without the one that is 1; complex, (states - 1,)."""
+        """Multipliers by falling modulus, without the one that is 1; complex, (states - 1,)."""
         values = np.linalg.eigvals(self.monodromy)
         values = np.delete(values, int(np.argmin(np.abs(values - 1.0))))
         return np.asarray(values[np.argsort(-np.abs(values))], complex)
@@ -67,7 +68,7 @@ class CirculatingSolution:
 
     @property
     def stable(self) -> bool | None:
-        """Whether small disturbances decay; None where the linear test decides nothing."""
+        """Flag of decaying small disturbances; None if the linear test is undecided."""
         return None if abs(self.largest - 1.0) <= UNDECIDED else self.largest < 1.0
 
     @property
@@ -77,7 +78,7 @@ class CirculatingSolution:
         return float(W.min()), float(W.max())
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values, SI units."""
+        """Return the solution as JSON-able values in SI units."""
         return {
             "speed": self.speed,
             "period": self.period,
@@ -89,16 +90,16 @@ class CirculatingSolution:
 
 
 def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
-    """The periodic solution near a bunch of the closed form; None where none is found.
+    """Return the periodic solution near a bunch of the closed form; None if none is found.
 
-    Steps are halved until its period does not change any more.
+    Steps are halved until the period has converged.
 
     Args:
-        scene: the bunch's.
-        bunch: where to begin.
+        scene: scene of the bunch.
+        bunch: initial guess.
 
     Raises:
-        SceneError: the closed form does not know the scene, or it has friction.
+        SceneError: the closed form does not cover the scene, or the scene has friction.
     """
     speed = bunch.spindle_speed
     beat = BeatMap(scene, speed, bunch.count)
@@ -118,15 +119,15 @@ def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSo
 
 
 def solution_at(case: Case, near: CirculatingSolution, speed: float) -> CirculatingSolution | None:
-    """The solution whose bunch turns at a speed, at whatever value of a parameter that is.
+    """Return the solution with a given bunch speed, with the parameter as an unknown.
 
     Args:
-        case: what the parameter means.
-        near: a solution that belongs to ``case(near.value)``.
-        speed: s in the mean [rad/s].
+        case: function that applies the parameter.
+        near: solution for ``case(near.value)``, the initial guess.
+        speed: mean speed s [rad/s].
 
     Raises:
-        SceneError, InputError: a value makes no scene, or one without a beat map.
+        SceneError, InputError: a value gives no valid scene, or one without a beat map.
     """
     state, value, count = near.states[0].copy(), near.value, near.count
     steps, best, missed = len(near.states) - 1, None, math.inf
@@ -137,6 +138,7 @@ def solution_at(case: Case, near: CirculatingSolution, speed: float) -> Circulat
         flown = beat.turn.over(state, period, steps)
         gap = beat.gap(flown.states)
         now = float(np.abs(gap / beat.turn.scale).max())
+        # Once the gap no longer halves, the iteration has reached rounding.
         if not math.isfinite(now) or (missed < CLOSED and now >= 0.5 * missed):
             return best
         best = CirculatingSolution(w, count, period, flown.states, flown.matrix, value)
@@ -154,15 +156,15 @@ def solution_at(case: Case, near: CirculatingSolution, speed: float) -> Circulat
 
 
 class BeatMap:
-    """P_T of a scene at a held speed.
+    """Map P_T of a scene at a constant speed.
 
     Args:
-        scene: what moves, in the plane.
-        speed: w [rad/s].
-        count: how many balls come round, the first ones.
+        scene: planar scene.
+        speed: spindle speed w [rad/s].
+        count: number of circulating balls; they are the first ones.
 
     Raises:
-        SceneError: the closed form does not know the scene, or it has friction.
+        SceneError: the closed form does not cover the scene, or the scene has friction.
     """
 
     def __init__(self, scene: Scene, speed: float, count: int) -> None:
@@ -174,21 +176,21 @@ class BeatMap:
         self._round[self.turn.layout.angles][:count] = -math.copysign(2.0 * math.pi, speed)
 
     def steps(self, period: float) -> int:
-        """That a period has to be cut into, at least."""
+        """Return the least number of steps for a period."""
         return math.ceil(self.turn.fewest * period / self.turn.period)
 
     def gap(self, states: np.ndarray) -> np.ndarray:
-        """What a start misses by after a period, shape (states,)."""
+        """Return the gap of a start after a period, shape (states,)."""
         missed: np.ndarray = states[-1] - states[0] - self._round
         return missed
 
     def shoot(self, state: np.ndarray, period: float, steps: int) -> CirculatingSolution | None:
-        """The periodic solution near a guess; None where Newton's method finds none.
+        """Return the periodic solution near a guess; None if Newton's method does not converge.
 
         Args:
-            state: at the start.
+            state: state at the start.
             period: T [s].
-            steps: in a period.
+            steps: number of steps in a period.
         """
         best, missed = None, math.inf
         for _ in range(NEWTON):
@@ -213,13 +215,16 @@ class BeatMap:
     def step(
         self, state: np.ndarray, matrix: np.ndarray, gap: np.ndarray, slope: np.ndarray, size: float
     ) -> tuple[np.ndarray, float]:
-        """Newton's step, the shortest one: the state after it, and what the unknown changes by.
+        """Return the state after a Newton step, and the change magnitude of the other unknown.
+
+        The system is singular along the shift in time; the least-squares step of minimal norm is
+        taken.
 
         Args:
-            state: at the start.
-            matrix: what a period makes of small changes of it.
-            gap: what it misses by.
-            slope: of the gap over the other unknown.
+            state: state at the start.
+            matrix: monodromy matrix.
+            gap: gap after a period.
+            slope: derivative of the gap by the other unknown.
             size: of the other unknown.
         """
         scale = np.append(self.turn.scale, abs(size))

@@ -1,8 +1,8 @@
-"""Up to which speed, drag or other value balls circulate, exactly: the end of a stable branch.
+"""Limit of a parameter up to which balls circulate: the end of a stable branch.
 
-The branch is followed over s, the mean speed of the bunch, over which it has no folds: what the
-parameter's value is follows from s. It ends where a multiplier leaves the unit circle: at a fold,
-where the value turns back, or where the bunch parts.
+The branch is followed over the mean bunch speed s, because it has no folds over s; the value of the
+parameter follows. The stable branch ends where a multiplier leaves the unit circle. This is a fold,
+where the value turns back, or the point where the bunch separates.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 6.1 (continuation), 3.4.
 """
@@ -16,42 +16,42 @@ from scipy.optimize import brentq
 from ab_sim.analysis.floquet.circulating import Case, CirculatingSolution, solution_at
 
 STEP = 0.01
-"""Share of s, from one solution to the next."""
+"""Relative change of s from one solution to the next."""
 MOST_STEPS = 200
 DIGITS = 1e-9
-"""Share of s at a border that it is located to."""
+"""Relative tolerance of s at a border."""
 FLAT_SLOPE = 1e-2
-"""d log value / d log s, below which a border is a fold."""
+"""Slope d log value / d log s below which a border is a fold."""
 BESIDE = 1e-4
-"""Share of s that the slope is taken over."""
+"""Relative change of s for the difference quotient of the slope."""
 
 
 class CirculationBorder(NamedTuple):
-    """Where balls cease to circulate stably."""
+    """Limit of stable circulation."""
 
     value: float
-    """Of the parameter."""
+    """Value of the parameter."""
     spindle_speed: float
-    """w [rad/s]."""
+    """Spindle speed w [rad/s]."""
     speed: float
-    """s of the bunch [rad/s]."""
+    """Bunch speed s [rad/s]."""
     fold: bool
-    """Whether the solution ceases to exist beyond; otherwise it goes on, unstable."""
+    """Flag of a fold, beyond which no solution exists; otherwise it continues, unstable."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the border as JSON-able values."""
         return self._asdict()
 
 
 def circulation_border(
     case: Case, start: CirculatingSolution, faster: bool = True
 ) -> CirculationBorder | None:
-    """Where the branch of a stable solution ends; None where it is lost, or goes on for long.
+    """Return the end of a stable branch; None if it is lost, or exceeds ``MOST_STEPS``.
 
     Args:
-        case: what the parameter means.
-        start: a stable solution, of ``case(start.value)``.
-        faster: towards larger |s|, up to the critical speed; otherwise towards smaller.
+        case: function that applies the parameter.
+        start: stable solution for ``case(start.value)``.
+        faster: follow towards larger |s|, up to the critical speed; otherwise towards smaller.
 
     Raises:
         ValueError: the solution is not stable.
@@ -74,7 +74,7 @@ def circulation_border(
 def _found(
     case: Case, before: CirculatingSolution | None, here: CirculatingSolution, speed: float
 ) -> CirculatingSolution | None:
-    """At a speed of the bunch, where the last two point to."""
+    """Return the solution at a bunch speed, from a linear extrapolation of the last two."""
     near = here
     if before is not None:
         share = (speed - here.speed) / (here.speed - before.speed)
@@ -89,7 +89,7 @@ def _found(
 def _located(
     case: Case, one: CirculatingSolution, other: CirculatingSolution
 ) -> CirculationBorder | None:
-    """Where between two solutions the largest modulus is 1."""
+    """Locate the border between two solutions, where the largest modulus is 1."""
 
     def at(speed: float) -> CirculatingSolution:
         found = _found(case, one, other, speed)
@@ -110,4 +110,4 @@ def _located(
 
 
 class _LostBranch(Exception):
-    """No solution was found between two that there are."""
+    """Error: no solution was found between two known ones."""

@@ -1,8 +1,7 @@
-"""A periodic solution followed over speed or another parameter, and where it loses stability.
+"""Continuation of a periodic solution over a parameter, with its stability borders.
 
-From one value to the next by secants: a solution is looked for where the last two point to. Where
-it is not found there, the search begins anew, and what is found then may be another solution:
-nothing is said about borders between the two.
+The next solution is predicted by a secant through the last two. If Newton's method fails there, the
+search starts again and may find another solution. No borders are reported between the two.
 """
 
 from collections.abc import Callable, Sequence
@@ -20,25 +19,25 @@ from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene
 
 DIGITS = 1e-10
-"""Share of a border's value that it is located to."""
+"""Relative tolerance of a border's value."""
 
 Case = Callable[[float], tuple[Scene, float]]
-"""The scene and its spindle speed [rad/s] for a value of a parameter."""
+"""Function that returns the scene and its spindle speed [rad/s] for a value of a parameter."""
 
 
 class FollowedPoint(NamedTuple):
-    """What was found at a value of the parameter."""
+    """Result at one value of the parameter."""
 
     value: float
     speed: float
-    """[rad/s]."""
+    """Spindle speed [rad/s]."""
     found: Solution | None
-    """None where no periodic solution was found."""
+    """Periodic solution; None if none was found."""
     new: bool
-    """Not followed from the point before: the search began anew."""
+    """Flag of a solution from a new search instead of the previous point."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the point as JSON-able values."""
         found = self.found
         report: dict[str, Any] = {
             "value": self.value, "speed": self.speed, "found": found is not None, "new": self.new
@@ -49,18 +48,18 @@ class FollowedPoint(NamedTuple):
 
 
 class Border(NamedTuple):
-    """Where the largest modulus is 1."""
+    """Value at which the largest modulus is 1."""
 
     value: float
     speed: float
-    """[rad/s]."""
+    """Spindle speed [rad/s]."""
     multiplier: complex
-    """That crosses the unit circle there, one of two conjugates."""
+    """Multiplier that crosses the unit circle; one of two conjugates."""
     stable_below: bool
-    """Whether it is at smaller values that the solution is stable."""
+    """Flag of a solution that is stable at smaller values."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the border as JSON-able values."""
         return {
             "value": self.value,
             "speed": self.speed,
@@ -71,7 +70,7 @@ class Border(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class Followed(Presented):
-    """A solution over a parameter; see ``ab_sim.follow_floquet``."""
+    """Solution over a parameter; see ``ab_sim.follow_floquet``."""
 
     _picture = "followed"
 
@@ -79,7 +78,7 @@ class Followed(Presented):
     points: tuple[FollowedPoint, ...]
     borders: tuple[Border, ...]
     scene: str = ""
-    """Its name, where it was said."""
+    """Name of the scene, if known."""
 
     def _facts(self) -> dict[str, str]:
         values = [point.value for point in self.points]
@@ -106,7 +105,7 @@ class Followed(Presented):
 
     @property
     def unlocated(self) -> list[tuple[FollowedPoint, FollowedPoint]]:
-        """Points one after the other of different verdicts, and no border found in between."""
+        """Successive points with different verdicts and no border between them."""
         found = [(point, point.found.verdict) for point in self.points if point.found is not None]
         return [
             (one, other)
@@ -119,7 +118,7 @@ class Followed(Presented):
         ]
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values."""
+        """Return the solution as JSON-able values."""
         return {
             "over": self.over,
             "points": [point.report() for point in self.points],
@@ -135,19 +134,19 @@ def follow(
     starts: Sequence[str] = tuple(STARTS),
     progress: Callable[[int], None] = lambda done: None,
 ) -> Followed:
-    """Periodic solutions over a parameter, and the borders of stability between its values.
+    """Compute periodic solutions over a parameter, and the stability borders between its values.
+
+    Each solution is cached on disk, so that a repeated or interrupted call continues.
 
     Args:
-        over: what the parameter is called.
-        case: what it means.
-        values: in the order in which they are followed.
-        starts: those of ``STARTS`` that a search begins from, one after the other.
-        progress: called with the number of values done.
-
-    Each is kept on disk as it is found, so that what is asked again, or was interrupted, goes on.
+        over: name of the parameter.
+        case: function that applies the parameter.
+        values: values in the order of the continuation.
+        starts: names in ``STARTS`` from which a search begins, in order.
+        progress: called with the number of finished values.
 
     Raises:
-        SceneError, InputError: a value makes no scene, or one without a turn map.
+        SceneError, InputError: a value gives no valid scene, or one without a turn map.
     """
     points: list[FollowedPoint] = []
     borders: list[Border] = []
@@ -163,7 +162,7 @@ def follow(
 
 
 def _search(points: Sequence[FollowedPoint], value: float, starts: Sequence[str]) -> SolutionSearch:
-    """Where those before point to at a value."""
+    """Return the search at a value, extrapolated from the previous points."""
     if not points or (last := points[-1]).found is None:
         return SolutionSearch(None, 1.0, starts)
     before = points[-2] if len(points) > 1 and not last.new else last
@@ -175,7 +174,7 @@ def _search(points: Sequence[FollowedPoint], value: float, starts: Sequence[str]
 
 
 def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border]:
-    """Where between two points of a followed solution the largest modulus is 1; or nothing."""
+    """Locate the border between two followed points; an empty list if there is none."""
     first, last = one.found, other.found
     if first is None or last is None or first.stable is last.stable or None in (
         first.stable, last.stable
@@ -197,7 +196,7 @@ def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border
         )
         speed, crossing = at(value)
     except (_Lost, SceneError):
-        # A parameter of whole numbers has nothing in between.
+        # A parameter with whole numbers has no values in between.
         return []
     nearest = np.argmin(np.abs(np.abs(crossing.multipliers) - crossing.largest))
     below = first if one.value < other.value else last
@@ -205,4 +204,4 @@ def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border
 
 
 class _Lost(Exception):
-    """The solution is not there between two values where it is."""
+    """Error: the solution was not found between two values at which it exists."""

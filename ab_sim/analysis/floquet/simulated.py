@@ -1,4 +1,4 @@
-"""What a run makes of a small disturbance of a periodic solution: the answer without Floquet."""
+"""Growth of a small disturbance of a periodic solution in a simulation, without Floquet."""
 
 from typing import Any
 
@@ -13,20 +13,21 @@ from ab_sim.scene.model import Scene
 
 
 def growth_of(scene: Scene, found: Stability, turns: int, size: float = 1e-6) -> float:
-    """By what a disturbance grows in a turn of the spindle, on the average over half of so many.
+    """Return the mean growth factor per spindle revolution, over the second half of a run.
 
-    Two runs of the drive, with the scene's solver: from the solution, and from beside it, in a
-    direction at random. Both go their way; how far apart they are is seen along whole turns.
+    Two runs with the scene's solver start at the solution and at a point displaced in a random
+    direction. Their distance is evaluated as a maximum over whole revolutions.
 
     Args:
-        scene: the solution's.
+        scene: scene of periodic solution.
         found: the solution.
-        turns: of the spindle; so many that what grows fastest is all that is left in the middle.
-        size: of the disturbance, in the units of ``TurnMap.scale``; small, as what is judged are
-            small disturbances, and large beside rounding.
+        turns: duration in spindle revolutions; long enough that the fastest-growing direction
+            dominates by the middle.
+        size: size of the disturbance in units of ``TurnMap.scale``; small enough to be linear, and
+            large compared with rounding.
 
     Returns:
-        A factor; for long runs the largest modulus of a multiplier.
+        Factor that tends to the largest modulus of a multiplier for long runs.
     """
     turn = TurnMap(scene, found.speed)
     away = np.random.default_rng(0).normal(size=turn.layout.size)
@@ -36,17 +37,17 @@ def growth_of(scene: Scene, found: Stability, turns: int, size: float = 1e-6) ->
     length = round(found.period / scene.solver.step)
     apart = np.abs(runs[0].position - runs[1].position).max(axis=1) / turn.scale[0]
     if not found.structural:
-        # Along a manifold of balanced positions balls may stay where they are.
+        # Along a manifold of balanced positions, displaced balls neither return nor depart.
         balls = np.abs(runs[0].ball_angles - runs[1].ball_angles)
         apart = np.maximum(apart, balls.max(axis=1, initial=0.0))
-    # What dies away fastest is gone by the middle.
+    # Fast-decaying components have vanished by the middle.
     middle = len(apart) // 2
     first, last = apart[middle : middle + length].max(), apart[-length:].max()
     return float((last / first) ** (length / (len(apart) - length - middle)))
 
 
 def _run(scene: Scene, found: Stability, turns: int, state: np.ndarray) -> Trajectory:
-    """From a state on, so many turns at the solution's speed."""
+    """Simulate ``turns`` revolutions from a state at the solution's speed."""
     most = max(scene.spindle.max_speed, abs(found.speed))
     changes: dict[str, Any] = {"start.speed": found.speed, "spindle.max_speed": most}
     if scene.profile is not None:

@@ -1,7 +1,7 @@
-"""A periodic solution as it is followed: what is said of it, and a state to go on from.
+"""Followed periodic solution: its summary, and a state from which to continue.
 
-Each is kept on disk (``analysis.results``) by its scene, its speed, and what it was looked for
-from, to the bit: what is followed again is there at once, and goes on where it was interrupted.
+Each solution is cached on disk (``analysis.results``) by its scene, its speed and the exact start
+of its search. A repeated continuation reads the cache, and an interrupted one continues.
 """
 
 from collections.abc import Sequence
@@ -16,11 +16,11 @@ from ab_sim.analysis.results import Result, Results
 from ab_sim.scene.model import Scene
 
 NEIGHBOUR = "the one before"
-"""What a followed solution was found from."""
+"""Origin of a followed solution: the previous one."""
 
 
 class Solution(NamedTuple):
-    """Of a scene at a held speed; see ``Stability``."""
+    """Summary of a periodic solution of a scene at a constant speed; see ``Stability``."""
 
     multipliers: np.ndarray
     largest: float
@@ -28,38 +28,38 @@ class Solution(NamedTuple):
     verdict: str
     balanced: bool
     whirl_max: float
-    """[m]."""
+    """Largest whirl [m]."""
     ball_angles: list[float]
-    """[rad]."""
+    """Ball angles [rad]."""
     start: list[float]
     """State at the start of the turn."""
 
     @classmethod
     def of(cls, report: dict[str, Any]) -> "Solution":
-        """Of ``Stability.report``."""
+        """Return the summary of a ``Stability.report``."""
         multipliers = np.array(report["multipliers"], float).reshape(-1, 2)
         rest = (report[key] for key in cls._fields[1:])
         return cls(multipliers[:, 0] + 1j * multipliers[:, 1], *rest)
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the summary as JSON-able values."""
         multipliers = [[float(x.real), float(x.imag)] for x in self.multipliers]
         return {**self._asdict(), "multipliers": multipliers}
 
 
 class SolutionSearch(NamedTuple):
-    """Where to look for a solution: on the way from one to another, then from starts."""
+    """Search of a solution: on the line through two states, then from named starts."""
 
     way: tuple[list[float], list[float]] | None
-    """Two solutions' states, the second the nearer one; None: from starts only."""
+    """States of two solutions, the second being nearer; None to use starts only."""
     share: float
-    """How far along the way; beyond 1 past the second."""
+    """Position along the line; above 1 it is beyond the second state."""
     starts: Sequence[str]
-    """Of ``STARTS``, where nothing is found along the way; none: then nothing is."""
+    """Names in ``STARTS`` for use if the line gives no solution; empty for no further search."""
 
 
 def solution(scene: Scene, speed: float, search: SolutionSearch) -> tuple[Solution | None, bool]:
-    """The solution found first, and whether it was found from a start.
+    """Return the first solution found, and whether it was found from a start.
 
     Raises:
         SceneError, InputError: see ``TurnMap``.
@@ -78,7 +78,7 @@ def solved(
     share: float,
     starts: list[str],
 ) -> Result:
-    """What ``solution`` says, as JSON has it."""
+    """Return the result of ``solution`` as JSON-able values."""
     turn = TurnMap(scene, speed)
     if way is not None and len(way[1]) == len(way[0]) == turn.layout.size:
         one, other = map(np.array, way)

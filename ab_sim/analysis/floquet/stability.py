@@ -1,4 +1,4 @@
-"""Floquet multipliers of a scene's periodic solution: whether it is stable, and how firmly."""
+"""Floquet multipliers of a scene's periodic solution."""
 
 import math
 from dataclasses import dataclass
@@ -17,68 +17,69 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.scene.model import Scene
 
 CONVERGED = 1e-10
-"""What half the step may change of a multiplier; as long as it does more, steps are halved."""
+"""Tolerance of the multipliers under step halving; steps are halved until it is met."""
 UNDECIDED = 1e-8
-"""How near to 1 the largest modulus says nothing about stability."""
+"""Distance from 1 below which the largest modulus is reported as undecided."""
 STILL = 1e-7
-"""A deck that keeps within so much of where it hangs, in the units of ``TurnMap.scale``, is
-balanced."""
+"""Tolerance for a balanced deck: distance from its rest position in units of ``TurnMap.scale``."""
 STRUCTURAL = 1e-6
-"""How near to 1 a multiplier of a balanced set of solutions has to be, to belong to the set."""
+"""Largest distance from 1 of a multiplier that belongs to a manifold of balanced solutions."""
 SAMPLES = 8192
-"""Of what a turn is looked through for, between the steps by its Fourier series."""
+"""Number of samples of a turn, interpolated between steps by its Fourier series."""
 
 
 @dataclass(frozen=True)
 class Stability:
-    """A periodic solution and its multipliers."""
+    """Periodic solution with its multipliers."""
 
     scene: str
     speed: float
-    """w [rad/s]."""
+    """Spindle speed w [rad/s]."""
     period: float
-    """T, one turn of the spindle [s]."""
+    """Period T, one turn of the spindle [s]."""
     found_from: str
-    """Which start Newton's method found it from: start, balanced, settled; or a neighbour."""
+    """Start from which Newton's method found it: start, balanced, settled, or a neighbour."""
     state_names: tuple[str, ...]
     orbit: Orbit
     multipliers: np.ndarray
-    """Complex, by modulus, the largest first; shape (2 (K + n),)."""
+    """Multipliers, complex, by falling modulus, shape (2 (K + n),)."""
     difference: float
-    """What halving the step changed of them at most."""
+    """Largest change of a multiplier when the step was halved."""
     balanced: bool
-    """The deck keeps still where it hangs."""
+    """Flag of a deck that stays at its rest position."""
     structural: int
-    """How many of the multipliers belong to the balanced set as such, and are 1: of more than two
-    balls on a race the balanced positions form a manifold, of n - 2 dimensions."""
+    """Number of multipliers that are 1 because the balanced positions form a manifold.
+
+    With n > 2 balls on a race the manifold has n - 2 dimensions.
+    """
     angles: np.ndarray
-    """Of the balls at the start [rad], within +-pi; shape (n,)."""
+    """Ball angles at the start [rad], within +-pi, shape (n,)."""
     ball_turns: np.ndarray
-    """Turns that each ball makes relative to the rotor, each turn of the spindle; shape (n,)."""
+    """Revolutions of each ball relative to the rotor per spindle revolution, shape (n,)."""
     ball_swing: np.ndarray
-    """From a ball's least to its largest angle [rad], but for its turns; shape (n,)."""
+    """Range of each ball's angle [rad] without its whole revolutions, shape (n,)."""
     whirl: tuple[float, float]
-    """Smallest and largest over the turn [m], across the shaft, from where the deck hangs."""
+    """Smallest and largest whirl over the turn [m], across the shaft, from the rest position."""
 
     @property
     def largest(self) -> float:
-        """Modulus of the largest multiplier, structural ones left out; 0 where there is none."""
+        """Modulus of the largest multiplier without structural ones; 0 if there is none."""
         return _largest(self.multipliers, self.structural)
 
     @property
     def stable(self) -> bool | None:
-        """Whether what is near comes back; None where the linear test decides nothing."""
+        """Flag of decaying small disturbances; None if the linear test is undecided."""
         if abs(self.largest - 1.0) <= max(UNDECIDED, self.difference):
             return None
         return self.largest < 1.0
 
     @property
     def verdict(self) -> str:
-        """stable, unstable or undecided."""
+        """Verdict as text: ``stable``, ``unstable`` or ``undecided``."""
         return {True: "stable", False: "unstable", None: "undecided"}[self.stable]
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim floquet --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim floquet --help``."""
         return {
             "scene": self.scene,
             "found": True,
@@ -107,7 +108,7 @@ class Stability:
 
 
 def none_found(scene: Scene, speed: float) -> dict[str, Any]:
-    """The report of a search that found nothing."""
+    """Return the report of a search without a result."""
     return {
         "scene": scene.name,
         "found": False,
@@ -120,10 +121,10 @@ def none_found(scene: Scene, speed: float) -> dict[str, Any]:
 
 
 def held_speed(scene: Scene) -> float:
-    """The speed that a scene keeps in the end [rad/s].
+    """Return the final speed of a scene [rad/s].
 
     Raises:
-        InputError: that is 0.
+        InputError: the final speed is 0.
     """
     speed = last_speed(scene)
     if speed == 0.0:
@@ -135,19 +136,19 @@ def held_speed(scene: Scene) -> float:
 
 
 def solutions_of(scene: Scene, speed: float | None = None, start: str = "") -> list[Stability]:
-    """Periodic solutions of a scene at a held speed that are found, and their multipliers.
+    """Return the periodic solutions found for a scene at a constant speed, with multipliers.
 
     Args:
-        scene: what moves; its profile says no more than the speed.
-        speed: w [rad/s]; default: the one that the scene keeps in the end.
-        start: which of ``STARTS`` to search from; default: from each. Of equal balls that start
-            side by side neither ever leaves the other, so then the balanced one comes first.
+        scene: scene; its profile only supplies the speed.
+        speed: spindle speed w [rad/s]; default: the final speed of the scene.
+        start: name in ``STARTS``; default: all. Equal balls that start at one place never separate,
+            so ``balanced`` is then tried first.
 
     Returns:
-        Different ones, in the order of their starts; none where none was found.
+        Distinct solutions in the order of their starts; empty if none was found.
 
     Raises:
-        SceneError, InputError: see ``TurnMap``; or there is no such start.
+        SceneError, InputError: see ``TurnMap``; or the start is unknown.
     """
     turn = TurnMap(scene, held_speed(scene) if speed is None else speed)
     found: list[Stability] = []
@@ -172,22 +173,22 @@ def _names(start: str, turn: TurnMap) -> list[str]:
 
 
 def _same(turn: TurnMap, one: Stability, other: Stability) -> bool:
-    """Whether two solutions differ by no more than which ball is where."""
+    """Return whether two solutions are equal up to an exchange of balls."""
     length = turn.scale[0]
     near = np.allclose(one.whirl, other.whirl, rtol=1e-6, atol=STILL * length)
     return near and apart(one.multipliers, other.multipliers) <= STRUCTURAL
 
 
 def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
-    """An orbit's multipliers, to the digits that halving the step leaves as they are.
+    """Return an orbit's multipliers, refined until halving the step no longer changes them.
 
     Args:
-        turn: its map.
-        orbit: found with any number of steps.
-        name: what it was found from.
+        turn: turn map of the orbit.
+        orbit: orbit with any number of steps.
+        name: name of its start.
 
     Returns:
-        None where it is not one of smaller steps as well.
+        The solution; None if it does not exist with smaller steps.
     """
     multipliers, difference = multipliers_of(orbit), math.inf
     while difference > CONVERGED and 2 * orbit.steps <= MOST:
@@ -222,21 +223,22 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
 
 
 def multipliers_of(orbit: Orbit) -> np.ndarray:
-    """Eigenvalues of the monodromy matrix, by modulus, the largest first."""
+    """Return the eigenvalues of the monodromy matrix by falling modulus."""
     found = np.linalg.eigvals(orbit.monodromy).astype(complex)
     return found[np.lexsort((-found.imag, -found.real, -np.round(np.abs(found), 12)))]
 
 
 def apart(ones: np.ndarray, others: np.ndarray) -> float:
-    """How far apart two sets of multipliers are: the largest distance of those that match best."""
+    """Return the distance of two sets of multipliers: the largest in their best matching."""
     distance = np.abs(ones[:, None] - others[None, :])
     return float(distance[linear_sum_assignment(distance)].max(initial=0.0))
 
 
 def largest_of(turn: TurnMap, orbit: Orbit) -> float:
-    """Largest modulus of an orbit's multipliers as its steps give them, structural ones left out.
+    """Return the largest modulus of an orbit's multipliers, without structural ones.
 
-    For maps of many; ``judged`` says besides how many digits of it are right.
+    It uses the orbit's own steps and is meant for maps with many orbits. ``judged`` also checks the
+    accuracy.
     """
     multipliers = multipliers_of(orbit)
     structural = _structural(turn, multipliers) if _keeps_still(turn, orbit) else 0
@@ -255,17 +257,17 @@ def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
 
 
 def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
-    """How many of the multipliers say no more than that balanced positions form a manifold."""
+    """Return the number of multipliers that are 1 because balanced positions form a manifold."""
     n, heights = len(turn.system.balls), turn.system.balls[:, RACE_HEIGHT]
     races = np.unique(heights, return_counts=True)[1] if turn.scene.deck is not None else [n]
     free = sum(max(0, int(balls) - 2) for balls in races)
     if n and turn.scene.deck is None and turn.system.deck_model.unbalance == 0.0:
-        free = max(free, 1)  # Balls that balance nothing but each other can sit anywhere.
+        free = max(free, 1)  # Without an unbalance all positions can be rotated.
     return min(free, int(np.sum(np.abs(multipliers - 1.0) <= STRUCTURAL)))
 
 
 def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
-    """Smallest and largest distance of C from where it hangs, across the shaft, over a turn [m]."""
+    """Return the smallest and largest distance of C from its rest position across the shaft [m]."""
     deck_model, own = turn.system.deck_model, turn.layout.deck
     psi = turn.scene.start.angle + turn.speed * turn.period * np.linspace(0, 1, orbit.steps + 1)
     x, y = deck_model.place(orbit.states[:, own], psi)[:-1, :2].T
@@ -275,13 +277,13 @@ def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
 
 
 def between(values: np.ndarray) -> np.ndarray:
-    """Values of what is periodic between those at even distances, by its Fourier series.
+    """Interpolate a periodic function between equidistant samples by its Fourier series.
 
     Args:
-        values: real or complex, over one period whose end is left out.
+        values: real or complex samples of one period without its end.
 
     Returns:
-        ``SAMPLES`` of them, or as many as there were if these are more; complex.
+        Complex samples: ``SAMPLES``, or the number of ``values`` if that is larger.
     """
     waves, count = np.fft.fft(values), len(values)
     many, half = max(SAMPLES, count), (count + 1) // 2

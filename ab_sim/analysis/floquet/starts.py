@@ -1,4 +1,4 @@
-"""Where the search for a periodic solution begins."""
+"""Starting states of the search for a periodic solution."""
 
 from collections.abc import Callable, Mapping, Sequence
 
@@ -9,18 +9,18 @@ from ab_sim.analysis.floquet.turn import Orbit, TurnMap
 from ab_sim.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS
 
 TURNS = 500
-"""That a drive is given to settle in."""
+"""Largest number of spindle revolutions for settling."""
 
 
 def from_start(turn: TurnMap) -> np.ndarray:
-    """The state that the scene starts in."""
+    """Return the initial state of the scene."""
     return turn.scene_start()
 
 
 def from_balance(turn: TurnMap) -> np.ndarray:
-    """The deck where it hangs, and balls where they balance the rotor as well as they can.
+    """Return the deck at rest, with balls at their best balancing positions.
 
-    The nearest such place to balls spread evenly: of more than two, one of many.
+    It is the position nearest to evenly spread balls; for more than two balls it is one of many.
     """
     state = np.zeros(turn.layout.size)
     state[turn.layout.deck] = turn.rest()
@@ -29,10 +29,10 @@ def from_balance(turn: TurnMap) -> np.ndarray:
 
 
 def from_settling(turn: TurnMap) -> np.ndarray:
-    """What the scene's start has become after some hundreds of turns at the held speed.
+    """Return the state after up to ``TURNS`` revolutions at constant speed from the scene's start.
 
     Raises:
-        FloatingPointError: it has gone beyond all bounds.
+        FloatingPointError: the motion grows without bound.
     """
     state = turn.scene_start()
     for _ in range(TURNS):
@@ -49,13 +49,13 @@ STARTS: Mapping[str, Callable[[TurnMap], np.ndarray]] = {
     "balanced": from_balance,
     "settled": from_settling,
 }
-"""By their names, in the order in which they are tried."""
+"""Starting states by name, in the order in which they are tried."""
 
 
 def balanced_angles(turn: TurnMap) -> np.ndarray:
-    """Angles at which the balls' unbalance, and on a deck in space their couple, undo the rotor's.
+    """Return the ball angles that best cancel the rotor's unbalance, shape (n,).
 
-    As well as they can; shape (n,).
+    For a deck in space they also cancel its couple unbalance.
     """
     n, balls, scene = len(turn.system.balls), turn.system.balls, turn.scene
     if n == 0:
@@ -76,7 +76,7 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
 
 
 def find_orbit(turn: TurnMap, names: Sequence[str]) -> tuple[Orbit | None, str]:
-    """The periodic solution found first, and from which start; None where none is found."""
+    """Return the first periodic solution found and the name of its start; None if none is found."""
     for name in names:
         try:
             found = turn.shoot(STARTS[name](turn))

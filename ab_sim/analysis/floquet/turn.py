@@ -1,13 +1,13 @@
-"""One turn of the spindle as a map of the state, and its fixed points: periodic solutions.
+"""Map of the state over one spindle revolution, and its fixed points: periodic solutions.
 
-At a held speed w the equations repeat after T = 2 pi / w at the latest. What a turn makes of the
-state is P(y); y = P(y) is a periodic solution, and M = dP/dy its monodromy matrix (Floquet). P is
-as many steps of a Runge-Kutta method, M their exact derivative (``integrate.flow``).
+At a constant speed w the equations are periodic with T = 2 pi / w. The map of a turn is P(y). A
+solution of y = P(y) is periodic, and M = dP/dy is its monodromy matrix (Floquet). P consists of
+Runge-Kutta steps, and M is their exact derivative (``integrate.flow``).
 
-Fixed points are found by Newton's method (shooting), in the 2 (K + n) genuine coordinates of K
-unknowns of the deck and n balls: a quaternion's length is no motion (the deck model's ``tangent``),
-and turns of a ball's angle are none either, so that a ball that stays behind by a turn each turn of
-the spindle, hanging in space, is periodic too.
+Fixed points are found by Newton's method (shooting). The unknowns are 2 (K + n) independent
+coordinates for K unknowns of the deck and n balls. A quaternion's length is not a coordinate (the
+deck model's ``tangent``). Angles of balls count modulo one revolution. A ball that lags by one
+revolution per turn of the spindle, hanging in space, is thus periodic too.
 
 Source: Nayfeh and Balachandran, Applied Nonlinear Dynamics (1995), 3.2 (Floquet), 6.5 (shooting).
 """
@@ -31,56 +31,58 @@ from ab_sim.stepping.fixed_step import normalise
 
 METHOD = "rk8"
 FEWEST, MOST = 48, 1 << 16
-"""Steps in a turn: of motions that a turn resolves, and what is still done in a minute or so."""
+"""Least and largest number of steps in a turn; the largest takes about a minute."""
 SAFETY = 2.5
-"""How many times shorter than the largest stable step, so that fast decay is computed well."""
+"""Ratio of the largest stable step to the step used, so that fast decay is accurate."""
 CLOSED = 1e-9
-"""What a start may miss itself by, in the units of ``TurnMap.scale``; Newton's last step gets to
-rounding."""
+"""Largest gap of a periodic solution in units of ``TurnMap.scale``.
+
+Newton's last step usually reaches rounding.
+"""
 ROUNDED = 1e-14
-"""A start that misses itself by no more is not looked for further."""
+"""Gap at which Newton's method stops."""
 NEWTON = 60
 FARTHEST = 0.5
-"""That a ball is moved by a step of Newton's method [rad]."""
+"""Largest change of a ball angle in a Newton step [rad]."""
 FLAT = 1e-10
-"""Singular values below this share of the largest are 0: along them solutions form a manifold."""
+"""Relative threshold of singular values: smaller ones belong to manifolds of solutions."""
 
 
 class Orbit(NamedTuple):
-    """A periodic solution."""
+    """Periodic solution."""
 
     states: np.ndarray
-    """At the start and after each step of a turn, shape (steps + 1, states)."""
+    """States at the start and after each step of a turn, shape (steps + 1, states)."""
     monodromy: np.ndarray
-    """M in the genuine coordinates, shape (2 (K + n), 2 (K + n))."""
+    """Monodromy matrix M in independent coordinates, shape (2 (K + n), 2 (K + n))."""
     residual: float
-    """What the start misses itself by after a turn: the largest entry, in units of the scale."""
+    """Largest entry of the gap after a turn, in units of the scale."""
     iterations: int
-    """Of Newton's method."""
+    """Number of Newton iterations."""
 
     @property
     def start(self) -> np.ndarray:
-        """The state at the start, shape (states,)."""
+        """State at the start, shape (states,)."""
         start: np.ndarray = self.states[0]
         return start
 
     @property
     def steps(self) -> int:
-        """In a turn."""
+        """Number of steps in a turn."""
         return len(self.states) - 1
 
 
 class TurnMap:
-    """P of a scene at a speed.
+    """Map P of a scene at a constant speed.
 
     Args:
-        scene: what moves; its profile does not matter.
-        speed: w [rad/s].
+        scene: scene; its profile is ignored.
+        speed: spindle speed w [rad/s].
 
     Raises:
-        InputError: the spindle stands, or is beyond what scenes may ask for.
-        SceneError: the scene has events, or a state of the spindle; drag that no step resolves; or
-            a deck model that is not a built-in one.
+        InputError: the spindle stands still, or exceeds the limit of scenes.
+        SceneError: the scene has events, a spindle speed that is a state, a decay too fast for the
+            largest number of steps, or a deck model that is not built in.
     """
 
     def __init__(self, scene: Scene, speed: float) -> None:
@@ -98,7 +100,7 @@ class TurnMap:
         self.period = 2.0 * math.pi / abs(speed)
         most, what = largest_step(stepper, linear_rates(self.system, abs(speed)))
         self.fewest = max(FEWEST, math.ceil(SAFETY * self.period / most))
-        """Steps in a turn."""
+        """Least number of steps in a turn."""
         if 2 * self.fewest > MOST:
             raise SceneError(
                 f"a turn at {exact(speed)} rad/s takes {self.period:.3g} s, and {what} is so fast "
@@ -113,11 +115,11 @@ class TurnMap:
         self.scale[self.layout.rates] = abs(speed)
 
     def scene_start(self) -> np.ndarray:
-        """The state that the scene starts in."""
+        """Return the initial state of the scene."""
         return start_state(self.scene, self.system)
 
     def rest(self) -> np.ndarray:
-        """The deck model's states where the deck hangs at rest."""
+        """Return the deck model's states at its rest position."""
         scene = self.scene.model_copy(update={"start": Start()})
         rest: np.ndarray = start_state(scene, self.system)[self.layout.deck]
         return rest
@@ -125,18 +127,18 @@ class TurnMap:
     def over(
         self, state: np.ndarray, duration: float, steps: int, columns: int | None = None
     ) -> Flown:
-        """What any stretch of time [s] makes of a state, as ``Flow.over``."""
+        """Integrate a state over any duration [s], see ``Flow.over``."""
         return self._flow.over(state, duration, steps, columns)
 
     def after_turn(self, state: np.ndarray, steps: int) -> np.ndarray:
-        """P(y), angles brought back into a turn; shape (states,)."""
+        """Return P(y) with angles reduced to one revolution, shape (states,)."""
         end = self._flow.over(state, self.period, steps, columns=0).states[-1]
         end[self.layout.angles] = within_turn(end[self.layout.angles])
         self._normalise(end)
         return end
 
     def ways(self, state: np.ndarray) -> np.ndarray:
-        """The genuine coordinates' directions at a state, columns, shape (states, 2 (K + n))."""
+        """Return directions of the independent coordinates as columns, (states, 2 (K + n))."""
         own = self.layout.deck.stop
         tangent = self.system.deck_model.tangent(state[:own])
         balls = self.layout.size - own
@@ -146,11 +148,11 @@ class TurnMap:
         return found
 
     def shoot(self, guess: np.ndarray, steps: int | None = None) -> Orbit | None:
-        """The periodic solution that Newton's method finds from a guess; None where it finds none.
+        """Return the periodic solution near a guess; None if Newton's method does not converge.
 
         Args:
             guess: state at the start of a turn.
-            steps: in a turn; default ``fewest``.
+            steps: number of steps in a turn; default ``fewest``.
         """
         steps, state = steps or self.fewest, guess.copy()
         state[self.layout.angles] = within_turn(state[self.layout.angles])
@@ -159,11 +161,14 @@ class TurnMap:
             orbit, gap, scale = self._orbit(state, steps, iteration)
             if orbit is None:
                 return None
+            # Once the gap no longer halves, the iteration has reached rounding.
             if missed < CLOSED and orbit.residual >= 0.5 * missed:
                 return best
             missed, best = orbit.residual, orbit
             if missed <= ROUNDED:
                 return best
+            # Least squares of minimal norm: along a manifold of solutions the matrix is singular,
+            # and the nearest solution is taken.
             matrix = (orbit.monodromy - np.eye(len(gap))) * scale / scale[:, None]
             change = scale * np.linalg.lstsq(matrix, -gap / scale, rcond=FLAT)[0]
             farthest = np.abs(self.ways(state) @ change)[self.layout.angles].max(initial=0.0)
@@ -175,7 +180,7 @@ class TurnMap:
     def _orbit(
         self, state: np.ndarray, steps: int, iteration: int
     ) -> tuple[Orbit | None, np.ndarray, np.ndarray]:
-        """What a turn makes of a state: the orbit, the gap P(y) - y, and its entries' scale."""
+        """Integrate one turn; return the orbit, the gap P(y) - y, and the scale of its entries."""
         flown = self._flow.over(state, self.period, steps)
         ways, end = self.ways(state), flown.states[-1]
         gap = end - state
@@ -194,22 +199,22 @@ class TurnMap:
         return state
 
     def _normalise(self, state: np.ndarray) -> None:
-        """Make a quaternion in the state a unit one."""
+        """Normalise a quaternion in the state."""
         first = type(self.system.deck_model).UNIT_AT
         if first >= 0:
             normalise(state, first)
 
 
 def within_turn(angles: np.ndarray) -> np.ndarray:
-    """Angles brought within -pi to pi [rad]; those that are stay as they are."""
+    """Return angles reduced to -pi to pi [rad]; angles in this range are unchanged."""
     return angles - 2.0 * math.pi * np.round(angles / (2.0 * math.pi))
 
 
 def _check_smooth(scene: Scene, effects: tuple[object, ...]) -> None:
-    """Refuse what has events.
+    """Refuse effects with events.
 
     Raises:
-        SceneError: names the effects to take out.
+        SceneError: the message names the effects to remove.
     """
     if not (has_friction(effects) or has_contact(effects)):
         return

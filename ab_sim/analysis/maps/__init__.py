@@ -1,1 +1,1 @@
-"""Maps: what is stable, over two parameters of a scene."""
+"""Stability maps over two parameters of a scene."""

@@ -22,7 +22,7 @@ class StableShares(NamedTuple):
 
     @classmethod
     def of(cls, ours: np.ndarray, other: np.ndarray) -> "StableShares":
-        """Shares of two regions, booleans of one shape."""
+        """Return the shares of two regions, given as booleans of one shape."""
         parts = ours & other, ours & ~other, other & ~ours
         return cls(*(float(part.mean()) for part in parts))
 
@@ -49,7 +49,7 @@ class BallCountComparison(NamedTuple):
         return StableShares.of(self.ours.balanced_everywhere, self.other.balanced_everywhere)
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the comparison as JSON-able values."""
         return {
             "balls": [m.plane.scene.balls.count for m in (self.ours, self.other)],
             "stable_at_some_position": self.somewhere._asdict(),
@@ -59,7 +59,7 @@ class BallCountComparison(NamedTuple):
 
 
 def with_balls(scene: Scene, count: int) -> Scene:
-    """The scene with another number of equal balls of the same total mass.
+    """Return the scene with another number of equal balls of the same total mass.
 
     The drag on each ball is scaled with its mass, so that drag per mass, the papers' zeta_B, is
     unchanged, as are M and M0. Start angles are removed.
@@ -88,11 +88,11 @@ def with_balls(scene: Scene, count: int) -> Scene:
 
 
 def plane_with_balls(plane: Plane, count: int) -> Plane:
-    """The same plane with another number of balls, as of ``with_balls``.
+    """Return the same plane with another number of balls, see ``with_balls``.
 
     Raises:
         InputError: the key of an axis depends on the number of balls.
-        SceneError: as of ``with_balls``.
+        SceneError: see ``with_balls``.
     """
     if count < 1:
         raise InputError(f"against {count} balls: must be at least 1")

@@ -50,11 +50,11 @@ class PointCheckpoint:
         what: str,
         tell: Tell | None = None,
     ) -> list[Any]:
-        """Values of points; those that were not computed before are computed.
+        """Return the values of points; missing values are computed.
 
         Args:
-            points: row, column of each.
-            compute: returns values of points, JSON-able, one by one.
+            points: row and column of each point.
+            compute: function that returns JSON-able values of points, one by one.
             what: name of the work, for ``tell``.
             tell: progress callback; an exception in it ends the work, computed points are saved.
         """

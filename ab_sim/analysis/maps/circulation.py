@@ -1,4 +1,4 @@
-"""Where on a map all balls can circulate in one bunch, by the closed form."""
+"""Map points at which all balls can circulate in one bunch, by the closed form."""
 
 import itertools
 from typing import Any
@@ -11,12 +11,12 @@ from ab_sim.analysis.maps.refine import Point
 from ab_sim.scene.model import Scene
 
 NOT_LOOKED_FOR = -1
-"""The closed form does not know the scene: see ``circulating.why_not``."""
+"""Code of a scene outside the closed form: see ``circulating.why_not``."""
 NONE_CIRCULATES = 0
 CIRCULATES = 1
-"""All balls, in a stable bunch."""
+"""Code of a point at which all balls can circulate in a stable bunch."""
 NOT_KNOWN = 2
-"""The same, but swings are too large for the closed form."""
+"""Code of a point with such a bunch whose swings are too large for the closed form."""
 NAMES = {
     CIRCULATES: "balls can also circulate",
     NOT_KNOWN: "whether they can is not known",
@@ -24,7 +24,7 @@ NAMES = {
 
 
 def circulation_at(plane: Plane, point: Point) -> int:
-    """Whether all balls can circulate in a stable bunch at a point (row, column): as above."""
+    """Return the code of circulation at a point (row, column)."""
     scene, speed = plane.at(*point)
     drive = drive_of(scene)
     if drive is None:
@@ -38,7 +38,7 @@ def circulation_at(plane: Plane, point: Point) -> int:
 def circulation_points(
     scene: Scene, speed: float, across: list[Any], up: list[Any]
 ) -> dict[str, Any]:
-    """What is kept of a map's circulation, as ``stability.map_points`` of its labels."""
+    """Return the cached data of a map's circulation, see ``stability.map_points``."""
     axes = (Axis(key, tuple(np.linspace(*rest).tolist())) for key, *rest in (across, up))
     plane = Plane(scene, speed, *axes)
     rows, columns = plane.shape

@@ -1,4 +1,4 @@
-"""A family of maps, one for each of several values of a third parameter, such as the drag."""
+"""Family of maps for several values of a third parameter, such as the drag."""
 
 import math
 from typing import Any, NamedTuple
@@ -19,19 +19,19 @@ class Family(NamedTuple):
     key: str
     values: tuple[float, ...]
     maps: tuple[StabilityMap, ...]
-    """One for each value."""
+    """Maps, one per value."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the family as JSON-able values."""
         maps = [found.report() for found in self.maps]
         return {"key": self.key, "values": list(self.values), "maps": maps}
 
 
 def values_of(text: str) -> tuple[str, tuple[float, ...]]:
-    """Key and values from ``KEY=V,V,...``.
+    """Return the key and the values of ``KEY=V,V,...``.
 
     Raises:
-        InputError: it is not that; names what is allowed.
+        InputError: the text has another form; the message names the form.
     """
     key, equals, list_ = text.partition("=")
     try:
@@ -49,11 +49,11 @@ def values_of(text: str) -> tuple[str, tuple[float, ...]]:
 
 
 def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
-    """One plane for each value.
+    """Return one plane per value.
 
     Raises:
         InputError: the key is on an axis, or is no key of a scene.
-        SceneError: a value is not allowed; names it.
+        SceneError: a value is not allowed; the message names it.
     """
     if key in (plane.across.key, plane.up.key, SPEED):
         raise InputError(f"each {key}: is on an axis, or the spindle's speed; name another key")
@@ -73,7 +73,10 @@ def family(
     workers: int = 1,
     tell: Tell | None = None,
 ) -> Family:
-    """One map for each value; further arguments and errors as of ``stability_map``, ``members``."""
+    """Compute one map per value.
+
+    Further arguments and errors are those of ``stability_map`` and ``members``.
+    """
     planes = members(plane, key, values)
     maps = tuple(stability_map(each, coarse, workers, tell) for each in planes)
     return Family(key, values, maps)

@@ -1,4 +1,4 @@
-"""Two parameters of a scene, each over a range: what a map is drawn over."""
+"""Plane of two parameters of a scene, each over a range."""
 
 import math
 from typing import Any, NamedTuple
@@ -12,35 +12,36 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 
 SPEED = "speed"
-"""Key of the spindle's speed [rad/s], which is held and none of the scene's own values."""
+"""Key of the spindle speed [rad/s], which is constant and not part of the scene."""
 COUNT = 200
-"""Values along an axis, unless told."""
+"""Default number of values along an axis."""
 MOST = 2000
 
 
 IDLE = ("accuracy", "duration", "probes", "profile", "sensors", "solver", "start")
-"""Sections of a scene that decide nothing about where balls rest."""
+"""Sections of a scene that do not affect resting states."""
 
 
 class Axis(NamedTuple):
-    """A parameter and the values it takes."""
+    """Parameter with its values."""
 
     key: str
-    """Dotted, as ``--set`` takes it, or ``speed``."""
+    """Dotted key, as in ``--set``, or ``speed``."""
     values: tuple[float, ...]
-    """Evenly spaced, at least two, in SI units."""
+    """Evenly spaced values, at least two, in SI units."""
 
 
 def axis(key: str, first: float, last: float, count: int = COUNT) -> Axis:
-    """Evenly spaced values of a parameter.
+    """Return evenly spaced values of a parameter.
 
     Args:
         key: dotted key of a scene, e.g. ``effects.suspension.damping``, or ``speed``.
-        first, last: of its values, in either order; finite and not the same.
-        count: of values, from 2 to 2000.
+        first, last: end values, in either order; finite and different.
+        count: number of values, from 2 to 2000.
 
     Raises:
-        InputError: names the key, the value and what is allowed.
+        InputError: an argument is invalid; the message names the key, the value and the allowed
+            range.
     """
     for end in (first, last):
         if not math.isfinite(end):
@@ -55,10 +56,10 @@ def axis(key: str, first: float, last: float, count: int = COUNT) -> Axis:
 
 
 def axes_of(text: str) -> tuple[Axis, Axis]:
-    """Across and up, from ``KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]``.
+    """Return the axes across and up of ``KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]``.
 
     Raises:
-        InputError: says what is wrong with it.
+        InputError: the text is invalid.
     """
     parts = text.split(",")
     if len(parts) != 2:
@@ -90,36 +91,36 @@ def _axis_of(text: str) -> Axis:
 
 
 class Plane(NamedTuple):
-    """What is the same all over a map, and what is not."""
+    """Scene, speed and the two axes of a map."""
 
     scene: Scene
     speed: float
-    """[rad/s], where it is not one of the axes."""
+    """Spindle speed [rad/s], if it is not one of the axes."""
     across: Axis
     up: Axis
 
     @property
     def titles(self) -> tuple[str, str]:
-        """Of the axes, across and up, with their units."""
+        """Titles of the axes, across and up, with units."""
         across, up = (_titled(self.scene, axis.key) for axis in (self.across, self.up))
         return across, up
 
     @property
     def units(self) -> tuple[str | None, str | None]:
-        """Of the axes, across and up; None where a value has none."""
+        """Units of the axes, across and up; None for a value without a unit."""
         across, up = (_unit_of(self.scene, axis.key) for axis in (self.across, self.up))
         return across, up
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Rows, columns: values up, and across."""
+        """Number of rows (values up) and columns (values across)."""
         return len(self.up.values), len(self.across.values)
 
     def at(self, row: int, column: int) -> tuple[Scene, float]:
-        """The scene of a point, and its speed [rad/s].
+        """Return the scene of a point, and its speed [rad/s].
 
         Raises:
-            SceneError: there is no such scene; names key and value.
+            SceneError: the values give no valid scene; the message names key and value.
         """
         values: dict[str, Any] = {
             self.across.key: _plain(self.across.values[column]),
@@ -131,11 +132,11 @@ class Plane(NamedTuple):
         return changed, float(speed)
 
     def check(self) -> None:
-        """Refuse what cannot be mapped before anything is computed.
+        """Refuse a plane that cannot be mapped before anything is computed.
 
         Raises:
-            InputError: a key decides nothing about what rests.
-            SceneError: of a corner.
+            InputError: a key does not affect resting states.
+            SceneError: a corner gives no valid scene.
         """
         for axis in (self.across, self.up):
             if axis.key.partition(".")[0] in IDLE:
@@ -172,5 +173,5 @@ def _unit_of(scene: Scene, key: str) -> str | None:
 
 
 def _plain(value: float) -> float | int:
-    """Whole numbers as such: a count takes no other."""
+    """Return whole numbers as int, because counts accept no other type."""
     return int(value) if value.is_integer() else value

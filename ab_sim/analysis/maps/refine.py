@@ -1,4 +1,4 @@
-"""Grid refinement: labels of a grid, of which only points near borders are computed.
+"""Grid refinement: labels of a grid, with only the points near borders computed.
 
 The first grid has every ``coarse``-th point of both axes, and their last ones. Then the spacing is
 halved until it is 1. A new point takes the label of a neighbour. Every point that has a neighbour
@@ -26,15 +26,15 @@ class Refined(NamedTuple):
     """Labels of a grid, and which of them were computed."""
 
     labels: np.ndarray
-    """Of every point, shape (rows, columns), integers."""
+    """Labels of all points, shape (rows, columns), integers."""
     computed: np.ndarray
-    """Whether they were computed, not taken from a neighbour; same shape."""
+    """Mask of computed points; the others have the label of a neighbour. Same shape."""
 
 
 def refined(
     verdicts: Callable[[Sequence[Point]], Sequence[int]], shape: Point, coarse: int = 8
 ) -> Refined:
-    """Labels of a grid, computed near their borders.
+    """Return the labels of a grid, computed near their borders.
 
     Args:
         verdicts: returns the labels of points (row, column); called once for each point.
@@ -53,7 +53,7 @@ def refined(
         if before is None:
             _compute(verdicts, found, np.ix_(*lines))
         else:
-            # Each line has the labels of the last one that was there already.
+            # A new line starts with the labels of the last known line before it.
             last = [
                 old[np.searchsorted(old, new, "right") - 1]
                 for old, new in zip(before, lines, strict=True)

@@ -1,4 +1,4 @@
-"""Maps of stability: which kinds of resting states are stable, over two parameters of a scene."""
+"""Stability maps: kinds of stable resting states over two parameters of a scene."""
 
 import functools
 import itertools
@@ -29,50 +29,53 @@ from ab_sim.scene.model import Scene
 from ab_sim.workers import Workers
 
 COARSE = 8
-"""Spacing of the points that a map begins with."""
+"""Initial spacing of the points of a map."""
 
 
 @dataclass(frozen=True, repr=False)
 class StabilityMap(Presented):
-    """Verdicts over a plane of two parameters; see ``ab_sim.stability_map``."""
+    """Stability labels over a plane of two parameters; see ``ab_sim.stability_map``."""
 
     _picture = "stability_map"
 
     plane: Plane
     coarse: int
-    """Spacing of the points that were looked at first: see ``refine`` for what that may miss."""
+    """Initial spacing of the points; see ``refine`` for what it can miss."""
     labels: np.ndarray
-    """``verdicts``' label of every point, integers, shape (values up, values across)."""
+    """Label of every point (``verdicts``), integers, shape (values up, values across)."""
     computed: np.ndarray
-    """Which points were computed; the others have the label of what surrounds them."""
+    """Mask of computed points; the others have the label of their surroundings."""
     circulating: np.ndarray
-    """Whether all balls can circulate in a stable bunch: 1; 0: not; 2: swings are too large for the
-    closed form; -1: not looked for. Integers, shape as of ``labels``, refined as these are."""
+    """Code of circulation of every point, same shape and refinement as ``labels``.
+
+    1: all balls can circulate in a stable bunch. 0: they cannot. 2: swings are too large for the
+    closed form. -1: the closed form does not cover the scene.
+    """
 
     @property
     def balanced(self) -> np.ndarray:
-        """Where balance is stable at some position of the balls at least, booleans."""
+        """Mask of points at which balance is stable at some position of the balls at least."""
         return (self.labels > 0) & ((self.labels & BALANCED) > 0)
 
     @property
     def balanced_everywhere(self) -> np.ndarray:
-        """Where balance is stable wherever the balls sit on the balanced set, booleans."""
+        """Mask of points at which balance is stable at all balanced positions."""
         return (self.labels > 0) & ((self.labels & EVERYWHERE) > 0)
 
     @property
     def shares(self) -> dict[int, float]:
-        """Of the plane, by label; the largest first."""
+        """Fractions of the plane by label, the largest first."""
         counted = Counter(self.labels.ravel().tolist())
         return {label: count / self.labels.size for label, count in counted.most_common()}
 
     @property
     def coexisting(self) -> np.ndarray:
-        """Where balance is stable at some position, and all balls can circulate, booleans."""
+        """Mask of points where balance is stable at some position and balls can circulate."""
         return self.balanced & (self.circulating == CIRCULATES)
 
     @property
     def circulation_not_looked_for(self) -> str | None:
-        """Why circulating balls are not looked for, at the first such point; None: they are."""
+        """Reason at the first point outside the closed form of circulation, or None."""
         where = np.argwhere(self.circulating == NOT_LOOKED_FOR)
         if len(where) == 0:
             return None
@@ -80,7 +83,7 @@ class StabilityMap(Presented):
 
     @property
     def balanced_positions(self) -> str | None:
-        """Of which the verdicts are: ``extremes.ALL``, or somewhere only of ``SAMPLED`` ones."""
+        """Positions that the labels cover: ``extremes.ALL``, or ``SAMPLED`` at some corner."""
         rows, columns = self.plane.shape
         known = set()
         for row, column in ((0, 0), (0, columns - 1), (rows - 1, 0), (rows - 1, columns - 1)):
@@ -98,7 +101,7 @@ class StabilityMap(Presented):
         }
 
     def _columns(self) -> Columns:
-        """A row for each point, those of the first value up before those of the second one."""
+        """Return a row per point, ordered by the value up, then across."""
         across, up = self.plane.across, self.plane.up
         labels = self.labels.ravel().tolist()
         names = {label: name_of(label) for label in {*labels}}
@@ -113,7 +116,7 @@ class StabilityMap(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim stability --help``."""
         across, up = (
             {"key": axis.key, "values": list(axis.values)}
             for axis in (self.plane.across, self.plane.up)
@@ -146,18 +149,20 @@ class StabilityMap(Presented):
 def stability_map(
     plane: Plane, coarse: int = COARSE, workers: int = 1, tell: Tell | None = None
 ) -> StabilityMap:
-    """Verdicts all over a plane; what was computed is kept on disk, whatever happens.
+    """Compute the labels of a plane; computed points are cached on disk.
 
     Args:
-        plane: what is mapped.
-        coarse: spacing of the points to begin with, a power of two; islands that are smaller may be
-            missed (``refine``); 1 computes every point.
-        workers: processes; more than one needs a program with ``if __name__ == "__main__":``.
-        tell: called with what is done now, how many points are done, and of how many so far. What
-            it raises ends the work.
+        plane: plane to be mapped.
+        coarse: initial spacing of the points, a power of two; smaller islands may be missed
+            (``refine``); 1 computes every point.
+        workers: number of processes; more than one needs a program with ``if __name__ ==
+            "__main__":``.
+        tell: called with the current task, the number of finished points and the total so far. An
+            exception in it ends the work.
 
     Raises:
-        SceneError: a point is no scene, or has nothing that rests; names key and value.
+        SceneError: a point gives no valid scene or has no resting states; the message names key and
+            value.
     """
     plane.check()
     numbers = {
@@ -188,16 +193,16 @@ def stability_map(
 
 
 def label_at(plane: Plane, point: Point) -> int:
-    """The label of one point (row, column)."""
+    """Return the label of a point (row, column)."""
     return verdict(*plane.at(*point))
 
 
 def map_points(scene: Scene, speed: float, across: list[Any], up: list[Any]) -> dict[str, Any]:
-    """What is kept of a map: [row, column, label] of points, here of all.
+    """Return the cached data of a map: [row, column, label] of points, here of all.
 
     Args:
-        scene, speed: of a Plane.
-        across, up: an Axis' key, first value, last value, and their count.
+        scene, speed: see ``Plane``.
+        across, up: key, first value, last value and number of values of an ``Axis``.
     """
     axes = (Axis(key, tuple(np.linspace(*rest).tolist())) for key, *rest in (across, up))
     plane = Plane(scene, speed, *axes)

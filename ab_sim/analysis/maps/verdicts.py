@@ -1,4 +1,4 @@
-"""Labels of a map's points: one whole number for each combination of kinds of stable states."""
+"""Labels of a map's points: one integer per combination of kinds of stable states."""
 
 from collections.abc import Callable, Iterable, Iterator
 from functools import partial
@@ -27,28 +27,33 @@ from ab_sim.dynamics.system import RACE_RADIUS, System
 from ab_sim.scene.model import Scene
 
 EVERYWHERE = 1
-"""Balanced, wherever the balls sit on the balanced set."""
+"""Bit of balance that is stable at all positions of the balanced set."""
 SOMEWHERE = 2
-"""Balanced at some positions of three and more balls, and not at others."""
+"""Bit of balance that is stable at some positions of three or more balls, not at all."""
 CLUSTERED = 4
-"""W > 0, all balls on one side of the shaft."""
+"""Bit of a stable state with W > 0 and all balls on one side of the shaft."""
 SPLIT = 8
-"""W > 0, some on the side of the displacement, some opposite."""
+"""Bit of a stable state with W > 0 and balls on both sides of the displacement."""
 PLAIN = 16
-"""W > 0 without balls; or the spindle stands still."""
+"""Bit of a stable state without balls, or at zero speed."""
 UNDECIDED = 32
-"""The linear test decides nothing about some state."""
+"""Bit of a state for which the linear test is undecided."""
 SPREAD = 64
-"""W > 0, balls off the displacement's line, as where the race is off the shaft's axis: a deck that
-comes as near to rest as it can is among them."""
+"""Bit of a stable state with W > 0 and balls off the line of the displacement.
+
+It occurs, for example, with a race off the shaft's axis, and includes the state of least possible
+whirl.
+"""
 NOTHING = 0
-"""No state is stable."""
+"""Label of a point without a stable state."""
 NO_STATE = -1
-"""There is none that could be."""
+"""Label of a point without a resting state."""
 
 NEAR = 1e-6
-"""Growth rates this small, as a share of the Jacobian's norm, may have the wrong sign: more than
-``RestingState.doubt`` ever is."""
+"""Growth rate, relative to the Jacobian's norm, below which the sign may be wrong.
+
+It is larger than any ``RestingState.doubt``.
+"""
 
 BALANCED = EVERYWHERE | SOMEWHERE
 NAMES = {
@@ -63,7 +68,7 @@ NAMES = {
 
 
 def name_of(label: int) -> str:
-    """A label in words."""
+    """Return a label in words."""
     if label == NO_STATE:
         return "no resting state"
     found = [name for bit, name in NAMES.items() if label & bit]
@@ -71,12 +76,12 @@ def name_of(label: int) -> str:
 
 
 def verdict(scene: Scene, speed: float) -> int:
-    """The label of a scene at a speed [rad/s].
+    """Return the label of a scene at a speed [rad/s].
 
     It equals ``label_of`` applied to ``equilibria_of``, and is several times as fast.
 
     Raises:
-        SceneError: nothing rests in its equations.
+        SceneError: its equations have no resting states.
     """
     system = resting_system(scene)
     rotor = rotor_of(system)
@@ -84,18 +89,19 @@ def verdict(scene: Scene, speed: float) -> int:
         return _label(_verdicts(system, rotor, speed))
     found = equilibria_of(scene, speed)
     label = label_of(found.branches)
-    # By numbers, the best of the balanced positions is all that is known.
+    # The numerical search does not cover all balanced positions, so stability at all of them cannot
+    # be claimed.
     only_best = found.by_numbers and scene.balls.count > 2 and label > 0 and label & EVERYWHERE
     return label & ~EVERYWHERE | SOMEWHERE if only_best else label
 
 
 def label_of(branches: Iterable[RestingState]) -> int:
-    """The label of a speed's resting states, of which the worst and the best balanced one are."""
+    """Return the label of resting states, including the worst and best balanced one."""
     return _label((kind_of(state), state.stable) for state in branches)
 
 
 def kind_of(state: RestingState) -> int:
-    """EVERYWHERE for any balanced one, CLUSTERED, SPLIT, SPREAD or PLAIN."""
+    """Return EVERYWHERE for a balanced state, else CLUSTERED, SPLIT, SPREAD or PLAIN."""
     if len(state.theta) == 0 or state.label == "standing":
         return PLAIN
     if state.label.startswith("balanced"):
@@ -107,7 +113,7 @@ def kind_of(state: RestingState) -> int:
 
 
 def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
-    """Of states' kinds, and whether they are stable."""
+    """Return the label of states, given by kind and stability."""
     all_ = {*verdicts}
     if not all_:
         return NO_STATE
@@ -121,23 +127,24 @@ def _label(verdicts: Iterable[tuple[int, bool | None]]) -> int:
 
 
 class _UnjudgedState(NamedTuple):
-    """A resting state whose stability was not computed yet."""
+    """Resting state whose stability has not been computed yet."""
 
     kind: int
     zeros: int
-    """Structural ones, of its eigenvalues."""
+    """Number of structural zeros among its eigenvalues."""
     u: np.ndarray
     theta: np.ndarray
     state: Callable[[], RestingState]
-    """The same with all that there is to know, which takes longer."""
+    """Function that returns the complete state, which takes longer."""
 
 
 def _verdicts(
     system: System, rotor: ClosedFormRotor, speed: float
 ) -> Iterator[tuple[int, bool | None]]:
-    """Kind, and what ``RestingState.stable`` says, of all states that closed forms give.
+    """Yield kind and stability, as ``RestingState.stable``, of all states in closed form.
 
-    Eigenvalues of all at once; those whose sign rounding could have changed are looked at again.
+    The eigenvalues of all states are computed together. States whose sign may be wrong due to
+    rounding are computed again with error bounds.
     """
     places = [*_clustered(system, rotor, speed), *_balanced(system, rotor, speed)]
     if not places:
@@ -172,7 +179,7 @@ def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[
 
 
 def _magnitudes(system: System, speed: float) -> np.ndarray:
-    """Scales of the state variables."""
+    """Return the scales of the state variables."""
     layout: StateLayout = layout_of(system)
     found = np.ones(layout.size)
     found[layout.deck] = system.deck_model.scale(float(system.balls[0, RACE_RADIUS]), abs(speed))

@@ -1,4 +1,4 @@
-"""What a run is judged by; all of it is declared in ``declared.Merits``."""
+"""Metrics of a run; all of them are declared in ``declared.Merits``."""
 
 from ab_sim.analysis.merits.declared import Merits
 from ab_sim.analysis.merits.judging import LAST

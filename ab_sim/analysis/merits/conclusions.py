@@ -1,4 +1,4 @@
-"""What follows from what several watches have found; none of it looks at the runs themselves."""
+"""Metrics that follow from the results of other watches, without the samples of the runs."""
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from ab_sim.analysis.startup import settling_begins
 
 
 class StartUpConclusion:
-    """How long a start-up takes, from the instant at which the spindle starts."""
+    """Duration of a start-up from the instant at which the spindle starts."""
 
     AFTER = (BandWatch, SpindleStartWatch, SpindleTargetWatch)
 
@@ -30,9 +30,9 @@ class StartUpConclusion:
         target: SpindleTargetWatch,
     ) -> None:
         self.in_band: list[float | None] = [None] * len(runs)
-        """Until the whirl stays in its band [s]."""
+        """Time until the whirl stays in its band [s]."""
         self.ready: list[float | None] = [None] * len(runs)
-        """Until the spindle has its last speed, too [s]."""
+        """Time until the spindle has reached its final speed as well [s]."""
         found = zip(band.found, start.found, target.found, strict=True)
         for run, (in_band, begins, has_speed) in enumerate(found):
             if begins is None or in_band is None:
@@ -43,13 +43,13 @@ class StartUpConclusion:
 
 
 class SettlingConclusion:
-    """The thesis' settling period."""
+    """Settling period of the thesis."""
 
     AFTER = (PassageWatch,)
 
     def __init__(self, runs: JudgedRuns, passage: PassageWatch) -> None:
         self.found: list[float | None] = [None] * len(runs)
-        """s; see ``settling_begins``."""
+        """Settling period [s]; see ``settling_begins``."""
         for run, passed in enumerate(passage.found):
             begins = None if passed is None else settling_begins(runs.scenes[run])
             if passed is not None and begins is not None:
@@ -57,17 +57,17 @@ class SettlingConclusion:
 
 
 class GradeConclusion:
-    """The balance grade at the last speed."""
+    """Balance grade at the final speed."""
 
     AFTER = (ResidualWatch, LastSampleWatch)
 
     def __init__(self, runs: JudgedRuns, residual: ResidualWatch, last: LastSampleWatch) -> None:
         self.found = residual.left / runs.numbers.turning * np.abs(last.speed)
-        """m/s: the speed of the turning mass' centre about the shaft."""
+        """Balance grade [m/s]: speed of the rotating mass' centre about the shaft."""
 
 
 class VerdictConclusion:
-    """Whether a run has settled, and the balls balance the rotor in the end."""
+    """Verdict of a run: whether it has settled, and whether the balls balance the rotor."""
 
     AFTER = (ResidualWatch, FinalWhirlWatch, EarlierWhirlWatch, FinalCirculationWatch)
 
@@ -85,7 +85,7 @@ class VerdictConclusion:
             for shares in (residual.unbalance, residual.couple)
         )
         within = unbalance <= numbers.most_unbalance
-        # A couple that there is not, or does not count, is NaN.
+        # A couple that does not exist or does not count is NaN.
         within &= ~(couple > numbers.most_couple)
         circulates = np.array([found is not None for found in circulation.found])
         unbalanced = np.array([left is not None for left in residual.unbalance])
@@ -94,9 +94,9 @@ class VerdictConclusion:
         self.found = verdicts(
             within, final.settled, ringing_down, circulates, unbalanced & has_balls
         )
-        """In words; see ``Verdict``."""
+        """Verdict in words; see ``Verdict``."""
         self.balanced = [
             name in BALANCED if has_unbalance else None
             for name, has_unbalance in zip(self.found, unbalanced.tolist(), strict=True)
         ]
-        """None without an unbalance."""
+        """Flag of a balanced rotor; None without an unbalance."""

@@ -1,6 +1,6 @@
-"""The merits that every run is judged by: how little the deck whirls in the end, how soon, ...
+"""Metrics of every run: residual vibration, settling times and others.
 
-Each is declared here or in ``declared_motion``, and nowhere else, in the order of reports.
+Each metric is declared either here or in ``declared_motion``, in the order of reports.
 """
 
 from ab_sim.analysis.merits.conclusions import (
@@ -29,10 +29,10 @@ _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
 class Merits(MotionMerits):
-    """Figures of merit of one run.
+    """Metrics of one run.
 
-    As attributes whirls are in m, velocities in m/s, and null is None; ``report`` and keys give
-    them in e and mm/s. Times count from the run's start unless they say otherwise.
+    Attributes have whirls in m, velocities in m/s, and None for null; ``report`` and keys have them
+    in e and mm/s. Times count from the start of the run unless stated otherwise.
     """
 
     in_band_after_start = Merit[float | None](

@@ -1,4 +1,4 @@
-"""Merits of how deck and balls move; see ``declared``, which has the others."""
+"""Metrics of the motion of deck and balls; ``declared`` has the others."""
 
 from ab_sim.analysis.circulation import Circulation
 from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, MeritValues, Place, Relative, Row
@@ -43,7 +43,7 @@ def _has_balls(scene: Scene) -> bool:
 
 
 class MotionMerits(MeritValues):
-    """Figures of merit of how deck and balls move; see ``declared.Merits``."""
+    """Metrics of the motion of deck and balls; see ``declared.Merits``."""
 
     peak_whirl = Merit[float](
         "peak_whirl_over_e",

@@ -1,4 +1,4 @@
-"""Watches that look at a single run, made for each of several."""
+"""Watches of single runs, created for each of several runs."""
 
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
@@ -8,56 +8,56 @@ from ab_sim.scene.model import Scene
 
 
 class JudgedRun(NamedTuple):
-    """What is known of one of several runs before it is looked at."""
+    """Data of one of several runs, available before its samples."""
 
     runs: JudgedRuns
     number: int
-    """Which of them it is."""
+    """Index of the run."""
 
     @property
     def scene(self) -> Scene:
-        """What was run; it may be made only now."""
+        """Scene of the run; it may be created on access."""
         return self.runs.scenes[self.number]
 
     @property
     def start_speed(self) -> float:
-        """Of the spindle [rad/s]; it takes no scene."""
+        """Spindle speed at the start [rad/s]; reading it does not create the scene."""
         return float(self.runs.numbers.start_speed[self.number])
 
     @property
     def samples(self) -> int:
-        """How many there are."""
+        """Number of samples."""
         return self.runs.samples
 
     @property
     def last(self) -> int:
-        """How many samples the last stretch has."""
+        """Number of samples in the last stretch."""
         return self.runs.last
 
 
 class SingleWatch(Protocol):
-    """Finds something in a single run."""
+    """Accumulator of a metric of a single run."""
 
     def __init__(self, run: JudgedRun) -> None:
-        """For a run."""
+        """Prepare for a run."""
 
     def take(self, samples: Trajectory, late: int) -> None:
-        """The next samples, at least one; how many of them, at the end, are in the last stretch."""
+        """Process the next samples; the final ``late`` of them are in the last stretch."""
 
 
 Single = TypeVar("Single", bound=SingleWatch)
 
 
 class EachRun(Generic[Single]):
-    """A watch of several runs, with one of its ``KIND`` for each."""
+    """Watch of several runs, with one instance of ``KIND`` per run."""
 
     KIND: ClassVar[type[Any]]
 
     def __init__(self, runs: JudgedRuns) -> None:
         self.each: list[Single] = [self.KIND(JudgedRun(runs, k)) for k in range(len(runs))]
-        """In the order of the runs."""
+        """Instances in the order of the runs."""
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         for watch, samples in zip(self.each, piece.trajectories, strict=True):
             watch.take(samples, piece.late)

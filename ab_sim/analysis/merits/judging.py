@@ -1,11 +1,10 @@
-"""Runs looked at piece by piece, as often as it takes: they need not fit into memory.
+"""Evaluation of runs piece by piece, in several passes; runs need not fit into memory.
 
-A watch is a class that finds something in each of several runs, which lie side by side in arrays
-whose first axis is theirs; a single run is a batch of one, so that it has the same bits. A watch is
-made with the ``JudgedRuns``, is shown their pieces by ``take``, one after the other, and then has
-what it has found. Where ``AFTER`` names other watches, it begins when these are through all
-samples, and is made with them as well. One without ``take`` concludes from these alone, and asks
-for no further pass.
+A watch is a class that accumulates a metric of several runs, which are the first axis of its
+arrays. A single run is a batch of one and gives the same bits. A watch is created with the
+``JudgedRuns``, receives their pieces through ``take``, and then holds its result. If ``AFTER``
+names other watches, it starts once these have seen all samples and is created with them as further
+arguments. A watch without ``take`` uses only these results and needs no further pass.
 """
 
 import functools
@@ -23,46 +22,51 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Balanced
 
 LAST = 0.1
-"""Final values are those over this share of the run, at its end."""
+"""Fraction of the run at its end over which final values are computed."""
 
 _NEAR = 2**14
-"""Numbers, 128 kB: of more, numpy's intermediate results go to memory and back, and are in pages
-that the system has to clear first, each time."""
+"""Size of a block in numbers (128 kB).
+
+Larger intermediate results of numpy do not fit into the cache, and the system has to clear their
+pages each time.
+"""
 
 Pieces = Callable[[], Iterable[Trajectory]]
-"""Begins at the run's start each time it is called; trajectories that follow each other, none of
-them empty."""
+"""Function that starts at the beginning of the run on each call.
+
+It yields successive trajectories, none of them empty.
+"""
 
 
 class RunNumbers(NamedTuple):
-    """What merits take from the scenes, an entry for each run along the first axis."""
+    """Scene values used by metrics; the first axis is the run."""
 
     eccentricity: np.ndarray
-    """e [m], shape (runs,)."""
+    """Eccentricity e [m], shape (runs,)."""
     disc_alone: np.ndarray
-    """M0 e / M [m]: the disc's own whirl far above the critical speed, without balls; the same."""
+    """Whirl M0 e / M of the disc without balls far above the critical speed [m], same shape."""
     unbalance: np.ndarray
-    """M0 e [kg m], the same."""
+    """Unbalance M0 e [kg m], same shape."""
     couple: np.ndarray
-    """``Scene.couple_unbalance`` [kg m^2], complex, the same."""
+    """Couple ``Scene.couple_unbalance`` [kg m^2], complex, same shape."""
     moments: np.ndarray
-    """m_i R [kg m], shape (runs, balls)."""
+    """Ball moments m_i R [kg m], shape (runs, balls)."""
     heights: np.ndarray
-    """Of the race of each ball along the shaft [m], the same."""
+    """Height of each ball's race along the shaft [m], same shape."""
     turning: np.ndarray
-    """M0 and all balls [kg], shape (runs,)."""
+    """Rotating mass: M0 and all balls [kg], shape (runs,)."""
     start_speed: np.ndarray
-    """Of the spindle [rad/s], the same."""
+    """Spindle speed at the start [rad/s], same shape."""
     start_angles: np.ndarray
-    """Where the balls start [rad], shape (runs, balls)."""
+    """Ball angles at the start [rad], shape (runs, balls)."""
     most_unbalance: np.ndarray
-    """``Scene.balanced``: of what share of it a rotor may be left, shape (runs,)."""
+    """Limit of the residual unbalance of a balanced rotor (``Scene.balanced``), shape (runs,)."""
     most_couple: np.ndarray
-    """The same of the couple; NaN where that does not count."""
+    """Limit of the residual couple; NaN if the couple does not count."""
 
     @classmethod
     def of(cls, scenes: Sequence[Scene]) -> "RunNumbers":
-        """Of scenes with as many balls each."""
+        """Collect the values of scenes with equal numbers of balls."""
         rows = [_numbers_of(scene) for scene in scenes]
         return cls(*(np.array(column) for column in zip(*rows, strict=True)))
 
@@ -79,20 +83,20 @@ def _numbers_of(scene: Scene) -> tuple[Any, ...]:
 
 
 def limits_of(scene: Scene) -> tuple[float, float]:
-    """Shares of unbalance and couple that may be left; NaN of a couple that does not count."""
+    """Return the limits of residual unbalance and couple; NaN for a couple that does not count."""
     limits = scene.balanced or Balanced()
     couple = limits.residual_couple
     return limits.residual_unbalance, math.nan if couple is None else couple
 
 
 class JudgedRuns:
-    """What is known of runs before they are looked at.
+    """Data of runs, available before their samples.
 
     Args:
-        scenes: what was run; their samples have the same channels. Some of them may be made only
-            when they are asked for.
-        samples: of each run.
-        numbers: where they are known; else they are those of the scenes.
+        scenes: scenes of the runs; their samples have the same channels. A lazy sequence may create
+            them on access.
+        samples: number of samples of each run.
+        numbers: values of the scenes, if known; by default they are read from the scenes.
     """
 
     def __init__(
@@ -100,7 +104,7 @@ class JudgedRuns:
     ) -> None:
         self.scenes, self.samples = scenes, samples
         self.last = max(1, round(LAST * samples))
-        """How many samples the last stretch has."""
+        """Number of samples in the last stretch."""
         self._given = numbers
 
     def __len__(self) -> int:
@@ -108,18 +112,18 @@ class JudgedRuns:
 
     @cached_property
     def numbers(self) -> RunNumbers:
-        """Of their scenes."""
+        """Values of the scenes."""
         return RunNumbers.of(self.scenes) if self._given is None else self._given
 
     @cached_property
     def rests(self) -> list[Rest]:
-        """Where each deck hangs."""
+        """Rest pose of each deck."""
         return [rest_of(scene) for scene in self.scenes]
 
     def counted_from_rest(self, channels: tuple[str, ...], samples: np.ndarray) -> np.ndarray:
-        """Samples of all runs with displacements from where their decks hang; a copy if need be."""
+        """Return samples with displacements from the decks' rest positions; copied if changed."""
         if "z" not in channels or not any(rest.place.any() for rest in self.rests):
-            return samples  # in the plane they count from there
+            return samples  # planar displacements start from rest already
         runs = zip(self.rests, samples, strict=True)
         return np.array(
             [rest.counted_from(Trajectory(channels, run)).samples for rest, run in runs]
@@ -127,13 +131,13 @@ class JudgedRuns:
 
 
 class Piece:
-    """Samples that follow each other of some runs, displacements from where the deck hangs.
+    """Successive samples of some runs, with displacements relative to the deck's rest position.
 
     Args:
-        channels: of the samples.
+        channels: channels of the samples.
         samples: shape (runs, samples, channels).
-        late: how many of them, at the end, are in the last stretch; may be 0.
-        before: the last ones before these, two if there are so many; None at the runs' start.
+        late: number of samples at the end that are in the last stretch; may be 0.
+        before: the preceding samples, two if available; None at the start of the runs.
     """
 
     def __init__(
@@ -149,12 +153,12 @@ class Piece:
         return self.samples.shape[1]
 
     def __getitem__(self, channel: str) -> np.ndarray:
-        """One channel, shape (runs, samples)."""
+        """Return one channel, shape (runs, samples)."""
         return self.samples[:, :, column_of(channel, self.channels)]
 
     @cached_property
     def whirl(self) -> np.ndarray:
-        """W = |u| [m], shape (runs, samples)."""
+        """Whirl W = |u| [m], shape (runs, samples)."""
         x, y = self["x"], self["y"]
         found = np.empty(x.shape)
         for rows in self.blocks():
@@ -162,31 +166,31 @@ class Piece:
         return found
 
     def blocks(self) -> Iterator[slice]:
-        """Runs of which so many numbers each stay in the processor's nearest caches."""
+        """Yield blocks of runs whose data fit into the processor's nearest caches."""
         most = max(1, _NEAR // max(1, len(self)))
         for first in range(0, len(self.samples), most):
             yield slice(first, first + most)
 
     @property
     def late_whirl(self) -> np.ndarray:
-        """Of the last stretch."""
+        """Whirl of the last stretch."""
         return self.whirl[:, len(self) - self.late :]
 
     @property
     def late_ball_angles(self) -> np.ndarray:
-        """theta_i of the last stretch [rad], shape (runs, samples, balls)."""
+        """Ball angles theta_i of the last stretch [rad], shape (runs, samples, balls)."""
         return self.ball_angles[:, len(self) - self.late :]
 
     @property
     def ball_angles(self) -> np.ndarray:
-        """theta_i [rad], shape (runs, samples, balls)."""
+        """Ball angles theta_i [rad], shape (runs, samples, balls)."""
         balls = balls_in(self.channels)
         first = column_of("ball_0_angle", self.channels) if balls else 0
         return self.samples[:, :, first : first + 2 * balls : 2]
 
     @cached_property
     def joined(self) -> "Piece":
-        """With two samples before, so that what lies between pieces is seen."""
+        """Piece extended by the two preceding samples, to cover the gap between pieces."""
         if self._before is None:
             return self
         samples = np.concatenate([self._before, self.samples], axis=1)
@@ -194,20 +198,24 @@ class Piece:
 
     @cached_property
     def trajectories(self) -> list[Trajectory]:
-        """Of each run; a sample's numbers follow each other, whatever runs are beside it."""
+        """Trajectory of each run.
+
+        The channels of a sample are contiguous in memory, so that results do not depend on the
+        other runs.
+        """
         each = map(np.ascontiguousarray, self.samples)
         return [Trajectory(self.channels, samples) for samples in each]
 
     @property
     def late_trajectories(self) -> list[Trajectory]:
-        """Of each run, what is in the last stretch."""
+        """Trajectory of each run in the last stretch."""
         return [each.last(self.late) for each in self.trajectories]
 
 
 def watch_runs(
     pieces: Callable[[], Iterable[Piece]], runs: JudgedRuns, kinds: Iterable[type[Any]]
 ) -> dict[type[Any], Any]:
-    """Watches of these kinds, and of those they come after, when the runs have passed them."""
+    """Return watches of these kinds, and of those they depend on, after all passes."""
     done: dict[type[Any], Any] = {}
     for together in _passes(tuple(kinds)):
         watches = {kind: kind(runs, *(done[each] for each in _after(kind))) for kind in together}
@@ -220,12 +228,12 @@ def watch_runs(
 
 
 def passes(kinds: Iterable[type[Any]]) -> int:
-    """How often ``watch_runs`` goes through the samples."""
+    """Return the number of passes of ``watch_runs`` through the samples."""
     return sum(any(map(_looks, together)) for together in _passes(tuple(kinds)))
 
 
 def in_pieces(pieces: Pieces, runs: JudgedRuns) -> Iterator[Piece]:
-    """A single run, piece by piece."""
+    """Yield the pieces of a single run."""
     done, before = 0, None
     for trajectory in pieces():
         samples = runs.counted_from_rest(trajectory.channels, trajectory.samples[None])
@@ -242,7 +250,7 @@ def as_one_piece(
     runs: JudgedRuns,
     whirl: np.ndarray | None = None,
 ) -> Piece:
-    """All samples of all runs at once; of decks in the plane their whirl may be known."""
+    """Return all samples of all runs as one piece; for planar decks the whirl may be given."""
     piece = Piece(channels, runs.counted_from_rest(channels, samples), runs.last)
     if whirl is not None:
         piece.whirl = whirl
@@ -251,7 +259,7 @@ def as_one_piece(
 
 @functools.lru_cache(maxsize=64)
 def _passes(kinds: tuple[type[Any], ...]) -> list[list[type[Any]]]:
-    """Watches that can look at the runs together, group after group."""
+    """Return groups of watches that can share a pass, in order of their dependencies."""
     waiting = list(dict.fromkeys(_with_earlier(kinds)))
     groups: list[list[type[Any]]] = []
     while waiting:

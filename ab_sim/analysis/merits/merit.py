@@ -1,6 +1,6 @@
-"""A merit, declared once: for reports, tables, pages of the documentation and comparisons.
+"""Declaration of metrics for reports, tables, documentation pages and comparisons.
 
-A run is judged by those of ``declared.Merits``, and by what a program registers.
+A run is evaluated with the metrics of ``declared.Merits`` and with those that a program registers.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,42 +16,42 @@ from ab_sim.scene.model import Scene
 T = TypeVar("T")
 
 NOTHING, NO = "-", "no"
-"""In a table: there is nothing to say; what was looked for is not there."""
+"""Table cells: no value available, and an event that did not occur."""
 
 
 class Better(str, Enum):
-    """Which values of a merit are wanted; false is smaller than true."""
+    """Preferred values of a metric; false counts as smaller than true."""
 
     SMALLER = "smaller"
     LARGER = "larger"
     NEITHER = "neither"
-    """It describes a run, and judges nothing."""
+    """No preference: the metric only describes a run."""
 
 
 class MeritKind(str, Enum):
-    """What a merit's value is, where it is not null."""
+    """Type of a metric's value, if it is not null."""
 
     NUMBER = "number"
     TRUTH = "true or false"
     WORDS = "words"
     STRUCTURE = "structure"
-    """A list or more; it cannot be averaged, or drawn over a parameter."""
+    """List or other structure, which cannot be averaged or plotted over a parameter."""
 
 
 class WhirlScale(NamedTuple):
-    """How a whirl is shown."""
+    """Unit in which a whirl is displayed."""
 
     factor: float
-    """Turns m into the unit."""
+    """Factor from m to the unit."""
     unit: str
     symbol: str
-    """For the head of a row."""
+    """Symbol in the head of a row."""
     suffix: str = ""
-    """Behind a number in a cell; empty where the row's head says the unit."""
+    """Text after a number in a cell; empty if the row's head has the unit."""
 
 
 class Place(IntEnum):
-    """Where in the terminal's table a row stands; those of one place as they were declared."""
+    """Section of a row in the terminal's table; within a section rows keep their order."""
 
     AMOUNT = 0
     COURSE = 1
@@ -59,53 +59,53 @@ class Place(IntEnum):
 
 
 class Row(NamedTuple):
-    """A row of the tables for people: a cell for each run."""
+    """Row of a table for users, with a cell per run."""
 
     label: str
-    """``{W}`` in it stands for the whirl's symbol."""
+    """Label; ``{W}`` in it stands for the symbol of the whirl."""
     text: Callable[[Any, WhirlScale], str]
-    """From the run's merits to the cell."""
+    """Function from the run's metrics to the cell."""
     applies: Callable[[Scene], bool] | None = None
-    """In the terminal: for which scenes it is shown. None: where a run has something to say."""
+    """Condition on a scene for the row in the terminal; None shows it if any cell has content."""
     place: Place = Place.AMOUNT
     in_reports: bool = True
-    """Whether reports of recordings show it; they leave out what no run has."""
+    """Flag of a row in reports of recordings; they leave out rows without content."""
     note: str = ""
-    """Explains the row below the terminal's table."""
+    """Explanation of the row, printed below the terminal's table."""
     caution: str = ""
-    """Of runs of which the cell says something: what to bear in mind. It begins in lower case."""
+    """Caution for runs with content in this cell; starts in lower case."""
 
     def head(self, symbol: str) -> str:
-        """Its label, with the whirl's symbol."""
+        """Return the label with the whirl's symbol."""
         return self.label.replace("{W}", symbol)
 
     def says(self, cells: Iterable[str]) -> bool:
-        """Whether one of its cells says something."""
+        """Return whether any of the cells has content."""
         return any(cell not in (NOTHING, NO) for cell in cells)
 
 
 class Relative(NamedTuple):
-    """The share of a merit in that of the run without balls."""
+    """Ratio of a metric to that of the run without balls."""
 
     key: str
     label: str
 
 
 class MeritInWords(NamedTuple):
-    """What a merit is, in words, for lists and pages."""
+    """Description of a metric for lists and pages."""
 
     name: str
-    """Its key in reports."""
+    """Key in reports."""
     unit: str
-    """As reports give it; "-" of what is no number."""
+    """Unit in reports; "-" if the value is not a number."""
     better: str
-    """smaller, larger or neither."""
+    """Preference: smaller, larger or neither."""
     kind: str
-    """number, true or false, words, structure."""
+    """Type: number, true or false, words, structure."""
     meaning: str
     equation: str
     taken_by: str
-    """Commands that take the name: all, or run alone."""
+    """Commands that accept the name: all, or only ``run``."""
 
 
 def _as_it_is(value: Any) -> object:
@@ -114,35 +114,38 @@ def _as_it_is(value: Any) -> object:
 
 @dataclass(frozen=True, eq=False)
 class Merit(Generic[T]):
-    """A number, or something else, that a run is judged by.
+    """Metric of a run.
 
-    As an attribute of a class of ``MeritValues`` it is registered, and is the run's value.
+    As an attribute of a subclass of ``MeritValues`` it is registered, and returns the run's value.
     """
 
     key: str
     """Name in reports."""
     unit: str
-    """As reports give it: SI, "mm/s" of values in m/s, "e" of such in m, "1" of what has no
-    dimension, "-" of what is no number."""
+    """Unit in reports.
+
+    SI unit; "mm/s" for values in m/s, "e" for values in m, "1" for dimensionless values, "-" for
+    values that are not numbers.
+    """
     meaning: str
     equation: str
-    """One line, symbols as in docs/conventions.md; empty where a program gave none."""
+    """Equation in one line, symbols as in docs/conventions.md; empty if not given."""
     watch: type[Any]
-    """Looks at runs; see ``judging``."""
+    """Class of the watch that computes it; see ``judging``."""
     find: Callable[[Any], Sequence[T] | np.ndarray]
-    """Takes the values of all runs from the watch."""
+    """Function that takes the values of all runs from the watch."""
     row: Row | None = None
     better: Better = Better.NEITHER
     kind: MeritKind = MeritKind.NUMBER
     plain: Callable[[Any], object] = _as_it_is
-    """Makes the value JSON-able."""
+    """Function that makes the value JSON-able."""
     relative: Relative | None = None
     reported: bool = True
-    """Whether it stands in reports; others serve texts and pictures."""
+    """Flag of a metric in reports; others are used in texts and pictures."""
     stepwise: bool = False
-    """Whether it is the time of a sample, which jumps from one to the next."""
+    """Flag of a sample time, which changes in steps."""
     of_balanced: bool = False
-    """Whether its values are worth comparing among balanced runs only."""
+    """Flag of a metric that is only meaningful to compare among balanced runs."""
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         register(self)
@@ -157,23 +160,23 @@ class Merit(Generic[T]):
         return self if instance is None else instance.of(self)
 
     def values(self, watch: Any) -> list[T]:
-        """Of all runs that a watch has looked at, in plain Python's kinds."""
+        """Return the values of all runs of a watch as plain Python objects."""
         found = self.find(watch)
         return cast(list[T], found.tolist() if isinstance(found, np.ndarray) else list(found))
 
     @property
     def scalar(self) -> bool:
-        """Whether reports give a number, true or false, or null: what can be compared by size."""
+        """Flag of a value that can be compared by size: a number, true or false, or null."""
         return self.kind in (MeritKind.NUMBER, MeritKind.TRUTH)
 
     @property
     def not_a_number(self) -> str:
-        """Why a merit that is not ``scalar`` cannot be compared or drawn, in words."""
+        """Reason in words why a metric that is not ``scalar`` cannot be compared or plotted."""
         what = "a text" if self.kind is MeritKind.WORDS else "a list"
         return f"is {what}, not a number; `ab-sim merits` says which are"
 
     def described(self) -> list[MeritInWords]:
-        """In words: itself, and then its share in that of the run without balls, if it has one."""
+        """Return its description, and that of its ratio to the run without balls, if it has one."""
         better, kind = self.better.value, self.kind.value
         taken_by = "sweep, tune, robust" if self.scalar else "run only"
         own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation, taken_by)
@@ -190,7 +193,7 @@ class Merit(Generic[T]):
         ]
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
-        """A value as JSON-able one: a whirl in e [m], None if that is 0."""
+        """Return a JSON-able value; a whirl in units of e [m], None if e is 0."""
         if value is None:
             return None
         if self.unit == "e":
@@ -200,11 +203,11 @@ class Merit(Generic[T]):
         return self.plain(value)
 
     def all_as_reported(self, values: list[T], eccentricities: np.ndarray) -> list[Any]:
-        """Values of runs, each as ``as_reported`` has it.
+        """Return JSON-able values of runs, see ``as_reported``.
 
         Args:
-            values: of each run.
-            eccentricities: e of each [m], shape (runs,).
+            values: value of each run.
+            eccentricities: eccentricity e of each run [m], shape (runs,).
         """
         if self.plain is _as_it_is and self.unit not in ("e", "mm/s"):
             return list(values)
@@ -219,10 +222,10 @@ _merits: dict[str, Merit[Any]] = {}
 
 
 def register(merit: Merit[T]) -> Merit[T]:
-    """Make a merit known; returns it.
+    """Register a metric and return it.
 
     Raises:
-        ValueError: another one has the key.
+        ValueError: another metric has the key.
     """
     if merit.key in _merits:
         raise ValueError(f"merit {merit.key!r} is registered twice")
@@ -231,15 +234,15 @@ def register(merit: Merit[T]) -> Merit[T]:
 
 
 def reported_merits() -> list[Merit[Any]]:
-    """All that stand in reports, in their order."""
+    """Return all metrics in reports, in their order."""
     return [merit for merit in _merits.values() if merit.reported]
 
 
 def described_merits(name: str | None = None) -> list[MeritInWords]:
-    """In words, all that stand in reports, in their order; or the one of that name.
+    """Return descriptions of all metrics in reports, or of the one with this name.
 
     Raises:
-        InputError: there is none of that name; names the nearest, and all.
+        InputError: the name is unknown; the message names the nearest, and all.
     """
     found = [each for merit in reported_merits() for each in merit.described()]
     if name is None:
@@ -251,10 +254,10 @@ def described_merits(name: str | None = None) -> list[MeritInWords]:
 
 
 def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
-    """Those of these keys; all, others than reported ones too, if None.
+    """Return the metrics with these keys; if None, all metrics, including unreported ones.
 
     Raises:
-        InputError: there is none of that key; names the nearest, and all.
+        InputError: a key is unknown; the message names the nearest, and all.
     """
     if keys is None:
         return list(_merits.values())
@@ -282,23 +285,23 @@ def _unknown(name: str, known: list[str]) -> InputError:
 
 
 class MeritValues:
-    """What merits are in one run.
+    """Values of metrics for one run.
 
     Args:
-        values: by key, whirls in m.
-        eccentricity: e of the scene [m].
+        values: values by key, whirls in m.
+        eccentricity: eccentricity e of the scene [m].
     """
 
     def __init__(self, values: Mapping[str, object], eccentricity: float) -> None:
         self.values: Mapping[str, object] = dict(values)
-        """By key, whirls in m."""
+        """Values by key, whirls in m."""
         self._eccentricity = eccentricity
 
     def of(self, merit: Merit[T]) -> T:
-        """Of a merit: SI units.
+        """Return the value of a metric in SI units.
 
         Raises:
-            InputError: the run was not judged by it.
+            InputError: the run was not evaluated with it.
         """
         if merit.key not in self.values:
             raise InputError(
@@ -308,10 +311,10 @@ class MeritValues:
         return cast(T, self.values[merit.key])
 
     def __getitem__(self, key: str) -> object:
-        """A merit as ``report`` gives it, by its key.
+        """Return the reported value of a metric by its key.
 
         Raises:
-            InputError: there is none of that key, or the run was not judged by it.
+            InputError: the key is unknown, or the run was not evaluated with it.
         """
         merit = _named(key)
         return merit.as_reported(self.of(merit), self._eccentricity)
@@ -320,20 +323,21 @@ class MeritValues:
         return isinstance(other, MeritValues) and self.values == other.values
 
     def __repr__(self) -> str:
-        # By keys, which are not the attributes' names, and in the keys' units.
+        # The keys differ from the attributes' names, and their values are in reported units.
         return f"{type(self).__name__}({self.report()!r})"
 
-    if not TYPE_CHECKING:  # to which each name would be an attribute
+    if not TYPE_CHECKING:  # a type checker would accept any attribute name
 
         def __getattr__(self, name: str) -> NoReturn:
             hint = f"; write merits[{name!r}]" if name in _merits else ""
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}{hint}")
 
     def report(self, eccentricity: float | None = None) -> dict[str, object]:
-        """As JSON-able values, by key: whirl in eccentricities.
+        """Return JSON-able values by key, whirls in units of the eccentricity.
 
         Args:
-            eccentricity: e [m]; None: the scene's. If it is 0, whirl in it is None.
+            eccentricity: eccentricity e [m]; None for the scene's. If it is 0, whirls in e are
+                None.
         """
         e = self._eccentricity if eccentricity is None else eccentricity
         return {
@@ -343,7 +347,7 @@ class MeritValues:
         }
 
     def cautions(self) -> list[str]:
-        """What to bear in mind of this run."""
+        """Return cautions that apply to this run."""
         rows = [merit.row for merit in map(_named, self.values) if merit.row is not None]
         anyhow = WhirlScale(1.0, "m", "W")
         return [row.caution for row in rows if row.caution and row.says([row.text(self, anyhow)])]

@@ -1,4 +1,4 @@
-"""From runs to their merits."""
+"""Metrics of runs."""
 
 from collections.abc import Callable, Iterable
 
@@ -20,15 +20,15 @@ from ab_sim.scene.model import Scene
 
 
 def merits_of(trajectory: Trajectory, scene: Scene, keys: Iterable[str] | None = None) -> Merits:
-    """Judge a run.
+    """Compute the metrics of a run.
 
     Args:
         trajectory: consecutive samples, from the start of the run to its end.
-        scene: what was run.
-        keys: of the merits wanted; None: all. What only others need is not computed.
+        scene: scene of the run.
+        keys: keys of the metrics; None for all. Only the necessary watches are run.
 
     Raises:
-        InputError: there is no merit of such a key; names the nearest.
+        InputError: a key is unknown; the message names the nearest.
     """
     runs = JudgedRuns([scene], len(trajectory))
     found = merits_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
@@ -38,13 +38,13 @@ def merits_of(trajectory: Trajectory, scene: Scene, keys: Iterable[str] | None =
 def merits_of_pieces(
     pieces: Pieces, count: int, scene: Scene, keys: Iterable[str] | None = None
 ) -> Merits:
-    """Judge a run that is too long to be held in memory, in as many passes as ``passes_of`` says.
+    """Compute the metrics of a run that does not fit into memory, in ``passes_of`` passes.
 
     Args:
-        pieces: begins at the run's start each time it is called; trajectories that follow each
-            other, none of them empty.
-        count: how many samples there are, at least 1.
-        scene: what was run.
+        pieces: function that starts at the beginning of the run on each call; it yields successive
+            trajectories, none of them empty.
+        count: number of samples, at least 1.
+        scene: scene of the run.
         keys: see ``merits_of``.
 
     Raises:
@@ -61,18 +61,18 @@ def merits_of_runs(
     keys: Iterable[str] | None = None,
     whirl: np.ndarray | None = None,
 ) -> dict[str, list[object]]:
-    """Judge runs side by side; each has the same merits as by itself.
+    """Compute the metrics of several runs; each has the same values as on its own.
 
     Args:
-        runs: what was run.
-        channels: of the samples.
-        samples: from the start of each run to its end, shape (runs, samples, channels).
+        runs: data of the runs.
+        channels: channels of the samples.
+        samples: samples from the start of each run to its end, shape (runs, samples, channels).
         keys: see ``merits_of``.
-        whirl: of decks in the plane W [m] at all samples, where it is known already: as
-            ``whirl_of`` has it, shape (runs, samples).
+        whirl: for planar decks, W [m] at all samples if already computed by ``whirl_of``, shape
+            (runs, samples).
 
     Returns:
-        By key the merit of each run, whirls in m.
+        Values of each run by key, whirls in m.
 
     Raises:
         InputError: see ``merits_of``.
@@ -82,7 +82,7 @@ def merits_of_runs(
 
 
 def passes_of(keys: Iterable[str] | None = None) -> int:
-    """How often ``merits_of_pieces`` goes through a run."""
+    """Return the number of passes of ``merits_of_pieces`` through a run."""
     return passes(merit.watch for merit in merits_named(keys))
 
 

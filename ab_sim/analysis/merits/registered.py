@@ -1,4 +1,4 @@
-"""Merits of a program's own."""
+"""User-defined metrics."""
 
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
@@ -12,16 +12,16 @@ from ab_sim.scene.model import Scene
 
 
 class OwnMerit(Protocol):
-    """What finds a merit in a run; made anew for each run. It may have a text, ``equation``."""
+    """Accumulator of a user-defined metric, created for each run; may have a text ``equation``."""
 
     def __init__(self, scene: Scene, samples: int) -> None:
-        """For so many samples of a run of the scene."""
+        """Prepare for ``samples`` samples of a run of the scene."""
 
     def take(self, piece: Trajectory) -> None:
-        """The next samples, at least one."""
+        """Process the next samples, at least one."""
 
     def value(self) -> float | None:
-        """After the last sample: SI units; None where it has no meaning."""
+        """Return the value after the last sample in SI units; None if it is undefined."""
 
 
 Own = TypeVar("Own", bound=OwnMerit)
@@ -30,7 +30,7 @@ Own = TypeVar("Own", bound=OwnMerit)
 def register_own(
     key: str, unit: str, meaning: str, label: str, last_stretch: bool, better: str
 ) -> Callable[[type[Own]], type[Own]]:
-    """Class decorator: see ``ab_sim.register_merit``."""
+    """Return a class decorator: see ``ab_sim.register_merit``."""
     if better not in {each.value for each in Better}:
         raise InputError(
             f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"
@@ -75,5 +75,5 @@ def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
             for own, each in zip(self.own, samples, strict=True):
                 own.take(each)
 
-    OwnWatch.__module__ = kind.__module__  # so that what follows from it is told from older code's
+    OwnWatch.__module__ = kind.__module__  # cached results depend on the metric's sources
     return OwnWatch

@@ -1,4 +1,4 @@
-"""What balls leave of a rotor's unbalance or couple, over samples of several runs side by side."""
+"""Residual unbalance and couple of rotors with balls, for several runs."""
 
 import numpy as np
 
@@ -8,29 +8,29 @@ from ab_sim.tracing.cosine import cos_sin
 
 
 class Residuals:
-    """The root mean square of abs(1 + sum s_i exp(i theta_i)), s_i what balls have of a whole.
+    """Root mean square of abs(1 + sum s_i exp(i theta_i)), with s_i = p_i / whole.
 
-    Of a rotor without such a whole it is that of abs(sum p_i exp(i theta_i)), of the parts alone.
+    If the whole is 0, it is the root mean square of abs(sum p_i exp(i theta_i)).
 
     Args:
         parts: p_i of each ball, shape (runs, balls).
-        wholes: of each rotor, shape (runs,), complex or not; of 0 nothing is a share.
+        wholes: unbalance or couple of each rotor, shape (runs,), real or complex.
     """
 
     def __init__(self, parts: np.ndarray, wholes: np.ndarray) -> None:
         self._has = np.asarray(wholes) != 0.0
         self.any = bool(self._has.any())
-        """Whether one of the runs has such a whole."""
+        """Flag of at least one run with a nonzero whole."""
         shares = parts / np.where(self._has, wholes, 1.0)[:, None]
         self._own = self._has.astype(float)[:, None]
         self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
         self._mean = MeanSquares(len(parts))
 
     def take(self, angles: np.ndarray) -> np.ndarray:
-        """Take the balls' angles at further samples; return the squares there.
+        """Add the ball angles of further samples and return the squares there.
 
         Args:
-            angles: shape (runs, samples, balls), C-contiguous.
+            angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.
         """
         squares = np.empty(angles.shape[:2])
         compiled(squares_left)(self._own, self._real, self._imaginary, angles, squares)
@@ -39,24 +39,24 @@ class Residuals:
 
     @property
     def values(self) -> np.ndarray:
-        """Of all runs, shape (runs,)."""
+        """Root mean square of each run, shape (runs,)."""
         return self._mean.values
 
     @property
     def found(self) -> list[float | None]:
-        """Of each run; None where it has no such whole."""
+        """Root mean square of each run; None if its whole is 0."""
         values = zip(self._mean.values_if_any, self._has.tolist(), strict=True)
         return [value if has else None for value, has in values]
 
 
 def squares_left(own: Table, real: Table, imaginary: Table, angles: Cube, squares: Table) -> None:
-    """abs(o + sum s_i exp(i theta_i))^2 of runs, at their samples; to be compiled.
+    """Compute abs(o + sum s_i exp(i theta_i))^2 at all samples of runs; to be compiled.
 
     Args:
         own: o, shape (runs, 1).
-        real, imaginary: of s_i, shape (runs, balls).
+        real, imaginary: parts of s_i, shape (runs, balls).
         angles: theta_i [rad], shape (runs, samples, balls).
-        squares: filled in, shape (runs, samples).
+        squares: output, shape (runs, samples).
     """
     for run in range(angles.shape[0]):
         for k in range(angles.shape[1]):

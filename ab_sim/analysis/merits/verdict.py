@@ -1,4 +1,4 @@
-"""The one verdict on a run: whether it has settled, and whether the balls balance the rotor."""
+"""Verdict of a run: whether it has settled, and whether the balls balance the rotor."""
 
 from enum import Enum
 
@@ -6,23 +6,23 @@ import numpy as np
 
 
 class Verdict(str, Enum):
-    """End of a run, in the words of every command, file and picture."""
+    """Verdict of a run, in the words of every command, file and picture."""
 
     BALANCED = "balanced"
     RINGING_DOWN = "balanced, ringing down"
-    """The balls balance the rotor, and the whirl still falls: its final value is an upper bound."""
+    """Balls balance the rotor and the whirl still falls: its final value is an upper bound."""
     NOT_BALANCED = "not balanced"
     CHANGING = "not balanced, still changing"
     CIRCULATES = "not balanced, balls circulate"
     SETTLED = "settled"
-    """Without balls, or without an unbalance, there is nothing to balance."""
+    """Settled run without balls or without an unbalance."""
     UNSETTLED = "still changing"
 
 
 BALANCED = (Verdict.BALANCED.value, Verdict.RINGING_DOWN.value)
-"""Verdicts on runs whose balls balance the rotor."""
+"""Verdicts of runs whose balls balance the rotor."""
 SETTLED = (*BALANCED, Verdict.NOT_BALANCED.value, Verdict.SETTLED.value)
-"""Verdicts on runs whose final whirl says where they go, or is an upper bound of it."""
+"""Verdicts of runs whose final whirl is the limit value or an upper bound of it."""
 
 
 def verdicts(
@@ -32,14 +32,15 @@ def verdicts(
     circulates: np.ndarray,
     can_balance: np.ndarray,
 ) -> list[str]:
-    """Judge runs, from booleans of shape (runs,).
+    """Return verdicts from booleans of shape (runs,).
 
     Args:
-        within: whether at most as much of the unbalance is left as the scene allows.
-        settled: whether the whirl does not change any more.
-        ringing_down: whether it is no larger than before, and the residual unbalance does not rise.
-        circulates: whether a ball goes round the race.
-        can_balance: whether there are an unbalance and balls.
+        within: whether the residual unbalance is within the scene's limit.
+        settled: whether the whirl has settled.
+        ringing_down: whether the whirl is no larger than before, and the residual unbalance does
+            not rise.
+        circulates: whether a ball circulates on the race.
+        can_balance: whether the scene has an unbalance and balls.
     """
     found = np.where(settled, Verdict.NOT_BALANCED.value, Verdict.CHANGING.value)
     found = np.where(within & ringing_down, Verdict.RINGING_DOWN.value, found)

@@ -1,8 +1,8 @@
-"""How fast the deck vibrates: broad-band velocity, as ISO 20816-1 judges machines by it.
+"""Broad-band vibration velocity of the deck, as used by ISO 20816-1.
 
-What an ideal instrument shows that is fixed to the deck where a sensor sits: its velocity along
-each of the sensor's axes, through a high-pass of 10 Hz and a low-pass of 1000 Hz. The standard
-names the quantity and the band; the filters, Butterworth ones of the fourth order, are ours.
+It is the reading of an ideal instrument fixed to the deck at a sensor's position: the velocity
+along each of the sensor's axes, through a high-pass of 10 Hz and a low-pass of 1000 Hz. The
+standard defines the quantity and the band. The filters, fourth-order Butterworth, are chosen here.
 """
 
 import math
@@ -15,40 +15,41 @@ from ab_sim.compiling import Cube, Table, compiled
 from ab_sim.drive.trajectory import Trajectory
 
 LOWEST, HIGHEST = 10.0, 1000.0
-"""Hz: where the filters are 3 dB down (ISO 20816-1, broad-band velocity)."""
+"""Cut-off frequencies [Hz], at which the filters are 3 dB down (ISO 20816-1)."""
 ORDER = 4
 WIDEST = 0.01
-"""s, and ..."""
+"""Largest spacing of samples [s] that resolves the lower end of the band."""
 TURN = 0.5 * math.pi
-"""... rad of the spindle: samples further apart show neither the band's lower end nor what comes
-with each turn."""
+"""Largest spacing of samples as a spindle angle [rad] that resolves once-per-turn vibration."""
 
 BEGUN, EVENLY = 2, 0.01
-"""The filters may begin anew so often, and at this share of the samples; who does it all the time
-lets nothing through."""
+"""Limits of filter restarts: a fixed number, plus this fraction of the samples.
+
+Filters that restart all the time would let nothing through.
+"""
 
 
 class BandPass:
-    """Lets velocities through from 10 to 1000 Hz, as they come.
+    """Band-pass filter of velocities from 10 to 1000 Hz, fed sample by sample.
 
-    It begins as if the first ones had been there for ever, and anew where samples are spaced
-    otherwise. Where half the rate of samples is no more than 1000 Hz there is nothing to cut off.
+    It starts in the steady state of the first sample, and restarts when the spacing of samples
+    changes. If half the sample rate is at most 1000 Hz, there is no low-pass.
     """
 
     def __init__(self) -> None:
         self._step, self._time, self._before = math.nan, math.nan, np.empty(0)
         self._spacing, self._duration = -1, math.nan
         self.begun: list[int] = []
-        """Where among the newest samples it has begun."""
+        """Indices of the newest samples at which the filter restarted."""
         self._sections, self._state = np.empty((0, 5)), np.empty((0, 2, 0))
 
     def passed(self, steps: np.ndarray, times: np.ndarray, values: np.ndarray) -> np.ndarray:
-        """What comes through of the next samples, at least one.
+        """Return the filtered values of the next samples, at least one.
 
         Args:
             steps: numbers of the samples' steps, rising, shape (samples,).
-            times: s, shape (samples,).
-            values: shape (samples, channels).
+            times: times [s], shape (samples,).
+            values: velocities, shape (samples, channels).
         """
         parts, self.begun, count = [], [], len(steps)
         if len(self._before) == 0:
@@ -83,10 +84,10 @@ class BandPass:
 
 @lru_cache
 def _sections(rate: float) -> np.ndarray:
-    """Return b0, b1, b2, a1, a2 of the filters' sections for a rate of samples [Hz].
+    """Return b0, b1, b2, a1, a2 of the filter sections for a sample rate [Hz].
 
-    Butterworth filters by the bilinear transform, as ``scipy.signal.butter`` makes them, whose
-    import would take longer than the run. Shape (sections, 5); no sections where the rate is low.
+    Butterworth filters by the bilinear transform, equal to those of ``scipy.signal.butter``, whose
+    import would take longer than the run. The shape is (sections, 5); a low rate gives no sections.
     """
     bands = [(LOWEST, np.array([1.0, -2.0, 1.0]))] if rate > 2.0 * LOWEST else []
     if rate > 2.0 * HIGHEST:
@@ -104,7 +105,7 @@ def _sections(rate: float) -> np.ndarray:
 
 
 def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:
-    """Return the states after these values were there for ever, shape (sections, 2, channels)."""
+    """Return the steady state for constant values, shape (sections, 2, channels)."""
     state = np.empty((len(sections), 2, len(values)))
     for (b0, b1, b2, a1, a2), (first, second) in zip(sections, state, strict=True):
         passed = values * ((b0 + b1 + b2) / (1.0 + a1 + a2))
@@ -117,9 +118,9 @@ def through_sections(sections: Table, state: Cube, values: Table) -> None:
     """Filter values in place, transposed direct form II; to be compiled.
 
     Args:
-        sections: b0, b1, b2, a1, a2 of each, shape (sections, 5).
-        state: of each, shape (sections, 2, channels); changes.
-        values: shape (channels, samples).
+        sections: b0, b1, b2, a1, a2 of each section, shape (sections, 5).
+        state: state of each section, shape (sections, 2, channels); modified.
+        values: input and output, shape (channels, samples).
     """
     for channel in range(values.shape[0]):
         for k in range(values.shape[1]):
@@ -135,12 +136,12 @@ def through_sections(sections: Table, state: Cube, values: Table) -> None:
 
 
 class BroadBand:
-    """The largest vibration velocity along the axes of the scene's sensors, in a single run."""
+    """Largest vibration velocity along the axes of the scene's sensors, in a single run."""
 
     def __init__(self, run: JudgedRun) -> None:
         sensors = run.scene.sensors.values()
         self._places = [(np.array(each.position), each.axis_angle) for each in sensors]
-        if not self._places:  # C, on the deck's axes
+        if not self._places:  # measure at C, along the deck's axes
             self._places = [(np.zeros(3), 0.0)]
         self._band = BandPass()
         self._squares, self._whole, self._count = np.zeros(1), np.zeros(1), 0
@@ -151,11 +152,11 @@ class BroadBand:
         self._samples = run.samples
 
     def take(self, samples: Trajectory, late: int) -> None:
-        """The next samples."""
+        """Process the next samples."""
         steps, times = samples["step"], samples["time"]
         at = np.column_stack((times, samples["angle"]))
         apart = np.abs(np.diff(at, axis=0, prepend=self._last))
-        # Times have been rounded.
+        # Allow for rounded times.
         near = (apart[:, 0] <= WIDEST * (1.0 + 1e-6)) & (apart[:, 1] <= TURN)
         self._shown &= bool(near.all())
         self._shown_late &= bool(near[max(len(near) - late, 0) :].all())
@@ -175,21 +176,21 @@ class BroadBand:
 
     @property
     def why_not(self) -> str | None:
-        """Why there is no final value; None if there is one."""
+        """Reason why there is no final value; None if there is one."""
         if not self._shown_late or self._begun_late > BEGUN + EVENLY * self._count:
             return "samples are uneven or too far apart"
         return _beside_the_band(self._fastest_late)
 
     @property
     def final(self) -> float | None:
-        """Root mean square over the last stretch, of the axis where it is largest [m/s]."""
+        """Root mean square over the last stretch, for the axis with the largest value [m/s]."""
         if self.why_not is not None:
             return None
         return math.sqrt(float(np.max(self._squares)) / self._count)
 
     @property
     def whole(self) -> float:
-        """The same of the velocity at all frequencies [m/s]."""
+        """Root mean square over the last stretch without filters [m/s], for its largest axis."""
         return math.sqrt(float(np.max(self._whole)) / self._count)
 
     @property
@@ -200,13 +201,13 @@ class BroadBand:
         return self._peak if self._shown and evenly and inside else None
 
     def _velocities(self, samples: Trajectory) -> np.ndarray:
-        """Along all axes of all places [m/s], shape (samples, axes)."""
+        """Return the velocities along all axes of all positions [m/s], shape (samples, axes)."""
         columns = []
         for position, angle in self._places:
             velocity = samples.velocity
             if samples.tilts:
                 turning = np.cross(samples.angular_velocity, samples.turned @ position)
-                # A row times the matrix that turns to the ground's axes is turned back.
+                # A row vector times the rotation matrix is rotated back to deck axes.
                 velocity = ((velocity + turning)[:, None, :] @ samples.turned)[:, 0]
             cosine, sine = math.cos(angle), math.sin(angle)
             x, y = velocity[:, 0], velocity[:, 1]
@@ -215,10 +216,10 @@ class BroadBand:
 
 
 def _beside_the_band(speed: float) -> str | None:
-    """Say why the band leaves out what comes once per turn; None if it does not.
+    """Return the reason why the band excludes once-per-turn vibration; None if it does not.
 
     Args:
-        speed: the spindle's largest [rad/s]; a spindle at rest has no such part.
+        speed: largest spindle speed [rad/s]; a spindle at rest has no such vibration.
     """
     turns = speed / (2.0 * math.pi)
     if turns == 0.0 or LOWEST <= turns <= HIGHEST:
@@ -228,26 +229,26 @@ def _beside_the_band(speed: float) -> str | None:
 
 
 class BroadBandWatch(EachRun[BroadBand]):
-    """The largest vibration velocity along the axes of the scene's sensors."""
+    """Largest vibration velocity along the axes of the scene's sensors."""
 
     KIND = BroadBand
 
     @property
     def final(self) -> list[float | None]:
-        """See ``BroadBand``."""
+        """Final values, see ``BroadBand``."""
         return [each.final for each in self.each]
 
     @property
     def whole(self) -> list[float]:
-        """See ``BroadBand``."""
+        """Unfiltered values, see ``BroadBand``."""
         return [each.whole for each in self.each]
 
     @property
     def why_not(self) -> list[str | None]:
-        """See ``BroadBand``."""
+        """Reasons of missing values, see ``BroadBand``."""
         return [each.why_not for each in self.each]
 
     @property
     def peak(self) -> list[float | None]:
-        """See ``BroadBand``."""
+        """Peak values, see ``BroadBand``."""
         return [each.peak for each in self.each]

@@ -1,6 +1,6 @@
-"""What looks at runs for their merits, piece by piece; see ``judging``.
+"""Watches (metric accumulators) of runs, fed piece by piece; see ``judging``.
 
-What they have found has an entry for each run.
+Their results have an entry per run.
 """
 
 import cmath
@@ -23,26 +23,30 @@ from ab_sim.scene.model import Scene
 from ab_sim.tracing.cosine import cos_sin
 
 BAND = 0.1
-"""Half the width of the band around the final whirl, as a share of it ..."""
+"""Half-width of the band around the final whirl, relative to it."""
 FLOOR = 0.05
-"""... and at least this share of M0 e / M, which is the disc's own whirl far above the critical
-speed, without balls."""
+"""Least half-width of the band, relative to M0 e / M.
+
+M0 e / M is the disc's whirl far above the critical speed, without balls.
+"""
 TURNS = 2
-"""Turns of the spindle that a last stretch must have to show what comes once per turn."""
+"""Least number of spindle revolutions in the last stretch for once-per-turn vibration."""
 EARLIER = 3
-"""How many stretches before the last one show whether a whirl that still changes rings down: of a
-whirl that beats the last one alone may show the rise."""
+"""Number of stretches before the last one with which a changing whirl is compared.
+
+The last stretch alone may cover only the rise of a beat.
+"""
 _AROUND = ("time", "x", "y", "vx", "vy")
-"""Channels that a peak between samples is found from."""
+"""Channels from which a peak between samples is interpolated."""
 
 
 def rms(values: np.ndarray) -> float:
-    """Root mean square."""
+    """Return the root mean square."""
     return float(np.sqrt(np.mean(values**2)))
 
 
 class PeakWatch:
-    """The largest whirls, found between the samples beside them."""
+    """Largest whirl, interpolated between samples."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._whirl, self._step = np.full(len(runs), -np.inf), np.full(len(runs), np.nan)
@@ -50,12 +54,13 @@ class PeakWatch:
         self._around = np.zeros((len(_AROUND), len(runs), 3))
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         joined, every = piece.joined, np.arange(piece.samples.shape[0])
         whirl = joined.whirl
         top = np.argmax(whirl, axis=1)
         highest, step = whirl[every, top], joined["step"][every, top]
-        # The same again where it was the last of a piece: now it has a sample behind it, too.
+        # Consider the peak again if it was the last sample of the previous piece: now its successor
+        # is known.
         again = (step == self._step) & (top > 0)
         new = np.flatnonzero((highest > self._whirl) | again)
         self._whirl[new], self._step[new] = highest[new], step[new]
@@ -67,7 +72,7 @@ class PeakWatch:
 
     @cached_property
     def found(self) -> Peaks:
-        """The whirls [m] and their times [s]."""
+        """Largest whirls [m] and their times [s]."""
         peaks = Peaks(self._whirl.copy(), self._around[0, :, 1].copy())
         inside = self._inside
         if inside.any():
@@ -79,7 +84,7 @@ class PeakWatch:
 
 
 class FinalWhirlWatch:
-    """The whirl of the last stretch."""
+    """Whirl of the last stretch."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         count = len(runs)
@@ -90,7 +95,7 @@ class FinalWhirlWatch:
         self._first_half, self._taken = runs.last - runs.last // 2, 0
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         if piece.late == 0:
             return
         whirl = piece.late_whirl
@@ -106,47 +111,48 @@ class FinalWhirlWatch:
 
     @property
     def largest(self) -> np.ndarray:
-        """m, shape (runs,)."""
+        """Largest whirl [m], shape (runs,)."""
         return self._most
 
     @property
     def span(self) -> list[tuple[float, float]]:
-        """Least and largest [m]."""
+        """Smallest and largest whirl [m]."""
         return list(zip(self._least.tolist(), self._most.tolist(), strict=True))
 
     @property
     def halves(self) -> list[tuple[float, float]]:
-        """Root mean squares over both halves [m]; of one sample it is the same."""
+        """Root mean square over each half [m]; equal for a single sample."""
         first, second = self._halves
         last = second if self._taken > 1 else first
         return list(zip(first.values.tolist(), last.values.tolist(), strict=True))
 
     @cached_property
     def settled(self) -> np.ndarray:
-        """Whether it does not change any more, or is too small to matter.
+        """Flag of a whirl that no longer changes, or is negligible.
 
-        A whirl that dies away changes by a tenth of itself however small it has become.
+        The second condition is needed because a decaying whirl changes by a tenth of itself however
+        small it is.
         """
         small = self.mean_squares.values <= FLOOR * self._disc_alone
         return np.asarray(small | (self._trends.found(np.zeros(small.shape)) == 0))
 
     @property
     def band(self) -> np.ndarray:
-        """Half the width of the band around it [m]."""
+        """Half-width of the band around the final whirl [m]."""
         return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
 
 
 class EarlierWhirlWatch:
-    """The largest whirl of the stretches before the last one."""
+    """Largest whirl of the stretches before the last one."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._end, self._done = runs.samples - runs.last, 0
         self._begin = self._end - EARLIER * runs.last
         self.largest = np.full(len(runs), -np.inf)
-        """m."""
+        """Largest whirl [m]."""
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         first, end = (max(at - self._done, 0) for at in (self._begin, self._end))
         self._done += len(piece)
         whirl = piece.whirl[:, first:end]
@@ -155,7 +161,7 @@ class EarlierWhirlWatch:
 
 
 class BandWatch:
-    """From when on the whirl stays within its band."""
+    """Time from which the whirl stays within its band."""
 
     AFTER = (FinalWhirlWatch,)
 
@@ -167,10 +173,10 @@ class BandWatch:
         self._times = np.full(len(runs), np.nan)
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         time, count = piece["time"], len(piece)
         self._times = np.where(self._begins == self._done, time[:, 0], self._times)
-        # How many samples there are behind the last one outside; all, if none is.
+        # Number of samples after the last one outside the band; all samples if none is outside.
         inside = np.empty(len(time), int)
         for rows in piece.blocks():
             outside = np.abs(piece.whirl[rows] - self._final[rows]) > self._band[rows]
@@ -185,9 +191,10 @@ class BandWatch:
 
     @property
     def found(self) -> list[float | None]:
-        """The time of the sample after the last one outside [s].
+        """Time of the sample after the last one outside the band [s].
 
-        None if that comes too late, or the whirl has not settled: then its band is not the last.
+        None if it lies in the last stretch, or if the whirl has not settled and its band is not
+        final.
         """
         stays = ((self._begins <= self._latest) & self._settled).tolist()
         times = zip(self._times.tolist(), stays, strict=True)
@@ -195,9 +202,9 @@ class BandWatch:
 
 
 class ResidualWatch:
-    """What balls leave of the rotor's unbalance, and of its couple, over the last stretch.
+    """Residual unbalance and residual couple over the last stretch.
 
-    Of balls on a round race around the shaft; what a runout adds is left out.
+    They hold for balls on a round race around the shaft; the contribution of a runout is left out.
     """
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -208,7 +215,7 @@ class ResidualWatch:
         self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         if piece.late == 0:
             return
         angles = np.ascontiguousarray(piece.late_ball_angles)
@@ -219,36 +226,36 @@ class ResidualWatch:
 
     @property
     def unbalance(self) -> list[float | None]:
-        """Its share that is left; None where there is none."""
+        """Residual unbalance as a fraction of the rotor's; None without an unbalance."""
         return self._unbalance.found
 
     @property
     def rises(self) -> np.ndarray:
-        """Whether what is left of the unbalance rises, by a share of what may be left."""
+        """Flag of a residual unbalance that rises by a significant part of its limit."""
         return np.asarray(self._trends.found(CHANGE * self._most) > 0)
 
     @property
     def couple(self) -> list[float | None]:
-        """The same of the couple."""
+        """Residual couple as a fraction of the rotor's; None without a couple."""
         return self._couple.found
 
     @property
     def left(self) -> np.ndarray:
-        """What is left of unbalance [kg m]; of a rotor without one that of the balls."""
+        """Residual unbalance [kg m]; that of the balls if the rotor has none."""
         values = self._unbalance.values
         return np.where(self._own != 0.0, self._own * values, values)
 
 
 class TiltWatch:
-    """How far the shaft leans from where it points at rest; nothing in the plane."""
+    """Tilt of the shaft from its rest direction; no values in the plane."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self.peak: list[float | None] = [None] * len(runs)
-        """rad."""
+        """Largest tilt [rad]."""
         self._final, self._runs = MeanSquares(len(runs)), runs
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         if "qw" not in piece.channels:
             return
         rests = self._runs.rests
@@ -267,25 +274,25 @@ class TiltWatch:
 
 
 class PassageWatch:
-    """The first passage of all balls opposite the unbalance, in a start-up."""
+    """First passage of all balls opposite the unbalance, in a start-up."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self.found: list[float | None] = [None] * len(runs)
-        """s; see ``first_passage_of_opposite``."""
+        """Time [s]; see ``first_passage_of_opposite``."""
         self._left = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         for run in self._left:
             self.found[run] = first_passage_of_opposite(piece.joined.trajectories[run])
         self._left = [run for run in self._left if self.found[run] is None]
 
 
 class OncePerTurnWatch:
-    """The part of the last stretch's whirl that comes once per turn, on the rotor's axes.
+    """Once-per-turn part of the whirl in the last stretch, on the rotor's axes.
 
-    Hann's window over the stretch lets through little of what comes otherwise, however the turns
-    fit into it.
+    A Hann window over the stretch suppresses other frequencies, even if the stretch is not a whole
+    number of turns.
     """
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -295,7 +302,7 @@ class OncePerTurnWatch:
         self._before: np.ndarray | None = None
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         if piece.late == 0:
             return
         first = len(piece) - piece.late
@@ -313,30 +320,33 @@ class OncePerTurnWatch:
 
     @property
     def vectors(self) -> list[complex | None]:
-        """In m; None with less than ``TURNS`` turns, or samples too far apart to show them."""
+        """Once-per-turn vector [m]; None for too few turns or too sparse samples.
+
+        There must be ``TURNS`` revolutions, and samples close enough to resolve them.
+        """
         shown = self._shown & (self._turned >= TURNS * TURN)
         each = zip(self._sums.tolist(), shown.tolist(), strict=True)
         return [complex(*parts) if known else None for parts, known in each]
 
     @property
     def size(self) -> list[float | None]:
-        """m."""
+        """Magnitude [m]."""
         return [None if vector is None else abs(vector) for vector in self.vectors]
 
     @property
     def phase(self) -> list[float | None]:
-        """From the unbalance [rad]; None where there is no size."""
+        """Phase from the unbalance [rad]; None without a magnitude."""
         return [cmath.phase(vector) if vector else None for vector in self.vectors]
 
 
 def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
-    """Add up weighted displacements on axes that turn with the rotor; to be compiled.
+    """Add weighted displacements on axes that turn with the rotor; to be compiled.
 
     Args:
-        weights: of the samples, shape (samples,).
+        weights: weights of the samples, shape (samples,).
         x, y: displacements of runs on fixed axes [m], shape (runs, samples).
-        angle: psi [rad], the same.
-        sums: of each run along the rotor's axes [m], shape (runs, 2); added to.
+        angle: spindle angle psi [rad], same shape.
+        sums: sums of each run along the rotor's axes [m], shape (runs, 2); updated.
     """
     for run in range(x.shape[0]):
         for k in range(x.shape[1]):
@@ -346,23 +356,23 @@ def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: T
 
 
 class LastSampleWatch:
-    """The last sample."""
+    """Last sample of each run."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._last: Piece
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         self._last = piece
 
     @property
     def ball_angles(self) -> list[tuple[float, ...]]:
-        """Rad."""
+        """Ball angles [rad]."""
         return list(map(tuple, self._last.ball_angles[:, -1].tolist()))
 
     @property
     def speed(self) -> np.ndarray:
-        """Of the spindle [rad/s]."""
+        """Spindle speed [rad/s]."""
         return self._last["speed"][:, -1]
 
 
@@ -373,7 +383,7 @@ class FinalCirculationWatch:
         self._marks, self._balls = CirculationMarks(runs.last), runs.numbers.moments.shape[1]
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         first = len(piece) - piece.late
         self._marks.take(
             piece["time"][:, first:], piece["angle"][:, first:], piece.late_ball_angles
@@ -381,32 +391,32 @@ class FinalCirculationWatch:
 
     @cached_property
     def found(self) -> Sequence[Circulation | None]:
-        """None if no ball does."""
+        """Circulating balls of each run; None if no ball circulates."""
         return circulation_of(*self._marks.found)
 
     @property
     def any_ball(self) -> list[bool | None]:
-        """Whether one does; None without balls."""
+        """Flag of at least one circulating ball; None without balls."""
         return [each is not None if self._balls else None for each in self.found]
 
 
 class RunOverlapWatch:
-    """Balls of a size that are in one place, for want of contact."""
+    """Overlaps of balls with a size in scenes without contact."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._watches = [OverlapWatch(scene) for scene in runs.scenes]
 
     def take(self, piece: Piece) -> None:
-        """The next samples."""
+        """Process the next samples."""
         for watch, trajectory in zip(self._watches, piece.trajectories, strict=True):
             watch.take(trajectory)
 
     @property
     def found(self) -> list[tuple[Overlap, ...] | None]:
-        """None where none can be."""
+        """Overlaps of each run; None if balls cannot overlap."""
         return [watch.found for watch in self._watches]
 
 
 def is_start_up(scene: Scene) -> bool:
-    """Whether the spindle starts up."""
+    """Return whether the profile is a start-up."""
     return scene.profile is not None and scene.profile.kind == "start_up"

@@ -1,4 +1,4 @@
-"""How a drive recovers from a change of its spindle's speed, and with which drag best."""
+"""Recovery of a drive from a change of spindle speed, and the best drag for it."""
 
 from ab_sim.analysis.recovery.over_drag import (
     DRAGS,

@@ -1,8 +1,8 @@
-"""Recovery over the race's drag, the drag that serves best, and one ball in place of several.
+"""Recovery over the race's drag, the best drag, and a comparison with a single ball.
 
 Relative-stability 5.2: with more drag the largest whirl falls and the settling time grows. The
-composite index adds them up, the amplitude multiplied by the mean settling time over the mean
-amplitude: t_c + r_p mean(t_c) / mean(r_p). So it depends on the drags that the means are over.
+composite index is their weighted sum t_c + r_p mean(t_c) / mean(r_p). It therefore depends on the
+set of drags over which the means are taken.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,26 +21,26 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 DRAGS = (0.1, 0.2, 0.3, 0.4, 0.5)
-"""[N s/m], over which the report's figures come out as printed; it does not say which it has."""
+"""Drags [N s/m] that reproduce the report's figures; the report does not state its own."""
 DRAG = "effects.viscous_drag.coefficient"
 Tell = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
 class Composite:
-    """Settling time and maximum amplitude in one number."""
+    """Composite index of settling time and maximum amplitude."""
 
     factor: float
-    """What an amplitude is multiplied by [s/m]."""
+    """Weight of the amplitude [s/m]."""
     index: tuple[float | None, ...]
-    """At each drag [s]; None where it does not settle."""
+    """Index at each drag [s]; None if the whirl does not settle."""
     best: int
-    """At which of the drags it is smallest."""
+    """Position of the smallest index."""
 
 
 @dataclass(frozen=True, repr=False)
 class RecoveryOverDrag(Presented):
-    """A scene's recovery, at its own drag and over others; the same with all balls in one.
+    """Recovery of a scene at its own drag and others, and with one ball of the same mass.
 
     See ``ab_sim.recovery``.
     """
@@ -50,31 +50,34 @@ class RecoveryOverDrag(Presented):
     scene: str
     from_speed: float
     to_speed: float
-    """rad/s."""
+    """Final speed [rad/s]; ``from_speed`` is the initial one."""
     band: float
-    """m."""
+    """Half-width of the band around the steady whirl [m]."""
     balls: int
     together: bool
-    """Whether some balls start at one angle, where equal ones stay together for ever."""
+    """Flag of balls that start at one angle, where equal balls stay together."""
     drag: float
-    """The scene's own [N s/m]."""
+    """Drag of the scene [N s/m]."""
     own: Recovery
     drags: tuple[float, ...]
-    """[N s/m], rising."""
+    """Drags [N s/m], rising."""
     over: tuple[Recovery, ...]
-    """At each of them."""
+    """Recovery at each of ``drags``."""
     one_ball: tuple[Recovery, ...] | None
-    """With one ball of all balls' mass; the first at the scene's own drag, then over ``drags``.
-    None where the scene has one."""
+    """Recovery with one ball that has the mass of all balls.
+
+    The first entry is at the scene's own drag, the others are at ``drags``. None if the scene has
+    one ball.
+    """
 
     @property
     def composite(self) -> Composite | None:
-        """None where it settles at no drag."""
+        """Composite index over ``drags``; None if the whirl settles at no drag."""
         return composite_of(self.over)
 
     @property
     def best_drag(self) -> float | None:
-        """The one of the drags at which the composite index is smallest [N s/m]."""
+        """Drag with the smallest composite index [N s/m]."""
         return _best(self.drags, self.over)
 
     def _facts(self) -> dict[str, str]:
@@ -87,7 +90,7 @@ class RecoveryOverDrag(Presented):
         }
 
     def _columns(self) -> Columns:
-        """The scene's own drag first, then the others; with all balls, then with one."""
+        """Return columns: the scene's own drag first; all balls first, then one ball."""
         drags = (self.drag, *self.drags)
         runs = (self.own, *self.over, *(self.one_ball or ()))
         ways = len(runs) // len(drags)
@@ -102,7 +105,7 @@ class RecoveryOverDrag(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim recovery --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim recovery --help``."""
         one = self.one_ball
         return {
             "scene": self.scene,
@@ -131,7 +134,7 @@ def _best(drags: Sequence[float], found: Sequence[Recovery]) -> float | None:
 
 
 def composite_of(found: Sequence[Recovery]) -> Composite | None:
-    """The composite index over recoveries that differ in drag; None if none of them settles."""
+    """Return the composite index of recoveries that differ in drag; None if none settles."""
     settled = [each for each in found if each.settling_time is not None]
     if not settled:
         return None
@@ -148,19 +151,19 @@ def composite_of(found: Sequence[Recovery]) -> Composite | None:
 def recovery_over_drag(
     scene: Scene, drags: Sequence[float] = DRAGS, tell: Tell | None = None, band: float = BAND
 ) -> RecoveryOverDrag:
-    """Recover at the scene's own drag and over others, with its balls and with one.
+    """Return the recovery at the scene's own drag and others, with its balls and with one.
 
-    What was computed before is taken from ``Results``.
+    Previous results are taken from the cache (``Results``).
 
     Args:
-        scene: see ``recover``; it has balls.
+        scene: scene with balls, see ``recover``.
         drags: coefficients [N s/m].
-        tell: called with what is done now, how much is done, and of how much.
-        band: half the width of the band around the steady whirl [m].
+        tell: called with the current task, the number of finished tasks and the total.
+        band: half-width of the band around the steady whirl [m].
 
     Raises:
         SceneError, InputError, DivergedError: see ``recover``; or the scene has no balls, or does
-            not take a drag.
+            not accept a drag.
     """
     change = speed_change_of(scene)
     if scene.balls.count == 0:
@@ -190,7 +193,7 @@ def recovery_over_drag(
 
 
 def kept_recovery(scene: Scene, band: float = BAND) -> Recovery:
-    """``recover``, or what it found before."""
+    """Return ``recover`` from the cache or computed."""
     return Recovery(**Results(_recovered).of(scene, band=band))
 
 
@@ -199,16 +202,16 @@ def _recovered(scene: Scene, band: float) -> dict[str, Any]:
 
 
 def with_drag(scene: Scene, drag: float) -> Scene:
-    """The scene with another drag of the race [N s/m].
+    """Return the scene with another drag of the race [N s/m].
 
     Raises:
-        SceneError: it does not take it.
+        SceneError: the scene does not accept it.
     """
     return changed_scene(scene, {DRAG: drag}, "drag")
 
 
 def in_one_ball(scene: Scene) -> Scene:
-    """The scene with one ball of all balls' mass, where they start in the mean."""
+    """Return the scene with one ball of the total mass, at the mass-weighted mean angle."""
     balls = scene.balls
     mean = np.array(balls.masses) @ np.exp(1j * np.array(start_angles(scene)))
     radius = balls.radius[0] if isinstance(balls.radius, tuple) else balls.radius

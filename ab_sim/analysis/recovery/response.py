@@ -1,10 +1,10 @@
-"""What follows a change of the spindle's speed along a raised cosine: how far, for how long.
+"""Response to a change of spindle speed along a raised cosine: amplitude and settling time.
 
-Definitions of relative-stability 5.1: the maximum amplitude r_p is the largest whirl after the
-change has begun, at t_0; from t_1 on the whirl stays within 1e-6 mm of its steady value; the
-settling time is t_c = t_1 - t_0. It has to stay there for the last tenth of the time since the
-change at least. Where it rises to its steady value and not beyond, which the
-report does not think of, t_0 is the end of the change.
+Definitions of relative-stability 5.1: the change begins at t_0. The maximum amplitude r_p is the
+largest whirl after t_0. From t_1 on the whirl stays within 1e-6 mm of its steady value; the
+settling time is t_c = t_1 - t_0. In addition, it must stay in the band for at least the last tenth
+of the time since the change. If the whirl rises to its steady value without overshoot, a case that
+the report does not cover, t_0 is the end of the change.
 """
 
 import math
@@ -28,56 +28,64 @@ from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import SpeedChangeProfile
 
 BAND = 1e-9
-"""Half the width of the band around the steady whirl [m]."""
+"""Half-width of the band around the steady whirl [m]."""
 STILL = 0.01
-"""Where friction lets balls rest in other places than the resting states, the whirl rests if it
-stays within this share of the band, over the last stretch of the run."""
+"""Fraction of the band within which a whirl is at rest if friction decides where balls rest.
+
+It must stay there over the last stretch of the run.
+"""
 LONGEST = 8.0
-"""A run that has not settled goes on, up to so many times the scene's duration."""
+"""Largest extension of a run that has not settled, as a multiple of the scene's duration."""
 _KEPT = ("time", "x", "y", "vx", "vy")
-"""Of the deck on the axes that turn with the rotor, where its path is smooth enough to be followed
-between samples to a fraction of the band; whirl is the same there."""
+"""Channels of the deck on the axes that turn with the rotor.
+
+On these axes the path is smooth enough to interpolate between samples to a fraction of the band.
+The whirl is the same as on fixed axes.
+"""
 
 
 class Recovery(NamedTuple):
-    """What follows one change of speed. Times count from the start of the run."""
+    """Response to one change of speed; times count from the start of the run."""
 
     settling_time: float | None
-    """t_c [s]; None: it does not settle."""
+    """Settling time t_c [s]; None if it does not settle."""
     maximum_amplitude: float
-    """r_p [m]."""
+    """Maximum amplitude r_p [m]."""
     peak_time: float
-    """When the whirl is largest [s]."""
+    """Time of the largest whirl [s]."""
     settled_at: float | None
-    """t_1 [s]."""
+    """Time t_1 [s]."""
     steady_whirl: float
-    """Of the resting state that it goes to [m]; of none, the last whirl of the run: friction lets
-    balls rest elsewhere."""
+    """Whirl of the final resting state [m].
+
+    Without such a state it is the last whirl of the run, because friction lets balls rest
+    elsewhere.
+    """
     label: str | None
-    """That state's, as ``ab-sim equilibria`` calls it; None: it is near no resting state."""
+    """Label of the resting state, as in ``ab-sim equilibria``; None if none is near."""
     lambda_max: float | None
-    """lambda_Rmax of that state, the largest real part of its eigenvalues [1/s]; structural zeros
-    do not count."""
+    """Largest real part lambda_Rmax of the state's eigenvalues [1/s], without structural zeros."""
     verdict: str | None
-    """What lambda_Rmax says: stable, unstable or undecided."""
+    """Verdict of lambda_Rmax: stable, unstable or undecided."""
     rested_before: bool
-    """Whether the whirl kept within the band over the last tenth of the time before the change."""
+    """Flag of a whirl within the band over the last tenth of the time before the change."""
     duration: float
-    """Of the run [s]."""
+    """Duration of the run [s]."""
 
 
 def recover(scene: Scene, band: float = BAND) -> Recovery:
-    """Run a scene's change of speed until it has settled.
+    """Simulate a scene's change of speed until the whirl has settled.
 
     Args:
-        scene: its profile is a ``speed_change``, and it rests where that begins. It runs for the
-            scene's duration, and if it has not settled then, for up to ``LONGEST`` times that.
-        band: half the width of the band around the steady whirl [m].
+        scene: scene with a ``speed_change`` profile, at rest when the change begins. The run lasts
+            for the scene's duration; if it has not settled by then, for up to ``LONGEST`` times
+            that.
+        band: half-width of the band around the steady whirl [m].
 
     Raises:
-        SceneError: the scene has no such profile, ends before the change does, or has nowhere to
-            rest: the spindle's angle is in its equations, or its speed is a state.
-        InputError: the run would be absurdly long.
+        SceneError: the scene has no such profile, ends before the change does, or has no resting
+            states because the spindle's angle is in its equations or its speed is a state.
+        InputError: the run would have too many samples.
         DivergedError: see ``Drive``.
     """
     change = speed_change_of(scene)
@@ -91,7 +99,7 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
         path = np.concatenate([path, _run(drive, end)])
         now = drive.observe()
         state = nearest_state(scene, states, now.u, now.theta, band)
-        # Friction lets balls rest elsewhere.
+        # With friction, balls may rest outside the resting states of the smooth equations.
         rests = state is not None or (bool(states.left_out) and _rests(path, STILL * band))
         found = _judge(change, path, state, rests, band)
         if found.settling_time is not None or end >= LONGEST * scene.duration:
@@ -101,10 +109,10 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
 
 
 def speed_change_of(scene: Scene) -> SpeedChangeProfile:
-    """The scene's change of speed.
+    """Return the scene's change of speed.
 
     Raises:
-        SceneError: it has none, or ends before it is over.
+        SceneError: the scene has no change of speed, or ends before its end.
     """
     change = scene.profile
     if not isinstance(change, SpeedChangeProfile):
@@ -133,7 +141,7 @@ def _check_length(scene: Scene, step: float) -> None:
 
 
 def _run(drive: Drive, end: float) -> np.ndarray:
-    """On to a time [s]: samples of ``_KEPT``, the present one if it is there already."""
+    """Run to a time [s] and return samples of ``_KEPT``; the present one if already there."""
     steps = math.ceil(end / drive.step - 1e-9) - drive.steps
     if steps <= 0:
         return _kept(drive.present())
@@ -155,7 +163,7 @@ def _judge(
     rests: bool,
     band: float,
 ) -> Recovery:
-    """What a run shows that has come to a resting state, or to none; ``rests``: it can settle."""
+    """Return the recovery of a run; ``rests`` tells whether it can have settled."""
     run = Trajectory(_KEPT, path)
     time, whirl = run["time"], run.whirl
     steady = float(whirl[-1]) if state is None else state.W
@@ -183,29 +191,30 @@ def _judge(
 def nearest_state(
     scene: Scene, states: Equilibria, u: np.ndarray, theta: np.ndarray, band: float
 ) -> RestingState | None:
-    """The resting state that a drive has come to; None if it is at none, or at an unstable one.
+    """Return the resting state that a drive has reached; None if none, or if it is unstable.
 
-    Of a continuum of them, as balanced positions of three balls are, the one where the balls are.
+    On a continuum, such as the balanced positions of three balls, it is the state at the balls'
+    angles.
 
     Args:
-        scene: of which ``states`` are.
-        states: at the speed that is held.
+        scene: scene of ``states``.
+        states: resting states at the final speed.
         u: the deck's displacement on the rotating axes [m], shape (2,).
         theta: ball angles [rad], shape (balls,).
-        band: how near its whirl has to be to the state's [m].
+        band: largest difference of the whirl from the state's [m].
     """
     state = min(states.branches, key=lambda state: float(np.hypot(*(u - state.u))), default=None)
     if state is None or abs(np.hypot(*u) - state.W) > band:
         return None
     if state.structural_zeros:
         system, zeros = resting_system(scene), state.structural_zeros
-        label = state.label.partition(",")[0]  # of its worst, best or symmetric position
+        label = state.label.partition(",")[0]  # without the suffix ", worst" or ", best"
         state = resting_state(system, states.speed, label, state.u, theta, zeros)
     return None if state.stable is False else state
 
 
 def settled_at(run: Trajectory, steady: float, band: float) -> float:
-    """From when on the whirl is within the band [s], found between samples."""
+    """Return the time from which the whirl is within the band [s], interpolated."""
     time, whirl = run["time"], run.whirl
     outside = np.flatnonzero(np.abs(whirl - steady) > band)
     if len(outside) == 0:
@@ -222,6 +231,6 @@ def settled_at(run: Trajectory, steady: float, band: float) -> float:
 
 
 def _rests(path: np.ndarray, band: float) -> bool:
-    """Whether the whirl keeps within a band over the last stretch."""
+    """Return whether the whirl stays within a band over the last stretch."""
     last = path[-max(1, round(LAST * len(path))) :]
     return bool(np.ptp(np.hypot(last[:, 1], last[:, 2])) <= 2.0 * band)

@@ -1,1 +1,1 @@
-"""A balancer's numbers from what a drive must do: balls, drag and start-up, each claim run."""
+"""Sizing of a balancer from requirements: balls, drag and start-up, verified by runs."""

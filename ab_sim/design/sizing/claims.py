@@ -1,4 +1,4 @@
-"""What a sizing says, and what runs say of it."""
+"""Claims of a sizing, verified by runs."""
 
 import math
 from typing import Any, NamedTuple
@@ -19,46 +19,46 @@ from ab_sim.scene.model import Scene
 
 HOLDS, CONTRADICTED, UNDECIDED = "holds", "contradicted", "undecided"
 TOO_LIGHT = 0.8
-"""Of what balls balance the largest unbalance with: so many of it are shown to be too few."""
+"""Fraction of the required ball moment with which balls are shown to be too light."""
 CLOSE = 0.02
-"""Of the unbalance: within so much the residual is as predicted."""
+"""Tolerance of the residual, as a fraction of the unbalance."""
 BESIDE = 0.05
-"""Share of the border of circulation, beside which it is looked on either side."""
+"""Relative distance from the circulation border at which both sides are tested."""
 FAR = 10.0
-"""Times the window's highest drag, at which too few are to be in time."""
+"""Drag, as a multiple of the window's highest, at which too few drives are to be in time."""
 SAME_SPEED = 0.03
 NEARER = 4
-"""Times that an end of a window is moved half way to the drag that is taken."""
+"""Number of times a window's end is moved half-way to the chosen drag."""
 FAR_ABOVE, BY_RUNS = "far above", ", by runs"
-"""Names of drags."""
+"""Name of the drag above the window, and suffix of corrected drags."""
 
 
 class SizingClaim(NamedTuple):
-    """One statement of a sizing, beside what runs gave."""
+    """Claim of a sizing, with the result of runs."""
 
     claim: str
     predicted: str
     seen: str
     verdict: str
-    """holds, contradicted, or undecided: so many runs do not tell."""
+    """Verdict: holds, contradicted, or undecided if the runs are too few."""
 
 
 class DragRuns(NamedTuple):
-    """Runs over the spread at one drag, beside what was predicted."""
+    """Runs over the spread at one drag, with the prediction."""
 
     drag: float
-    """[N s/m]."""
+    """Drag [N s/m]."""
     predicted: float
-    """Share that is balanced in time."""
+    """Predicted share of drives balanced in time."""
     runs: SpreadRuns
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the runs as JSON-able values."""
         return {"drag": self.drag, "predicted": self.predicted, **self.runs.report()}
 
 
 def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = True) -> SizingClaim:
-    """That a share of drives is at least, or below, what is wanted; judged by its interval."""
+    """Judge by its interval the claim that a share is at least, or below, the required one."""
     share = runs.share
     above, below = share.low >= wanted, share.high < wanted
     if above or below:
@@ -70,12 +70,12 @@ def share_claim(text: str, runs: SpreadRuns, wanted: float, at_least: bool = Tru
 
 
 def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingClaim:
-    """That balls with 0.8 of the least n m R leave 0.2 of the largest unbalance."""
+    """Test the claim that balls with 0.8 of the least n m R leave 0.2 of the largest unbalance."""
     balls, drag = sized.balls, sized.drag
     assert balls is not None and drag is not None
     scene = scene_of(balls, specification, drag)
     light = TOO_LIGHT * specification.largest_unbalance / balls.moment * balls.mass
-    # Lighter balls are slower by the square of their mass.
+    # The settling time grows with the inverse square of the ball mass.
     longer = scene.duration + 3.0 * specification.settle * (balls.mass / light) ** 2
     lighter = changed_scene(scene, {"balls.mass": light, "duration": longer}, scene.name)
     run = simulate_batch(lighter, [{}]).runs[0]
@@ -92,7 +92,7 @@ def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingCl
 
 
 def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> list[SizingClaim]:
-    """That a bunch stays just below the border's drag, and comes to rest just above."""
+    """Test the claims that a bunch persists just below the border's drag and stops just above."""
     balls = sized.balls
     assert balls is not None
     found = []
@@ -112,15 +112,16 @@ def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> 
 
 
 def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:
-    """Whether a bunch of all balls goes on circulating at a speed that is held.
+    """Return whether a bunch of all balls continues to circulate at constant speed.
 
     Args:
-        scene: whose drag may be above the border; balls pass through each other.
-        speed: w [rad/s].
-        border: a drag at which there is such a state, from which it begins if its own has none.
+        scene: scene, whose drag may be above the border; balls do not collide.
+        speed: spindle speed w [rad/s].
+        border: drag with such a state, from which the run starts if there is none at the scene's
+            drag.
 
     Returns:
-        None where no such state is known.
+        The result; None if no such state is known.
     """
     step = step_at(speed)
     held = changed_scene(
@@ -143,20 +144,20 @@ def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:
     done = run.advance(math.ceil(60.0 * slowest / step), every=10)
     half, time = len(done) // 2, done["time"]
     speeds = speed + np.polyfit(time[half:] - time[half], done.ball_angles[half:], 1)[0]
-    # A ball that has come to rest turns as the spindle does.
+    # A ball at rest on the rotor turns with the spindle.
     return bool((np.abs(speeds - bunch.speed) < SAME_SPEED * bunch.speed).all())
 
 
 def window_runs(
     sized: SizedBalls, specification: DriveSpecification, running: Running, predict: Any
 ) -> dict[str, DragRuns]:
-    """Runs over the spread at the ends of a drag window, and far above it.
+    """Run drives over the spread at the ends of a drag window, and far above it.
 
-    Where they contradict an end, another one is looked for, nearer to the drag that is taken.
+    If runs contradict an end, another end nearer to the chosen drag is sought.
 
     Args:
         sized, specification, running: see ``run_share``.
-        predict: the share that is predicted at a drag.
+        predict: function that returns the predicted share at a drag.
     """
     balls, window = sized.balls, sized.window
     assert balls is not None and window is not None

@@ -1,4 +1,4 @@
-"""Balls and the drag with which they balance a drive in time and do not circulate."""
+"""Balls and drags that balance a drive in time without circulation."""
 
 import math
 from dataclasses import dataclass
@@ -17,20 +17,27 @@ from ab_sim.design.sizing.settle_time import (
 from ab_sim.design.sizing.specification import DriveSpecification
 
 ABOVE_BORDER = 1.25
-"""The window begins so far above the border of circulation: there a bunch takes for ever to part,
-and the closed form of the border is good to 2 %."""
+"""Start of the window relative to the circulation border.
+
+At the border a bunch separates extremely slowly, and its closed form has an error of 2 %.
+"""
 HEAVIER = (1.02, 1.1, 1.2, 1.35, 1.5, 2.0)
-"""Masses that are looked at, in the least one that balances the largest unbalance. At 1 the
-slowest growth rate of a balanced position is 0, and nothing settles."""
+"""Ball masses to be tried, relative to the least mass that balances the largest unbalance.
+
+At 1 the slowest growth rate of a balanced position is 0, and nothing settles.
+"""
 ROOMY, AS_WIDE = 2.0, 0.9
-"""The lightest balls are taken whose window is so many times wider than the drag's tolerance takes;
-or, if there are none, so wide as the widest, in the logarithm."""
+"""Choice of the lightest balls with a sufficient window.
+
+The window must be ``ROOMY`` times as wide as the drag's tolerance, or ``AS_WIDE`` as wide as the
+widest one, on a logarithmic scale.
+"""
 SPAN = 300.0
-"""Drags are looked at up to so many times the border."""
+"""Largest ratio of a drag to the border in the search, both up and down."""
 LOOKS = 36
 BISECTIONS = 10
 LEAST_RATIO = 1.05
-"""A narrower window, highest over lowest drag, is none."""
+"""Least ratio of highest to lowest drag of a window."""
 
 
 class DragWindow(NamedTuple):
@@ -39,35 +46,35 @@ class DragWindow(NamedTuple):
     low: float
     high: float
     low_end: str
-    """What ends it below: circulation, or too slow."""
+    """Reason of the lower limit: circulation, or too slow."""
 
     @property
     def ratio(self) -> float:
-        """high / low."""
+        """Ratio high / low."""
         return self.high / self.low
 
 
 @dataclass(frozen=True)
 class SizedBalls:
-    """Balls of one number, and what follows from them; ``why_not`` where they do not serve."""
+    """Balls of one number with their properties, or the reason why they are unsuitable."""
 
     balls: FittingBalls | None
-    """None: none fit."""
+    """Balls; None if none fit."""
     count: int
     heavier: float
-    """Their mass in the least one that balances the largest unbalance."""
+    """Ball mass relative to the least mass that balances the largest unbalance."""
     border: float
     """Drag above which no bunch of all balls circulates at the running speed [N s/m]."""
     window: DragWindow | None
     drag: float | None
-    """The one to take [N s/m], in the middle of the window, in the logarithm."""
+    """Chosen drag [N s/m]: the geometric mean of the window's limits."""
     predicted: float
-    """Share of drives that is balanced in time at that drag; without one the largest at any."""
+    """Predicted share of drives balanced in time at that drag; without one, the largest share."""
     why_not: str | None
-    """And what to change."""
+    """Reason why the balls are unsuitable, and the remedy; None if they are suitable."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values, SI units."""
+        """Return the balls as JSON-able values in SI units."""
         balls, window = self.balls, self.window
         return {
             "balls": self.count,
@@ -87,14 +94,14 @@ class SizedBalls:
 
 
 def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
-    """The lightest balls of a number whose drag window is wide enough, or about as wide as any.
+    """Return the lightest balls of a number with a sufficient drag window.
 
-    Where circulation ends the window below, both ends grow with the balls' mass squared, and
-    heavier balls get no wider one; they make more whirl on the way through the critical speed.
+    If circulation limits the window below, both limits grow with the square of the ball mass.
+    Heavier balls then have no wider window, and cause more whirl at the critical speed.
 
     Args:
-        count: n.
-        specification: what they must do.
+        count: number of balls n.
+        specification: requirements.
     """
     least = least_mass(count, specification.largest_unbalance, specification)
     if least is None:
@@ -115,20 +122,20 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
 
 
 def least_ratio(specification: DriveSpecification) -> float:
-    """Highest over lowest drag that a window must have for the drag's tolerance."""
+    """Return the ratio of highest to lowest drag that the drag's tolerance requires."""
     return (1.0 + specification.drag_tolerance) / (1.0 - specification.drag_tolerance)
 
 
 def circulation_border(drive: BunchDrive, speed: float) -> float:
-    """c_b up to which all balls can circulate in a bunch at a speed [N s/m].
+    """Return the drag c_b up to which all balls can circulate in a bunch at a speed [N s/m].
 
-    n m^2 w_n^3 / (c (w - w_n)), w_n = sqrt(k/M): where the bunch turns at w_n its balls part. A
-    fold is just beyond, and of fewer balls the border lies lower where the rest only add to the
-    deck's mass.
+    It is n m^2 w_n^3 / (c (w - w_n)) with w_n = sqrt(k/M): the balls of a bunch that turns at w_n
+    separate. A fold lies just beyond. For fewer balls the border is lower if the others only add to
+    the deck's mass.
 
     Args:
-        drive: the numbers; the drag does not matter.
-        speed: w [rad/s], above w_n.
+        drive: parameters of the drive; its drag is ignored.
+        speed: spindle speed w [rad/s], above w_n.
     """
     critical = math.sqrt(drive.stiffness / drive.mass)
     driven = drive.balls * drive.ball_mass**2 * critical**3
@@ -136,17 +143,17 @@ def circulation_border(drive: BunchDrive, speed: float) -> float:
 
 
 def predicted_share(balls: FittingBalls, specification: DriveSpecification, drag: float) -> float:
-    """Share of drives that is balanced in time at a drag [N s/m], circulation left aside."""
+    """Return the share of drives balanced in time at a drag [N s/m], ignoring circulation."""
     places = balanced_places(balls, specification)
     return share_in_time(drive_of_balls(balls, specification, drag), specification, places)
 
 
 def known_borders(drive: BunchDrive, speed: float) -> dict[int, float]:
-    """Largest drag at which a stable bunch is known by its number of balls [N s/m].
+    """Return the largest drag with a known stable bunch, by its number of balls [N s/m].
 
     Args:
-        drive: the numbers.
-        speed: w [rad/s].
+        drive: parameters of the drive.
+        speed: spindle speed w [rad/s].
     """
     found = {}
     start = drive._replace(drag=circulation_border(drive, speed))
@@ -182,7 +189,7 @@ def _with_window(
 
 
 class _Search:
-    """Where the share of drives that is balanced in time crosses what is wanted."""
+    """Search of the drags at which the share balanced in time crosses the required one."""
 
     def __init__(
         self, balls: FittingBalls, specification: DriveSpecification, places: BalancedPlaces
@@ -194,7 +201,7 @@ class _Search:
         return share_in_time(drive, self._specification, self._places)
 
     def window(self, drags: np.ndarray, shares: np.ndarray, floor: float) -> DragWindow | None:
-        """The widest range above a floor in which the share is at least what is wanted."""
+        """Return the widest range above a floor with at least the required share."""
         inside = (shares >= self._specification.share) & (drags >= floor)
         best: DragWindow | None = None
         k = 0

@@ -1,11 +1,11 @@
-"""Which balls balance an unbalance, and whether they fit a race: closed forms.
+"""Closed forms for balls that balance an unbalance and fit into a race.
 
-Balls that roll on a wall of radius r have their centres at R = r - a. They just balance U where all
-of them are opposite it, n m R = U; balls have a width, and side by side in a row they reach only
+Balls that roll on a wall of radius r have their centres at R = r - a. Point masses opposite U would
+just balance it with n m R = U. Balls have a width, and side by side in a row they only reach
 
     m R sin(n d / 2) / sin(d / 2),    sin(d / 2) = a / R,
 
-d being the angle from a ball to the next.
+where d is the angle from a ball to the next.
 """
 
 import math
@@ -17,9 +17,9 @@ from scipy.optimize import brentq
 from ab_sim.design.sizing.specification import DriveSpecification
 
 LIGHTEST = 1e-9
-"""Share of the largest ball's mass from which balls are looked for."""
+"""Lightest ball in the search, relative to the largest ball's mass."""
 LOOKS = 400
-"""Masses at which it is looked for them."""
+"""Number of masses in the search."""
 
 
 @dataclass(frozen=True)
@@ -28,42 +28,42 @@ class FittingBalls:
 
     count: int
     mass: float
-    """m of one [kg]."""
+    """Mass m of one ball [kg]."""
     radius: float
-    """a [m]."""
+    """Ball radius a [m]."""
     path_radius: float
-    """R, of the circle of their centres [m]."""
+    """Radius R of the circle of the balls' centres [m]."""
 
     @property
     def moment(self) -> float:
-        """n m R [kg m]: what balls without a width could balance."""
+        """Moment n m R [kg m]: the unbalance that point masses could balance."""
         return self.count * self.mass * self.path_radius
 
     @property
     def in_a_row(self) -> float:
-        """Unbalance that they balance side by side, the largest that they can [kg m]."""
+        """Largest unbalance that the balls balance, side by side [kg m]."""
         half = math.asin(min(self.radius / self.path_radius, 1.0))
         return self.mass * self.path_radius * math.sin(self.count * half) / math.sin(half)
 
     @property
     def rolling_mass(self) -> float:
-        """m + I/a^2 [kg] of a solid ball that rolls."""
+        """Effective mass m + I/a^2 of a rolling solid ball [kg]."""
         return 1.4 * self.mass
 
 
 def balls_of(count: int, mass: float, specification: DriveSpecification) -> FittingBalls:
-    """So many balls of a mass [kg] on the race; whether they fit is not looked at."""
+    """Return balls of a mass [kg] on the race, without a check that they fit."""
     radius = ball_radius(mass, specification.density)
     return FittingBalls(count, mass, radius, specification.race_radius - radius)
 
 
 def ball_radius(mass: float, density: float) -> float:
-    """Of a ball [m], from its mass [kg] and density [kg/m^3]."""
+    """Return the radius of a ball [m] from its mass [kg] and density [kg/m^3]."""
     return (3.0 * mass / (4.0 * math.pi * density)) ** (1.0 / 3.0)
 
 
 def largest_ball(count: int, specification: DriveSpecification) -> float:
-    """Mass of the largest balls that fit [kg]: by the width, and all side by side once around."""
+    """Return the mass of the largest balls that fit the race's width and circumference [kg]."""
     sine = math.sin(math.pi / count)
     around = specification.race_radius * sine / (1.0 + sine)
     radius = min(0.5 * specification.race_width, around)
@@ -71,19 +71,22 @@ def largest_ball(count: int, specification: DriveSpecification) -> float:
 
 
 def least_mass(count: int, unbalance: float, specification: DriveSpecification) -> float | None:
-    """Of the lightest balls that balance an unbalance side by side [kg]; None if none fit.
+    """Return the least ball mass [kg] that balances an unbalance side by side, or None.
+
+    None if no such balls fit.
 
     Args:
-        count: n.
-        unbalance: U [kg m].
-        specification: has race and density.
+        count: number of balls n.
+        unbalance: unbalance U [kg m].
+        specification: specification with race and density.
     """
     most = largest_ball(count, specification)
 
     def missed(mass: float) -> float:
         return balls_of(count, mass, specification).in_a_row / unbalance - 1.0
 
-    # It rises with the mass, and may fall again where a row of large balls goes half around.
+    # The moment rises with the mass, but may fall again when a row of large balls covers half the
+    # race: take the first crossing.
     masses = np.geomspace(LIGHTEST * most, most, LOOKS)
     enough = [k for k, mass in enumerate(masses.tolist()) if missed(mass) >= 0.0]
     if not enough:

@@ -1,22 +1,23 @@
-"""How long balls take to balance a drive that has reached its speed: from growth rates.
+"""Settling time of balls after a drive has reached its speed, from growth rates.
 
-Near a balanced position, with the deck's z on the rotor's axes, d = d/dt, t_j the balls' tangents:
+Near a balanced position, with the deck's z on the rotor's axes, d = d/dt and tangents t_j of the
+balls:
 
     (M (d + i w)^2 + c (d + i w) + k) z + m R (d + i w)^2 sum t_j x_j = 0
     mu R x_j'' + c_b R x_j' + m t_j . (d + i w)^2 z = 0.
 
-Of the position only the singular values of the t_j enter, sqrt(n (1 +- rho) / 2) with
-rho = |sum exp(2 i theta_j)| / n: two motions of the balls are felt by the deck, together eight
-eigenvalues, of which the slowest is what is waited for.
+The position enters only through the singular values of the t_j, sqrt(n (1 +- rho) / 2) with rho =
+|sum exp(2 i theta_j)| / n: two motions of the balls couple with the deck. They have eight
+eigenvalues, the slowest of which determines the time.
 
-The time is an estimate, and no closed form: until the balls' slip, w at most, has come down to the
-slowest rate, by the drag alone; and then e-folds, from all balls on the unbalance's side to what
-may be left, ``LEAVING`` for balls that first have to leave that side; of the better felt motion in
-both directions, and of the slowest from what a radian of it leaves: where rho is near 1, it is
-slow, and makes little unbalance.
+The time is an estimate instead of a closed form. First the drag alone reduces the balls' slip from
+at most w to the slowest rate. Then the unbalance decays exponentially, from all balls on its own
+side to the allowed residual. ``LEAVING`` is added for balls that must first leave that side. Its
+rate is that of the better coupled motion in both directions. The slowest motion decays from the
+unbalance of one radian: with rho near 1 it is slow but causes little unbalance.
 
-Source: own derivation, from the equations of docs/equations.md, section 1; what runs say is in
-docs/howto/size.md.
+Source: own derivation, from the equations of docs/equations.md, section 1; docs/howto/size.md
+compares it with runs.
 """
 
 import math
@@ -29,31 +30,31 @@ from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 
 LEAVING = 1.0
-"""e-folds from the unbalance's side, where balls gather below the critical speed."""
+"""Number of e-folds to leave the unbalance's side, where balls gather below the critical speed."""
 DRAWS = 64
-"""Rotors and positions over which there is a share."""
+"""Number of rotors and positions for a share."""
 STEPS = 200
 _FARTHEST = 0.3
-"""A ball's way in a step [rad]."""
+"""Largest change of a ball angle in a step [rad]."""
 
 
 class BalancedPlaces(NamedTuple):
-    """Rotors drawn from the range of unbalance, and where balls balance them, as they come."""
+    """Rotors from the range of unbalance, with random balanced positions."""
 
     unbalances: np.ndarray
-    """[kg m], shape (draws,)."""
+    """Unbalances [kg m], shape (draws,)."""
     rhos: np.ndarray
-    """Of the balls' positions, shape (draws,)."""
+    """Values of rho of the balls' positions, shape (draws,)."""
 
 
 def drive_of_balls(
     balls: FittingBalls, specification: DriveSpecification, drag: float
 ) -> BunchDrive:
-    """The drive with these balls as numbers.
+    """Return the drive with these balls as parameters.
 
     Args:
-        balls, specification: what it is of.
-        drag: c_b on a ball [N s/m].
+        balls, specification: balls and drive.
+        drag: drag c_b on a ball [N s/m].
     """
     return BunchDrive(
         mass=specification.mass + balls.count * balls.mass,
@@ -69,10 +70,10 @@ def drive_of_balls(
 
 
 def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> BalancedPlaces:
-    """Where balls come to from anywhere, the way on which the unbalance left falls fastest.
+    """Return balanced positions, reached from random starts by minimal-norm steps.
 
-    Unbalances are evenly spaced in their range, start angles random; the same for all drives of
-    one number of balls.
+    Unbalances are evenly spaced in their range and start angles are random. Both are equal for all
+    drives with the same number of balls.
     """
     low, high = specification.least_unbalance, specification.largest_unbalance
     unbalances = low + (high - low) * (np.arange(DRAWS) + 0.5) / DRAWS
@@ -93,31 +94,33 @@ def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> B
 
 
 def largest_growth(drive: BunchDrive, speed: float, rhos: np.ndarray) -> np.ndarray:
-    """The largest growth rate [1/s] at balanced positions, shape of ``rhos``; see ``growth_felt``.
+    """Return the largest growth rate [1/s] at balanced positions; see ``growth_felt``.
 
-    Structural zeros of three and more balls are not among them, as along a continuum of balanced
-    positions nothing is to settle.
+    The result has the shape of ``rhos``.
+
+    Structural zeros of three or more balls are left out, because nothing moves along a continuum of
+    balanced positions.
 
     Args:
-        drive: the numbers.
-        speed: w [rad/s].
-        rhos: of the positions, shape (positions,).
+        drive: parameters of the drive.
+        speed: spindle speed w [rad/s].
+        rhos: values of rho of the positions, shape (positions,).
     """
     return growth_felt(drive, speed, _felt(drive, rhos))
 
 
 def _felt(drive: BunchDrive, rhos: np.ndarray) -> np.ndarray:
-    """Singular values of the tangents, the larger first, shape (positions, 2)."""
+    """Return singular values of the tangents, the larger first, shape (positions, 2)."""
     squares = 0.5 * drive.balls * (1.0 + np.multiply.outer(rhos, [1, -1]))
     return np.sqrt(np.maximum(squares, 0.0))
 
 
 def growth_felt(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray:
-    """The largest growth rate [1/s] where the balls' two motions are felt so much.
+    """Return the largest growth rate [1/s] for given couplings of the balls' two motions.
 
     Args:
-        drive: the numbers.
-        speed: w [rad/s].
+        drive: parameters of the drive.
+        speed: spindle speed w [rad/s].
         felt: singular values of the tangents, shape (positions, 2).
     """
     mass, m, w = drive.mass, drive.ball_mass, speed
@@ -142,15 +145,15 @@ def growth_felt(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray
 def settle_times(
     drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
 ) -> np.ndarray:
-    """Estimates of the time from the running speed until a drive is balanced [s].
+    """Estimate the time from the running speed until a drive is balanced [s].
 
     Args:
-        drive: the numbers.
-        specification: has the speed, and what may be left.
-        places: of the rotors.
+        drive: parameters of the drive.
+        specification: specification with speed and allowed residual.
+        places: rotors with balanced positions.
 
     Returns:
-        Shape (draws,); infinite where the balanced position is not stable.
+        Times, shape (draws,); infinite if the balanced position is unstable.
     """
     speed = specification.speed
     felt = _felt(drive, places.rhos)
@@ -181,5 +184,5 @@ def stuck(balls: FittingBalls, specification: DriveSpecification) -> tuple[float
 def share_in_time(
     drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
 ) -> float:
-    """Share of rotors that are balanced by ``specification.settle``, by ``settle_times``."""
+    """Return the share of rotors balanced within ``specification.settle``, by ``settle_times``."""
     return float(np.mean(settle_times(drive, specification, places) <= specification.settle))

@@ -1,4 +1,4 @@
-"""From what a drive must do to balls, drag and start-up: each claim is run."""
+"""Sizing from requirements to balls, drag and start-up, with every claim verified by runs."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -29,16 +29,17 @@ from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.model import Scene
 
 RUNS = 400
-"""Of the chosen drive, unless told."""
+"""Default number of runs of the chosen drive."""
 FEWEST, MOST = 20, 100_000
 HOLD_LENGTHS = (0.1, 0.2, 0.4, 0.8)
-"""Of the time to settle, from the least: a hold that is tried is no longer than need be."""
+"""Durations of a hold, relative to the settling time, shortest first."""
 HOLD_SPEEDS = (1.05, 1.2, 1.4)
-"""Of the critical speed, at which speed is held."""
+"""Speeds of a hold, relative to the critical speed."""
 PARTS = (1 / 16, 1 / 4, 1)
-"""Of the runs, after which a design is given up whose whole interval is below what is wanted."""
+"""Shares of the runs after which a design is given up if its whole interval is below the share
+wanted."""
 PREDICTED_AT = 60
-"""Drags of a curve."""
+"""Number of drags of a predicted curve."""
 
 
 @dataclass(frozen=True, repr=False)
@@ -49,29 +50,29 @@ class Sizing(Presented):
 
     specification: DriveSpecification
     candidates: tuple[SizedBalls, ...]
-    """One for each number of balls."""
+    """Candidates, one per number of balls."""
     chosen: SizedBalls | None
-    """None: nothing could be sized."""
+    """Chosen balls; None if nothing was found."""
     hold: Hold | None
-    """Of the start-up; None: it needs none."""
+    """Hold of the start-up; None if it needs none."""
     scene: Scene | None
-    """The chosen drive's start-up, with the largest unbalance and balls that collide."""
+    """Start-up of the chosen drive, with the largest unbalance and colliding balls."""
     runs: SpreadRuns | None
-    """Of that scene over its spread."""
+    """Runs of that scene over its spread."""
     at_drags: dict[str, DragRuns]
-    """At the lowest and highest drag of its window, and far above it."""
+    """Runs at the lowest and highest drag of its window, and far above it."""
     claims: tuple[SizingClaim, ...]
-    """What was said, and what runs gave."""
+    """Claims with the results of runs."""
     tried: tuple[tuple[int, SpreadRuns], ...]
-    """Numbers of balls whose runs were too seldom balanced, and these runs."""
+    """Numbers of balls with too few balanced runs, and these runs."""
 
     @property
     def found(self) -> bool:
-        """Whether something could be sized."""
+        """Flag of a successful sizing."""
         return self.chosen is not None
 
     def predicted(self) -> tuple[np.ndarray, np.ndarray]:
-        """Drags [N s/m] and the share predicted at each, of the chosen balls; shape (drags,)."""
+        """Return drags [N s/m] and predicted shares of the chosen balls, each of shape (drags,)."""
         chosen = self.chosen
         if chosen is None or chosen.window is None or chosen.balls is None:
             return np.empty(0), np.empty(0)
@@ -81,7 +82,7 @@ class Sizing(Presented):
         return drags, np.array(shares)
 
     def scene_text(self) -> str:
-        """The scene's file, with a head that says how it was made; empty where there is none."""
+        """Return the scene's file with a header on its origin; empty without a scene."""
         if self.scene is None:
             return ""
         lines = [f"made by ab-sim size {ab_sim.__version__}, for"]
@@ -91,7 +92,7 @@ class Sizing(Presented):
         return head + yaml_text(self.scene.as_mapping())
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim size --help``."""
+        """Return all results as JSON-able values in SI units; see ``ab-sim size --help``."""
         return {
             "specification": self.specification._asdict(),
             "found": self.found,
@@ -130,17 +131,17 @@ class Sizing(Presented):
 
 
 def run_sizing(specification: DriveSpecification, running: Running) -> Sizing:
-    """Size a balancer, and run what is claimed.
+    """Size a balancer, and verify the claims by runs.
 
-    Numbers of balls are tried by the width of their drag window, until of one enough drives are
-    balanced in time, with a hold if need be.
+    Numbers of balls are tried in order of their drag window's width, with a hold if necessary,
+    until enough drives are balanced in time.
 
     Args:
-        specification: what it must do.
-        running: how drives are run.
+        specification: requirements.
+        running: settings of the runs.
 
     Raises:
-        InputError: too few or too many runs; or another process computes the same.
+        InputError: the number of runs is out of range, or another process is computing the same.
     """
     if not FEWEST <= running.runs <= MOST:
         raise InputError(f"runs = {running.runs}: must be from {FEWEST} to {MOST}")
@@ -226,7 +227,7 @@ def _claims_of_shares(
 
 
 def _ranked(candidates: tuple[SizedBalls, ...]) -> list[SizedBalls]:
-    """Those that serve, the widest window first: the drag is what is known worst."""
+    """Return suitable candidates, the widest window first, as drag is the most uncertain value."""
 
     def width(each: SizedBalls) -> float:
         return 0.0 if each.window is None else each.window.ratio
@@ -264,7 +265,7 @@ def _run(
 
 
 def sizing_failure(found: Sizing) -> str:
-    """Why nothing could be sized, and what to change."""
+    """Return the reason why nothing could be sized, and the remedy."""
     if not found.tried:
         reasons = {each.count: each.why_not for each in found.candidates}
         said = "; ".join(f"{count} balls: {why}" for count, why in reasons.items())
@@ -273,7 +274,7 @@ def sizing_failure(found: Sizing) -> str:
     runs = "; ".join(
         f"{count} balls: {100 * each.share.value:.1f} % balanced" for count, each in found.tried
     )
-    holds = len(list(_holds(found.specification)))  # all are tried before balls are given up
+    holds = len(list(_holds(found.specification)))  # all were tried
     also = f", also with each of {holds} holds of the speed (variable-speed periods)"
     stuck = _where_balls_stick(found)
     advice = "give more time to settle, or ask for a smaller share"

@@ -1,4 +1,4 @@
-"""What a balancer is to be sized for: the drive, its unbalance and the space for a race."""
+"""Specification of a balancer: drive, unbalance and space for a race."""
 
 import math
 import re
@@ -10,67 +10,67 @@ from ab_sim.quoting import short
 from ab_sim.scene.units import has_unit, in_si, with_last_unit
 
 Given = str | float
-"""A number in SI units, or a text with its unit."""
+"""Number in SI units, or text with its unit."""
 DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
-"""Of balls by name [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
+"""Densities of balls [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
 BALLS = (2, 6)
 MOST_BALLS = 12
 DAMPING_RATIO, SETTLE, DENSITY, SHARE, LEFT, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
-"""Unless told."""
+"""Default values."""
 RUN_UP = 1.0
-"""Time in which the running speed is reached unless an acceleration is told [s]."""
+"""Default time to reach the running speed [s]."""
 _GRADE = re.compile(r"\s*[Gg]\s*(\d+\.?\d*|\.\d+)\s*")
 
 
 class DriveSpecification(NamedTuple):
-    """What a balancer is sized for, SI units; made by ``specification_of``."""
+    """Requirements of a sizing in SI units, created by ``specification_of``."""
 
     mass: float
-    """M0, all that moves on the suspension but for the balls [kg]."""
+    """Suspended mass M0 without balls [kg]."""
     least_unbalance: float
     largest_unbalance: float
-    """Of U = M0 e [kg m]; rotors lie evenly between."""
+    """Range of the unbalance U = M0 e [kg m], from ``least_unbalance``; uniformly distributed."""
     critical_speed: float
-    """sqrt(k/M0), without balls [rad/s]."""
+    """Critical speed sqrt(k/M0) without balls [rad/s]."""
     speed: float
-    """At which it runs [rad/s]."""
+    """Running speed [rad/s]."""
     race_radius: float
-    """Of the wall that the balls roll on, inside [m]."""
+    """Inner radius of the wall on which balls roll [m]."""
     race_width: float
-    """Room for a ball's diameter [m]."""
+    """Space for a ball's diameter [m]."""
     damping_ratio: float
-    """c / (2 sqrt(k M0))."""
+    """Damping ratio c / (2 sqrt(k M0))."""
     acceleration: float
-    """Of the run-up [rad/s^2]."""
+    """Acceleration of the run-up [rad/s^2]."""
     settle: float
     """Time from the running speed until a drive must be balanced [s]."""
     density: float
-    """Of the balls [kg/m^3]."""
+    """Density of the balls [kg/m^3]."""
     fewest: int
     most: int
-    """Numbers of balls that are looked at."""
+    """Range of the number of balls, from ``fewest``."""
     share: float
-    """Of drives that must be balanced by then, above 0, below 1."""
+    """Share of drives that must be balanced by then, above 0, below 1."""
     left: float
-    """Unbalance that may be left, as a share of the largest."""
+    """Allowed residual unbalance, relative to the largest."""
     drag_tolerance: float
-    """By which the drag of built drives is off, evenly to either side, as a share."""
+    """Relative tolerance of the drag, uniformly distributed to either side."""
     friction_arm: float = 0.0
-    """Of rolling friction [m]; predictions leave it out, runs have it."""
+    """Arm of rolling friction [m]; predictions ignore it, runs include it."""
 
     @property
     def limit(self) -> float:
-        """Unbalance that may be left [kg m]."""
+        """Allowed residual unbalance [kg m]."""
         return self.left * self.largest_unbalance
 
     @property
     def stiffness(self) -> float:
-        """k [N/m]."""
+        """Stiffness k [N/m]."""
         return self.mass * self.critical_speed**2
 
     @property
     def damping(self) -> float:
-        """c [N s/m]."""
+        """Damping c [N s/m]."""
         return 2.0 * self.damping_ratio * self.mass * self.critical_speed
 
     @property
@@ -80,7 +80,7 @@ class DriveSpecification(NamedTuple):
 
 
 class SpecificationTexts(NamedTuple):
-    """A specification as a user writes it: numbers in SI units, or texts with a unit."""
+    """Specification as written by a user: numbers in SI units, or texts with a unit."""
 
     mass: Given
     critical_speed: Given
@@ -88,15 +88,15 @@ class SpecificationTexts(NamedTuple):
     race_radius: Given
     race_width: Given
     unbalance: Given | Sequence[float] | None = None
-    """The largest, or from least to largest: ``0.1 g cm..0.3 g cm``."""
+    """Largest unbalance, or range: ``0.1 g cm..0.3 g cm``."""
     grade: Given | None = None
-    """Instead, the grade that the rotor has: ``G6.3``, or 6.3 [mm/s]."""
+    """Balance grade of the rotor instead of the unbalance: ``G6.3``, or 6.3 [mm/s]."""
     damping_ratio: float = DAMPING_RATIO
     acceleration: Given | None = None
     settle: Given = SETTLE
     density: Given = DENSITY
     balls: str | Sequence[int] = BALLS
-    """From how many to how many, ``2..6``, or a number."""
+    """Range of the number of balls, ``2..6``, or a single number."""
     share: float = SHARE
     left: float = LEFT
     drag_tolerance: float = DRAG_TOLERANCE
@@ -104,11 +104,11 @@ class SpecificationTexts(NamedTuple):
 
 
 def specification_of(given: SpecificationTexts) -> DriveSpecification:
-    """What is written, checked.
+    """Return a checked specification.
 
     Raises:
-        InputError: a number cannot be, or both or none of unbalance and grade are given; names it,
-            what is allowed and what to do.
+        InputError: a number is not allowed, or both or none of unbalance and grade are given; the
+            message states the allowed values and the remedy.
     """
     mass = _positive("mass", given.mass, "kg")
     critical = _positive("critical", given.critical_speed, "rad/s")
@@ -148,12 +148,12 @@ def specification_of(given: SpecificationTexts) -> DriveSpecification:
 
 
 def unbalance_of_grade(grade: float, mass: float, speed: float) -> float:
-    """U = M G / w [kg m], G the mass centre's speed about the shaft: ISO 21940-11.
+    """Return the unbalance U = M G / w [kg m] of a balance grade (ISO 21940-11).
 
     Args:
-        grade: G [m/s].
-        mass: of the rotor [kg].
-        speed: at which it has that grade [rad/s].
+        grade: balance grade G [m/s].
+        mass: mass of the rotor [kg].
+        speed: speed of the grade [rad/s].
     """
     return mass * grade / speed
 
@@ -192,7 +192,7 @@ def _ends(text: str) -> list[str]:
 
 
 def _grade(given: Given) -> float:
-    """m/s."""
+    """Return a balance grade [m/s]."""
     if isinstance(given, str):
         found = _GRADE.fullmatch(given)
         if found is None:

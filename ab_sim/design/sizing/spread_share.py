@@ -1,4 +1,4 @@
-"""What share of built drives of a sizing is balanced in time, by running them."""
+"""Share of random drives of a sizing that is balanced in time, from runs."""
 
 from contextlib import AbstractContextManager
 from typing import Any, NamedTuple
@@ -18,34 +18,34 @@ from ab_sim.scene.model import Scene
 
 GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
 GRADE_UNIT = 1e3
-"""The merit is in mm/s."""
+"""Factor from m/s to the metric's unit, mm/s."""
 
 
 class SpreadRuns(NamedTuple):
     """Runs of one design over its spread."""
 
     share: ShareBalanced
-    """Of drives that leave no more unbalance than may be, and have no ball that circulates."""
+    """Share of drives within the allowed residual unbalance and without circulating balls."""
     circulating: int
-    """Runs that end with balls going round the race."""
+    """Number of runs that end with circulating balls."""
     failed: int
     failure: str | None
-    """Of the first that failed."""
+    """Error message of the first failed run."""
     peak_whirl: float
-    """Median of the largest whirl on the way up [m]."""
+    """Median of the largest whirl during the start-up [m]."""
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the runs as JSON-able values."""
         return {**self._asdict(), "share": {**self.share._asdict(), "value": self.share.value}}
 
 
 class Running(NamedTuple):
-    """How drives are run."""
+    """Settings of runs."""
 
     runs: int
     seed: int
     executors: Executors | None
-    """Makes what shares the work; None: this process does it."""
+    """Function that creates an executor; None for this process."""
     tell: Tell | None
 
     def at_stage(self, name: str) -> "Running":
@@ -60,12 +60,12 @@ class Running(NamedTuple):
         return self._replace(tell=told)
 
     def executor(self) -> AbstractContextManager[Executor] | None:
-        """For one study."""
+        """Return the executor for one study."""
         return None if self.executors is None else self.executors()
 
 
 def tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> list[Tolerance]:
-    """How drives differ: unbalance over its range, start angles anywhere, drag by its tolerance."""
+    """Return the tolerances of unbalance and drag, with random start angles."""
     mass = specification.mass
     low, high = specification.least_unbalance / mass, specification.largest_unbalance / mass
     written = [f"rotor.eccentricity=uniform:{low!r},{high!r}", "start.ball_angles=random"]
@@ -80,14 +80,14 @@ def run_share(
 ) -> SpreadRuns:
     """Run a design over its spread.
 
-    Whether the whirl still falls does not matter, as of ``robust`` it does: what counts is how much
-    is left at that time.
+    Unlike ``robust``, it does not require a settled whirl: only the residual unbalance at that time
+    counts.
 
     Args:
-        scene: the drawing.
-        specification: has the spread, and what may be left.
-        running: how many, and where.
-        drag_too: whether the drag is spread.
+        scene: nominal scene.
+        specification: specification with spread and allowed residual.
+        running: settings of the runs.
+        drag_too: whether the drag varies as well.
     """
     drawn = DrawnPoints(scene, tolerances_of(specification, drag_too), running.runs, running.seed)
     job = Job(scene, drawn.keys, (GRADE, PEAK))

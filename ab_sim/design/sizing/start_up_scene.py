@@ -1,4 +1,4 @@
-"""The scene of a drive with its balls: from rest up to the running speed."""
+"""Scene of a sized drive: from rest to the running speed."""
 
 import math
 from typing import Any, NamedTuple
@@ -9,21 +9,21 @@ from ab_sim.scene.load import changed_scene, check_scene
 from ab_sim.scene.model import Scene
 
 TURN_OF_A_STEP = 0.2
-"""rad of the spindle."""
+"""Largest spindle angle of a step [rad]."""
 LAST = 0.1
-"""Share of a run over which merits are of its end."""
+"""Fraction of a run at its end over which final metrics are taken."""
 RESTITUTION = 0.5
-"""Of balls that collide, where they do."""
+"""Restitution coefficient of colliding balls."""
 NAME = "sized"
 
 
 class Hold(NamedTuple):
-    """A variable-speed period that holds the speed."""
+    """Variable-speed period that holds the speed."""
 
     start_speed: float
-    """rad/s."""
+    """Held speed [rad/s]."""
     duration: float
-    """s."""
+    """Duration [s]."""
 
 
 def scene_of(
@@ -32,15 +32,15 @@ def scene_of(
     drag: float,
     hold: Hold | None = None,
 ) -> Scene:
-    """A start-up with the largest unbalance, over when the drive must be balanced.
+    """Return a start-up with the largest unbalance that ends when the drive must be balanced.
 
-    Its last tenth, over which merits judge it, begins ``specification.settle`` after the running
-    speed is reached.
+    Its last tenth, over which final metrics are taken, starts ``specification.settle`` after the
+    running speed is reached.
 
     Args:
-        balls, specification: what it is of.
-        drag: c_b on a ball [N s/m].
-        hold: None for none.
+        balls, specification: balls and drive.
+        drag: drag c_b on a ball [N s/m].
+        hold: hold of the speed, or None.
     """
     speed, acceleration = specification.speed, specification.acceleration
     profile: dict[str, Any] = {
@@ -74,7 +74,7 @@ def scene_of(
             "ball_spin",
             *(friction if specification.friction_arm > 0.0 else ()),
         ],
-        # Apart: equal balls at one place never part.
+        # Start at different angles: equal balls at one place never separate.
         "start": {
             "ball_angles": [round(2.0 * math.pi * (k / count) ** 1.2, 4) for k in range(count)]
         },
@@ -88,13 +88,13 @@ def scene_of(
 
 
 def with_contact(scene: Scene) -> Scene:
-    """The scene with balls that collide instead of passing through each other."""
+    """Return the scene with colliding balls."""
     changes = {"effects.ball_contact": {"restitution_coefficient": RESTITUTION}}
     return changed_scene(scene, changes, NAME)
 
 
 def step_at(speed: float) -> float:
-    """A round step in which the spindle turns by at most ``TURN_OF_A_STEP`` [s]."""
+    """Return a round step in which the spindle turns by at most ``TURN_OF_A_STEP`` [s]."""
     most = min(TURN_OF_A_STEP / speed, 1e-3)
     decade = 10.0 ** math.floor(math.log10(most))
     return max(
