@@ -52,7 +52,7 @@ class Estimate(NamedTuple):
 
     @property
     def bounded(self) -> bool:
-        """Flag of an interval that is finite and excludes zero as its lower end."""
+        """Flag of an interval that is finite, and whose lower end is not 0."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
 
     def report(self) -> dict[str, Any]:
