@@ -1,10 +1,10 @@
-"""The ROS 2 nodes: thin, no physics. Each runs in its own process."""
+"""The ROS 2 nodes: thin, without physics. Each runs in a process of its own."""
 
 import sys
 
 from ab_sim import interruption
 
 if sys.argv[0] == "-m":
-    # `python -m` is on its way to a node, whose own imports take seconds.
+    # `python -m` is about to start a node, whose imports take seconds.
     interruption.watch()
     interruption.heed()

@@ -1,4 +1,4 @@
-"""How a node leaves the graph, so that nobody goes on to see it."""
+"""Orderly exit of a node from the graph, so that peers see it leave."""
 
 import os
 import time
@@ -6,19 +6,19 @@ import time
 from rclpy.node import Node
 
 HEARD = 0.2
-"""s for others to take in that the node has gone, before they hear that its participant has. For a
-program that is paused for up to 0.15 s again and again, 0.1 s was too short in 2 of 80 ends."""
+"""Time for peers to notice that the node has gone, before its participant leaves [s]. For a program
+that is repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
 
 def leave_graph(node: Node) -> None:
     """Destroy a process's only node, and its DDS participant.
 
-    Others keep two things by two threads: which participants there are, and which nodes each has
-    said to have. What a participant said last, and they take in after it has gone, they keep for
-    ever (``update_participant_entities`` of rmw_dds_common adds it again): after 2 of 725 ends, and
-    14 of 180 where the other's process paused now and then, it went on to see the node. So the
-    participant first says that the node has gone. It does so with a further node, hidden by its
-    name, as the last one takes the participant with it at once.
+    Peers track participants and the nodes of each participant in two threads. If they process a
+    participant's last message after it has left, they keep its nodes for ever
+    (``update_participant_entities`` of rmw_dds_common adds them again). This happened in 2 of 725
+    exits, and in 14 of 180 with a peer that was paused now and then. So the participant first
+    announces that the node has gone. A further, hidden node keeps the participant alive meanwhile,
+    because destroying the last node destroys the participant at once.
     """
     last = Node(
         f"_ab_sim_{os.getpid()}",
@@ -27,7 +27,7 @@ def leave_graph(node: Node) -> None:
         enable_rosout=False,
         start_parameter_services=False,
     )
-    with last.handle:  # it is destroyed at the end of this, behind all that it had
+    with last.handle:  # destroyed at the end of this block, after everything that belongs to it
         node.destroy_node()
         last.destroy_node()
         time.sleep(HEARD)
