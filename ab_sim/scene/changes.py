@@ -1,4 +1,4 @@
-"""Changes to what a scene's file says, each ``key=value`` with a dotted key."""
+"""Changes to the content of a scene's file, each ``key=value`` with a dotted key."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -8,7 +8,7 @@ from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short
 
 REMOVED: Any = object()
-"""Stands for a value that is taken away."""
+"""Marker for the value of a removed key."""
 
 
 class Change(NamedTuple):
@@ -17,14 +17,16 @@ class Change(NamedTuple):
     key: str
     value: Any
     said: str
-    """What to call it in messages."""
+    """Name of the change in messages."""
 
 
 def all_parsed(changes: Iterable[str]) -> list[Change]:
-    """Changes as they are written, ``key=value``, the value in YAML; an empty one removes the key.
+    """Parse changes of the form ``key=value``, with the value in YAML.
+
+    An empty one removes the key.
 
     Raises:
-        SceneError: one is not written so, or they are no list of texts.
+        SceneError: a change has another form, or the changes are not a list of texts.
     """
     given = list(changes)
     if isinstance(changes, str | Mapping) or not all(isinstance(each, str) for each in given):
@@ -47,18 +49,18 @@ def _parsed(change: str) -> Change:
 
 
 def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
-    """Make changes to a mapping of nested ones, of which those that change are copied first.
+    """Apply changes in place to nested mappings; inner mappings are copied before they change.
 
     Raises:
-        SceneError: there is nothing to remove, or a key leads into what is no mapping.
+        SceneError: there is nothing to remove, or a key leads into a value that is not a mapping.
     """
     for change in changes:
         if change.value is REMOVED:
             _remove(raw, change)
         else:
             _set(raw, change)
-    # Who changes the accuracy does not want the file's solver any more, and vice versa; who
-    # changes both is told that they exclude each other, when the scene is checked.
+    # A change of the accuracy replaces the file's solver, and vice versa. If both are changed, the
+    # check of the scene reports that they exclude each other.
     given = {change.key.partition(".")[0] for change in changes if change.value is not REMOVED}
     for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
         if wanted in given and other not in given:
@@ -86,7 +88,7 @@ def _remove(raw: dict[str, Any], change: Change) -> None:
 
 
 def _check_there(here: dict[str, Any], key: str, owner: str, change: Change) -> None:
-    """What is not there may be a slip of the pen for what is, which would silently stay."""
+    """Refuse a missing key. It may be a typo for an existing one, which would silently stay."""
     if key not in here:
         there = [str(other) for other in here]
         raise SceneError(
