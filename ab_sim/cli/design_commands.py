@@ -1,4 +1,4 @@
-"""Commands that decide over many drives."""
+"""Commands for design decisions over many drives."""
 
 import typer
 

@@ -1,4 +1,4 @@
-"""How to type `ab-sim` in the terminal that it was called from, for hints."""
+"""Name of `ab-sim` in the terminal that called it, for hints."""
 
 import shlex
 import shutil
@@ -8,6 +8,8 @@ from pathlib import Path
 
 def own_command() -> str:
     """Return `ab-sim`, or its path, relative if it is below the working directory.
+
+    The path is for environments that are not activated, in which a shell would not find the name.
 
     The path is for environments that are not activated: a shell would not find the name.
     """

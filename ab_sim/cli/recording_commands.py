@@ -1,4 +1,4 @@
-"""Commands for what was recorded: look at it, turn it into something else, run it again."""
+"""Commands for recordings: view, convert, repeat."""
 
 from pathlib import Path
 from typing import Annotated
