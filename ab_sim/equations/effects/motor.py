@@ -51,7 +51,7 @@ class Motor(NamedTuple):
         return self.proportional_gain * error + self.integral_gain * integral
 
     def integral_rate(self, error: float, excess: float) -> float:
-        # The integral follows what the motor gives, so it does not wind up at the limit.
+        # The integral follows the delivered torque, so it does not wind up at the limit.
         return error - excess / self.proportional_gain
 
     def largest_torque(self) -> float:
@@ -61,7 +61,7 @@ class Motor(NamedTuple):
         return self.back_emf_slope * speed
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a motor with nothing to turn, or whose acceleration nobody would feel."""
+        """Refuse a motor without a load, or one whose acceleration has no effect."""
         if scene.deck is None and self.rotor_inertia == 0.0:
             raise ValueError(
                 "effects.motor.rotor_inertia = 0.0 kg m^2: must be more than 0; the rotor of a "
