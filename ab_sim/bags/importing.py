@@ -1,4 +1,4 @@
-"""Recordings made from a bag."""
+"""Recordings from a bag."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _CHUNK = 1000  # rows
 
 
 class ImportedBag(NamedTuple):
-    """The recordings that were made from a bag."""
+    """The recordings from a bag."""
 
     files: list[Path]
-    """Several if the drive was reset, or another drive published its description."""
+    """Files; several if the drive was reset, or another drive published its description."""
     rows: int
     missing: int
-    """Number of steps that are missing between steps in the bag."""
+    """Number of steps missing between steps in the bag."""
     ignored: dict[str, tuple[int, str]]
     """By topic: number of unusable messages, and the error of the last one."""
     complete: bool
@@ -40,24 +40,24 @@ def import_bag(
     namespace: str | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> ImportedBag:
-    """Make recordings of a bag.
+    """Convert a bag to recordings.
 
-    With ``vibration/block`` they are to the bit what a recorder that had listened would have
-    written; without, there is one with a row at every stamp of the topic that has most messages of
+    With ``vibration/block`` they are identical to the bit to those of a recorder. Otherwise there
+    is one recording. It has a row at every stamp of the topic with most messages among
     ``joint_states``, ``vibration`` and ``whirl``, and the channels of all of them and of the
-    commands: joints interpolated, the others as last heard until then. Where positions are unknown
-    nothing is drawn.
+    commands. Joints are interpolated; other values are held. Without positions nothing is drawn.
 
     Args:
-        path: of the bag, see `Bag`.
-        out: the .rrd file, replaced if there is one; of several ones the first, and the others are
-            called ``-2`` and so on and replace nothing.
-        namespace: of the drive; None: of the only one there is.
-        progress: called with the number of messages done, and of all.
+        path: path of the bag, see `Bag`.
+        out: the .rrd file, replaced if it exists; further files are called ``-2`` and so on and
+            replace nothing.
+        namespace: namespace of the drive; None: that of the only one.
+        progress: called with the number of messages done and the total.
 
     Raises:
-        InputError: the namespace is not that of a drive in the bag, or there are several.
-        RecordingError: the bag cannot be read, or has nothing of a drive, or a recording cannot be
+        InputError: the bag has no drive in the namespace, or several drives and no namespace was
+            given.
+        RecordingError: the bag cannot be read or has no topics of a drive, or a recording cannot be
             written.
     """
     with Bag(path) as bag:
@@ -66,7 +66,7 @@ def import_bag(
         log = BagConverter(own, kinds, out)
         messages = sum(bag.topics[name].messages for name in kinds)
         if BLOCK.within(own) in kinds:
-            # A recorder that came later than the drive has it after some of the samples.
+            # A recorder that started later than the drive has it after some of the samples.
             for first in islice(bag.messages({DESCRIPTION.within(own)}), 1):
                 log.write(first)
             with log:
@@ -83,11 +83,11 @@ def import_bag(
 
 
 def choose_namespace(bag: Bag, wanted: str | None) -> str:
-    """The namespace of the drive to be imported.
+    """Return the namespace of the drive to import.
 
     Raises:
-        InputError: there is none of that name, or none was named and there are several.
-        RecordingError: the bag has none at all.
+        InputError: the namespace does not exist, or none was given and there are several.
+        RecordingError: the bag has no drive.
     """
     there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
     if wanted is None and len(there) == 1:
@@ -115,14 +115,14 @@ def _listed(bag: Bag) -> str:
 
 
 def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
-    """Topics to read, by full name.
+    """Return the topics to read, by full name.
 
     Raises:
-        RecordingError: a topic of the bag has a name of the contract and another type.
+        RecordingError: a topic of the bag has a name of the contract, but another type.
     """
     wanted = {kind.within(namespace): kind for kind in topics.ALL}
     clock = f"{namespace.rstrip('/')}/clock"
-    if clock in bag.topics:  # of two drives each has its own
+    if clock in bag.topics:  # with two drives, each has its own clock
         del wanted[CLOCK.name]
         wanted[clock] = CLOCK
     numbers = NUMBER.within(namespace)
@@ -141,7 +141,7 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
 
 
 def _import_foreign(bag: Bag, namespace: str, kinds: dict[str, Topic], out: Path) -> ImportedBag:
-    """A recording of a bag that has no blocks."""
+    """Convert a bag without blocks to a recording."""
     table = ForeignBag(bag, namespace, kinds)
     if not len(table.samples):
         raise RecordingError(f"{bag.path}: there is no message that can be used{table.summary}")
