@@ -89,8 +89,6 @@ def distinct(
 
     The first ones therefore do not depend on the number requested.
 
-    So the first ones do not depend on how many are asked for.
-
     Args:
         count: number of colours.
         first: colours to begin with.

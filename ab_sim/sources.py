@@ -34,9 +34,6 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
     Imports for type checkers and of the standard library do not count, nor do installed packages of
     others, see ``versions``.
 
-    Imports for type checkers only do not count, nor does the standard library. Nor do installed
-    packages of others, see ``versions``.
-
     Raises:
         NotOfSources: a module has no source file, or the file was changed after this process began
             and may not be what it has imported.

@@ -15,7 +15,7 @@ def merits_of(
 ) -> Merits:
     """Compute metrics of a run, some or all: ``ab-sim merits`` lists them.
 
-    What only merits need that were not asked for is not computed.
+    Quantities that only other metrics need are not computed.
 
     Parameters
     ----------
@@ -30,7 +30,7 @@ def merits_of(
     -------
     Merits
         ``merits["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
-        ``report()`` all that were asked for, by name, JSON-able.
+        ``report()`` has all requested ones by name, JSON-able.
 
     Raises
     ------
@@ -68,7 +68,7 @@ def register_merit(
     """Return a class decorator that registers a metric of runs, in this process.
 
     It stands in ``ab-sim merits``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
-    report``, and in ``merits`` of results. The class is made anew for each run, with the scene and
+    report``, and in ``merits`` of results. The class is created for each run, with the scene and
     how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
     other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
     None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with

@@ -238,7 +238,7 @@ def modes(scene: SceneLike, speed: float = 0.0) -> NaturalVibration:
 
     Returns
     -------
-    Vibration
+    NaturalVibration
         ``modes`` by frequency, each with frequency [rad/s], damping ratio and shape, complex, shape
         (coordinates,); ``over_speed``, a Campbell diagram with the critical speeds [rad/s].
 

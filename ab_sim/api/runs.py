@@ -251,7 +251,7 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
         raise InputError(f"every = {every}: must be at least 1")
     found = None if run.work_precision is None else run.work_precision.report()
     with Recording(path, description=describe(run.scene, found), every=every) as recording:
-        for decided in run.decisions:  # as a recorder writes what a profile controller says
+        for decided in run.decisions:  # as a recorder writes a profile controller's status
             recording.state("profile", decided.time, decided.text.partition(":")[0])
             recording.event(decided.time, f"profile: {decided.text}", "INFO", "profile")
         samples = run.trajectory.samples

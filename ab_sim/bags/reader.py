@@ -45,8 +45,6 @@ class Bag:
 
     It is a context manager. The readable part of an unfinished bag is read.
 
-    Use it as a context. An unfinished bag is read as far as it goes.
-
     Args:
         path: the folder or the file.
 

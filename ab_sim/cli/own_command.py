@@ -10,8 +10,6 @@ def own_command() -> str:
     """Return `ab-sim`, or its path, relative if it is below the working directory.
 
     The path is for environments that are not activated, in which a shell would not find the name.
-
-    The path is for environments that are not activated: a shell would not find the name.
     """
     script = Path(sys.executable).with_name("ab-sim")
     if (found := shutil.which("ab-sim")) and (not script.exists() or script.samefile(found)):

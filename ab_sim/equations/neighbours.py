@@ -90,11 +90,6 @@ def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ..
     balls have the same probability. For unequal balls all orders have, which is the same except for
     terms of third order in the radius.
 
-    With ball_contact the first ball may be anywhere. Of the others it is drawn where they would be
-    if no ball had a size, on what the balls leave free; then the sizes are put between. So all
-    arrangements of equal balls have the same chance; of unequal ones all orders have, which is the
-    same but for terms of the third order in their radius.
-
     Args:
         scene: scene; its start angles are ignored.
         shares: random numbers in [0, 1), one for each ball.

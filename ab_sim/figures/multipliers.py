@@ -90,8 +90,6 @@ def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
 
     If the deck moves, the whirl is drawn, too.
 
-    And the whirl, where the deck moves.
-
     Args:
         scene: name of the scene.
         followed: solutions over the parameter, at least one.

@@ -1,4 +1,4 @@
-"""The ROS 2 nodes: thin, without physics. Each runs in a process of its own."""
+"""The ROS 2 nodes: thin, without physics. Each runs in a separate process."""
 
 import sys
 

@@ -88,7 +88,7 @@ class TrajectoryAnswer(NamedTuple):
     """Answer to a trajectory that was received, or that cannot be followed any further."""
 
     start: int
-    """Its start [ns], as in the message."""
+    """Start of the trajectory [ns], as in the message."""
     refusal: str = ""
     """Reason why it is not followed; empty if it is."""
 

@@ -33,7 +33,7 @@ WATCHDOG_TEXTS = {
 
 
 def not_called(message: Any) -> None:
-    """Callback of a subscription that is read at wake-ups and not by the executor."""
+    """Do nothing: the subscription is read at wake-ups, and not by the executor."""
 
 
 class PendingCommands:

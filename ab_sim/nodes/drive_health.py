@@ -1,4 +1,4 @@
-"""Diagnostics of a running drive; no ROS, and no clock of its own."""
+"""Diagnostics of a running drive; without ROS and without a clock."""
 
 from collections import deque
 from typing import NamedTuple

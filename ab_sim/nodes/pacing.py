@@ -1,4 +1,4 @@
-"""Number of integration steps that are due by the steady clock; no ROS, and no clock of its own."""
+"""Number of integration steps that are due by the steady clock; without ROS or a clock."""
 
 import math
 from dataclasses import dataclass

@@ -178,9 +178,6 @@ def joined(
     If the spindle cannot be at the first point's speed in time, it approaches the trajectory at the
     largest acceleration, and follows it from where they meet.
 
-    Where the spindle is not at the first point's speed in time, it goes towards the trajectory at
-    the largest acceleration, and follows from where it meets it.
-
     Args:
         schedule: schedule in force.
         now: time [s]; the start of the trajectory is not before it.

@@ -51,9 +51,6 @@ class Viewer:
     A viewer that is killed is started again, at the same address, and shows the growing recordings
     again. A window that its user closes stays closed. A viewer started elsewhere is waited for.
 
-    A viewer that is killed is started again, at the same address, and shown again what still grows;
-    a window that its user closes stays closed. One that somebody else runs is waited for.
-
     Args:
         view: ``web``, served on loopback; ``native``, a window; or the address of a running one,
             ``rerun+http://HOST:PORT/proxy``.
