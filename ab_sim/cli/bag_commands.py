@@ -27,11 +27,11 @@ def import_(
 ) -> None:
     """Convert a ROS 2 bag to a recording.
 
-    With vibration/block it is to the bit what the recorder would have written. Without, it has what
-    there is of spindle/command, joint_states, vibration and whirl, with a row for each stamp of
-    the one that has most; where positions are unknown there are plots and no drawing. An unfinished
-    bag is read as far as it goes. Where a drive was reset there are several recordings, FILE,
-    FILE-2 and so on.
+    With vibration/block the result is identical to the bit to that of the recorder. Without, it has
+    the available topics of spindle/command, joint_states, vibration and whirl, with a row for each
+    stamp of the one with most messages. Without positions there are plots, but no drawing. The
+    readable part of an unfinished bag is used. If the drive was reset there are several recordings,
+    FILE, FILE-2 and so on.
     """
     from ab_sim.cli.bags import import_command
 
@@ -42,9 +42,9 @@ def import_(
 def mend(bag: BagArgument) -> None:
     """Repair a ROS 2 bag whose recorder was killed, in place.
 
-    What is whole in it stays, to the bit, and gets the index and the counts that other programs ask
-    for. A new file is written beside the old one first, and takes its place when it is complete.
-    A bag that is still being written is refused.
+    All complete messages stay, to the bit, and get the index and the counts that other programs
+    need. A new file is written next to the old one, and replaces it when it is complete. A bag that
+    is still being written is refused.
     """
     from ab_sim.cli.bags import mend_command
 
@@ -62,8 +62,8 @@ def replay(
 ) -> None:
     """Publish a ROS 2 bag again, with its timing and QoS.
 
-    Commands, too: whoever listens to spindle/command obeys them. drive_description is told first;
-    a recorder that listens records the same samples.
+    Commands are included: a drive that subscribes to spindle/command obeys them. drive_description
+    comes first; a recorder records the same samples.
     """
     from ab_sim.cli.bags import replay_command
 
