@@ -1,8 +1,8 @@
-"""The topic contract: each topic's name, type, QoS, unit, meaning and conversion, declared once.
+"""The topic contract: name, type, QoS, unit, meaning and conversion of each topic, declared once.
 
-Nobody else touches message fields. Only what makes ROS's messages, publishers and services needs
-ROS. All topic names are relative, so a node's namespace applies;
-only ``/clock`` and ``/diagnostics`` are absolute.
+No other package reads or writes message fields. ROS is needed only to create messages, publishers
+and services. All topic names are relative, so that a node's namespace applies; only ``/clock`` and
+``/diagnostics`` are absolute.
 """
 
 from ab_msgs_py.block import Block

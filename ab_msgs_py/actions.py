@@ -1,8 +1,8 @@
 """The action of the contract: a start-up profile as one goal (ab_interfaces/action/RunProfile).
 
-ROS's own packages have no action with a profile, a text and what is believed of a drive in it.
-This one's classes are built by colcon, or beside the wheels from PyPI by `make action`; where they
-are not, the services do without.
+ROS's own packages have no action with a profile, a text and an estimate of the drive's state.
+Colcon builds the classes of this action; next to the wheels from PyPI, `make action` does. Without
+them, only the services are available.
 """
 
 import importlib
@@ -14,15 +14,15 @@ NOT_BUILT = "ab_interfaces is not built: there is no action ~/run; the services 
 
 
 class Asked(NamedTuple):
-    """A goal."""
+    """A goal of the action."""
 
     profile: str
-    """As the parameter ``profile``; empty: what the parameters name."""
+    """Profile, as in the parameter ``profile``; empty: the profile that the parameters name."""
     changes: list[str]
 
 
 class Progress(NamedTuple):
-    """Feedback; units and meanings are in RunProfile.action."""
+    """Feedback of the action; units and meanings are in RunProfile.action."""
 
     status: str
     segment: int
@@ -36,7 +36,7 @@ class Progress(NamedTuple):
 
 
 class Outcome(NamedTuple):
-    """A result; units and meanings are in RunProfile.action."""
+    """Result of the action; units and meanings are in RunProfile.action."""
 
     message: str
     speed: float
@@ -44,28 +44,28 @@ class Outcome(NamedTuple):
 
 
 def run_profile() -> Any:
-    """The action's class; None where it is not built."""
+    """Return the class of the action, or None if it has not been built."""
     try:
         return importlib.import_module("ab_interfaces.action").RunProfile
-    except (ImportError, AttributeError):  # of a checkout there is the folder of its sources
+    except (ImportError, AttributeError):  # a checkout has the folder of the sources only
         return None
 
 
 def asked_of(request: Any) -> Asked:
-    """What a goal asks for."""
+    """Return the request in a goal message."""
     return Asked(str(request.profile), [str(change) for change in request.changes])
 
 
 def goal_of(asked: Asked) -> Any:
-    """A goal that asks for something."""
+    """Return the goal message for a request."""
     return run_profile().Goal(**asked._asdict())
 
 
 def feedback_of(progress: Progress) -> Any:
-    """The message."""
+    """Return the feedback message for a state of progress."""
     return run_profile().Feedback(**progress._asdict())
 
 
 def result_of(outcome: Outcome) -> Any:
-    """The message."""
+    """Return the result message for an outcome."""
     return run_profile().Result(**outcome._asdict())

@@ -22,7 +22,7 @@ class Block:
     """Shape (samples, channels), float64."""
 
     def fields(self) -> Fields:
-        """As Float64MultiArray."""
+        """Return the fields of a Float64MultiArray."""
         rows, columns = self.samples.shape
         labels = ",".join(self.channels)
         dimensions = [
@@ -36,7 +36,7 @@ class Block:
 
     @classmethod
     def of(cls, message: Any) -> "Block":
-        """Out of ``vibration/block``.
+        """Return the block in a message of ``vibration/block``.
 
         Raises:
             MalformedMessage: dimensions, labels and data do not fit together.

@@ -1,5 +1,5 @@
-"""What a receiver raises for a message that breaks the contract."""
+"""The error that receivers raise for a message that breaks the contract."""
 
 
 class MalformedMessage(ValueError):
-    """A message does not have the contract's layout; says which part, and what is expected."""
+    """Message without the contract's layout; the text names the part and what is expected."""

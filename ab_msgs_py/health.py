@@ -1,4 +1,4 @@
-"""A node's health as one entry of ``/diagnostics``; units stand in the keys."""
+"""Health of a node as one entry of ``/diagnostics``; units are in the keys."""
 
 import enum
 from dataclasses import dataclass, field
@@ -9,7 +9,7 @@ from ab_msgs_py.samples import header, nanoseconds_of
 
 
 class Level(enum.Enum):
-    """How well a node is, as DiagnosticStatus says it."""
+    """Severity of a node's state, as in DiagnosticStatus."""
 
     OK = 0
     WARN = 1
@@ -17,7 +17,7 @@ class Level(enum.Enum):
 
 
 class Task(enum.Enum):
-    """What a node's health is about; by these, ours are told from other hardware's."""
+    """Subject of a node's health; these names tell ab_sim's entries from other hardware's."""
 
     DRIVE = "real time"
     PROFILE = "profile"
@@ -25,7 +25,7 @@ class Task(enum.Enum):
 
 
 ENDED = "ended"
-"""Message of a node's last health, sent when it ends in order."""
+"""Message of a node's last health entry, sent at an orderly exit."""
 
 
 @dataclass(frozen=True)
@@ -43,11 +43,11 @@ class Health:
 
     @property
     def namespace(self) -> str:
-        """The node's namespace."""
+        """Return the namespace of the node."""
         return self.node.rpartition("/")[0] or "/"
 
     def fields(self) -> Fields:
-        """As a DiagnosticArray of this entry."""
+        """Return the fields of a DiagnosticArray with this entry."""
         values = [{"key": key, "value": value} for key, value in self.values.items()]
         status = {
             "level": bytes([self.level.value]),
@@ -60,8 +60,8 @@ class Health:
 
     @classmethod
     def all_of(cls, array: Any) -> list["Health"]:
-        """Every ab_sim entry of a message; other hardware's are left out."""
-        # ROS has it as a byte, files as a number.
+        """Return the ab_sim entries of a message, without those of other hardware."""
+        # ROS stores the level as a byte, bag files as a number.
         levels = {each: level for level in Level for each in (level.value, bytes([level.value]))}
         tasks = {task.value: task for task in Task}
         return [

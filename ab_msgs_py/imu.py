@@ -1,4 +1,4 @@
-"""An accelerometer's readings as sensor_msgs/Imu."""
+"""Readings of an accelerometer as sensor_msgs/Imu."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -7,15 +7,15 @@ from ab_msgs_py.ros_messages import Fields
 from ab_msgs_py.samples import Triple, axes, header, nanoseconds_of
 
 FORCE = slice(25, 28)
-"""Which of a message's numbers the acceleration is."""
+"""Positions of the acceleration among the numbers of a message."""
 
 
 @dataclass(frozen=True)
 class ImuSample:
-    """What an accelerometer reads at one instant, as ``imu/data_raw``; nothing turns it (REP-145).
+    """Reading of an accelerometer at one instant as ``imu/data_raw`` (REP-145).
 
-    Orientation and angular velocity are marked as not reported, by a covariance that begins with
-    -1.
+    The axes are the sensor's. Orientation and angular velocity are marked as not reported: their
+    covariance begins with -1.
     """
 
     time: int
@@ -23,11 +23,11 @@ class ImuSample:
     force: Triple
     """Specific force on the sensor's axes [m/s^2]."""
     variance: float
-    """Of each axis' noise [(m/s^2)^2]; 0: not known."""
+    """Variance of the noise on each axis [(m/s^2)^2]; 0: unknown."""
     frame: str
 
     def fields(self) -> Fields:
-        """As Imu."""
+        """Return the fields of an Imu."""
         unknown = [-1.0] + [0.0] * 8
         nothing = axes((0.0, 0.0, 0.0))
         return {
@@ -44,7 +44,7 @@ class ImuSample:
 
     @classmethod
     def of(cls, message: Any) -> "ImuSample":
-        """Out of an Imu."""
+        """Return the sample in an Imu."""
         force = message.linear_acceleration
         return cls(
             nanoseconds_of(message.header.stamp),

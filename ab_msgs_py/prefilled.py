@@ -1,7 +1,7 @@
-"""Messages that are published again and again with other numbers, as bytes.
+"""Serialised messages that are published repeatedly with different numbers.
 
-Making a message object and serialising it costs several times what sending it does. Where all but
-the stamp and the numbers stays as it is, these are written over the last ones.
+Creating and serialising a message object costs several times as much as sending it. If only the
+stamp and the numbers change, they are written over those of the last message.
 """
 
 import struct
@@ -9,22 +9,22 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 _HEAD = b"\x00\x01\x00\x00"
-"""Plain CDR (XCDR1), little-endian."""
+"""Header of plain CDR (XCDR1), little-endian."""
 _TIME = "builtin_interfaces/Time"
 _STAMP = struct.Struct("<iI")
 _INTEGERS = {"int32": struct.Struct("<i"), "uint32": struct.Struct("<I")}
 
 
 class Prefilled:
-    """A message in CDR, in which only stamps and floating-point numbers change.
+    """Message in CDR in which only stamps and floating-point numbers change.
 
     Args:
-        message: says all the rest: texts, and how many numbers there are.
-        changing: which of its numbers change, in the order of its fields; default: all.
-        fields_of: names and types of a message's fields; default: as ROS's own messages say them.
+        message: gives everything else: the texts and the number of numbers.
+        changing: numbers that change, in the order of the message's fields; default: all.
+        fields_of: names and types of a message's fields; default: those that ROS's messages report.
 
     Raises:
-        ValueError: it has fields of other kinds than numbers of 4 or 8 bytes and texts.
+        ValueError: the message has fields other than texts and numbers of 4 or 8 bytes.
     """
 
     def __init__(
@@ -44,11 +44,11 @@ class Prefilled:
         ]
 
     def at(self, time: int, numbers: Sequence[float]) -> bytes:
-        """What to publish.
+        """Return the serialised message.
 
         Args:
-            time: of all its stamps [ns].
-            numbers: all that change, in the order of the message's fields.
+            time: value of all stamps [ns].
+            numbers: all numbers that change, in the order of the message's fields.
         """
         sec, nanosec = divmod(time, 10**9)
         for place in self._stamps:
@@ -58,7 +58,7 @@ class Prefilled:
         return bytes(self._bytes)
 
     def _write(self, value: Any, kind: str) -> None:
-        """Serialise a field; alignment counts from behind the head, and gaps are zero."""
+        """Serialise a field; alignment counts from the end of the header, and gaps are zero."""
         if kind == _TIME:
             self._stamps.append(self._room(4, _STAMP.pack(value.sec, value.nanosec)))
         elif kind == "double":
@@ -82,7 +82,7 @@ class Prefilled:
             raise ValueError(f"a field of type {kind} cannot be prefilled")
 
     def _room(self, alignment: int, content: bytes) -> int:
-        """Where the content has been put."""
+        """Append content at its alignment and return its offset."""
         self._bytes += bytes(-(len(self._bytes) - len(_HEAD)) % alignment)
         place = len(self._bytes)
         self._bytes += content
@@ -90,7 +90,7 @@ class Prefilled:
 
 
 def _runs(places: Sequence[int]) -> list[tuple[int, int, int]]:
-    """Numbers that lie side by side: where the first is, which it is, and how many there are."""
+    """Return runs of adjacent numbers as (offset, index of the first number, count)."""
     runs: list[tuple[int, int, int]] = []
     for index, place in enumerate(places):
         if runs and place == runs[-1][0] + 8 * runs[-1][2]:

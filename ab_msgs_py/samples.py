@@ -1,4 +1,7 @@
-"""Typed samples, to and from the fields of standard messages. Stamps are integer nanoseconds."""
+"""Typed samples and their conversion to and from the fields of standard messages.
+
+Stamps are integer nanoseconds.
+"""
 
 import json
 import math
@@ -10,73 +13,74 @@ from ab_msgs_py.errors import MalformedMessage
 from ab_msgs_py.ros_messages import Fields
 
 HOUSING = "drive_housing"
-"""Frame of inertial axes at the shaft's rest position, x and y across the shaft (REP-103)."""
+"""Name of the frame with inertial axes at the shaft's rest position, x and y across it
+(REP-103)."""
 DECK = "deck"
-"""Frame of the deck's own axes, z along the shaft; at rest they are those of HOUSING."""
+"""Name of the frame with the deck's axes, z along the shaft; at rest they are those of HOUSING."""
 
 Triple = tuple[float, float, float]
 Turn = tuple[float, float, float, float]
-"""A quaternion, w first."""
+"""Quaternion, w first."""
 
 
 def frame_of(namespace: str, name: str) -> str:
-    """A frame's name: frames are not relative to a node's namespace by themselves.
+    """Return the full name of a frame. ROS does not apply a node's namespace to frames.
 
     Args:
-        namespace: of the node that speaks of it.
-        name: as in HOUSING, DECK, or an accelerometer's.
+        namespace: namespace of the node that publishes the frame.
+        name: HOUSING, DECK, or the name of an accelerometer.
     """
     return f"{namespace}/{name}".lstrip("/")
 
 
 def stamp(nanoseconds: int) -> Fields:
-    """A stamp out of simulated time [ns]."""
+    """Return the fields of a stamp for a simulated time [ns]."""
     sec, nanosec = divmod(nanoseconds, 10**9)
     return {"sec": sec, "nanosec": nanosec}
 
 
 def header(time: int, frame: str) -> Fields:
-    """A message's header; time [ns]."""
+    """Return the fields of a header; time in ns."""
     return {"stamp": stamp(time), "frame_id": frame}
 
 
 def axes(vector: Triple) -> Fields:
-    """A point or a vector."""
+    """Return the fields of a point or a vector."""
     return dict(zip("xyz", vector, strict=True))
 
 
 def nanoseconds_of(time: Any) -> int:
-    """Simulated time [ns] of a stamp."""
+    """Return the simulated time [ns] of a stamp."""
     return int(time.sec) * 10**9 + int(time.nanosec)
 
 
 def number_fields(number: float) -> Fields:
-    """A number alone, such as a command [rad/s]."""
+    """Return the fields of a single number, such as a command [rad/s]."""
     return {"data": float(number)}
 
 
 def number_of(message: Any) -> float:
-    """The number; whether a command may be followed is the drive's say."""
+    """Return the number in a message; the drive decides whether to follow a command."""
     return float(message.data)
 
 
 def text_fields(text: str) -> Fields:
-    """A text alone, such as the profile controller's state."""
+    """Return the fields of a single text, such as the profile controller's state."""
     return {"data": text}
 
 
 def text_of(message: Any) -> str:
-    """The text in a message."""
+    """Return the text in a message."""
     return str(message.data)
 
 
 def json_fields(value: Any) -> Fields:
-    """What JSON can say, as a text."""
+    """Return the fields of a text that holds a JSON value."""
     return {"data": json.dumps(value)}
 
 
 def description_of(message: Any) -> dict[str, Any]:
-    """What is being simulated.
+    """Return the description of the simulated drive.
 
     Raises:
         MalformedMessage: not a JSON object.
@@ -91,7 +95,7 @@ def description_of(message: Any) -> dict[str, Any]:
 
 
 def faults_of(message: Any) -> list[str]:
-    """Faults in force.
+    """Return the faults in force.
 
     Raises:
         MalformedMessage: it is no list of texts.
@@ -106,20 +110,20 @@ def faults_of(message: Any) -> list[str]:
 
 
 def clock_fields(nanoseconds: int) -> Fields:
-    """Simulated time [ns]."""
+    """Return the fields of a Clock message for a simulated time [ns]."""
     return {"clock": stamp(nanoseconds)}
 
 
 def clock_of(message: Any) -> int:
-    """Simulated time [ns]."""
+    """Return the simulated time [ns] in a Clock message."""
     return nanoseconds_of(message.clock)
 
 
 class Event(NamedTuple):
-    """A log entry."""
+    """Log entry."""
 
     time: int
-    """Its stamp [ns]."""
+    """Stamp of the entry [ns]."""
     level: str
     """DEBUG, INFO, WARN, ERROR or FATAL."""
     node: str
@@ -132,7 +136,7 @@ _NUMBERS = {"TRACE": 10, "CRITICAL": 50, **{name: number for number, name in _LE
 
 
 def event_fields(event: Event) -> Fields:
-    """A log entry; a level that ROS does not have becomes the nearest, or INFO."""
+    """Return the fields of a log entry; a level unknown to ROS becomes INFO."""
     return {
         "stamp": stamp(event.time),
         "level": _NUMBERS.get(event.level, 20),
@@ -145,7 +149,7 @@ def event_fields(event: Event) -> Fields:
 
 
 def event_of(message: Any) -> Event:
-    """A log entry."""
+    """Return the log entry in a message."""
     level = _LEVELS.get(int(message.level), "INFO")
     return Event(nanoseconds_of(message.stamp), level, str(message.name), str(message.msg))
 
@@ -157,21 +161,21 @@ class JointSample:
     time: int
     """Simulated time [ns]."""
     spindle_angle: float
-    """psi [rad], unwrapped."""
+    """Angle psi [rad], unwrapped."""
     spindle_speed: float
-    """w [rad/s]."""
+    """Speed w [rad/s]."""
     ball_angles: tuple[float, ...]
-    """From the unbalance, unwrapped [rad]."""
+    """Angles from the unbalance, unwrapped [rad]."""
     ball_rates: tuple[float, ...]
-    """Relative to the race [rad/s]."""
+    """Angular velocities relative to the race [rad/s]."""
     ball_torques: tuple[float, ...]
-    """Driving torque about the shaft, in the direction of growing angle [N m]."""
+    """Driving torques about the shaft, in the direction of increasing angle [N m]."""
     spindle_torque: float | None = None
-    """The motor's torque [N m]; None where no motor is modelled."""
+    """Torque of the motor [N m]; None without a motor model."""
     frame: str = HOUSING
 
     def fields(self) -> Fields:
-        """As JointState; the spindle's effort is NaN where no motor is modelled."""
+        """Return the fields of a JointState; the spindle's effort is NaN without a motor model."""
         torque = math.nan if self.spindle_torque is None else self.spindle_torque
         return {
             "header": header(self.time, self.frame),
@@ -183,10 +187,10 @@ class JointSample:
 
     @classmethod
     def of(cls, message: Any) -> "JointSample":
-        """Out of a JointState.
+        """Return the sample in a JointState.
 
         Raises:
-            MalformedMessage: not a spindle and its balls.
+            MalformedMessage: the joints are not a spindle and its balls.
         """
         names = list(message.name)
         if names != ["spindle", *(f"ball_{i}" for i in range(len(names) - 1))]:
@@ -207,9 +211,9 @@ class JointSample:
 
 
 def spindle_of(message: Any) -> tuple[int, float, float] | None:
-    """Time [ns], angle [rad] and speed [rad/s] of the spindle, which is all that a board knows.
+    """Return time [ns], angle [rad] and speed [rad/s] of the spindle in a JointState.
 
-    Out of a JointState; None if that is another machine's.
+    These are all values that a controller board knows. Return None for another machine's message.
     """
     names = list(message.name)
     if "spindle" not in names or not len(message.position) == len(message.velocity) == len(names):
@@ -220,45 +224,45 @@ def spindle_of(message: Any) -> tuple[int, float, float] | None:
 
 @dataclass(frozen=True)
 class WhirlSample:
-    """The deck's displacement at one instant, as ``whirl``."""
+    """Displacement of the deck at one instant, as ``whirl``."""
 
     time: int
     """Simulated time [ns]."""
     place: Triple
-    """From the shaft's rest position [m]."""
+    """Displacement from the shaft's rest position [m]."""
     frame: str = HOUSING
 
     def fields(self) -> Fields:
-        """As PointStamped."""
+        """Return the fields of a PointStamped."""
         return {"header": header(self.time, self.frame), "point": axes(self.place)}
 
     @classmethod
     def of(cls, message: Any) -> "WhirlSample":
-        """Out of a PointStamped."""
+        """Return the sample in a PointStamped."""
         return cls(*_headed(message, _triple(message.point)))
 
 
 @dataclass(frozen=True)
 class VibrationSample:
-    """The deck's acceleration, or what an accelerometer on it reads, as ``vibration``."""
+    """Acceleration of the deck, or reading of an accelerometer on it, as ``vibration``."""
 
     time: int
     """Simulated time [ns]."""
     linear: Triple
-    """m/s^2."""
+    """Linear acceleration [m/s^2]."""
     angular: Triple = (0.0, 0.0, 0.0)
-    """rad/s^2; an accelerometer reads none."""
+    """Angular acceleration [rad/s^2]; zero from an accelerometer, which does not measure it."""
     frame: str = HOUSING
-    """Its axes: the housing's, or an accelerometer's own."""
+    """Frame of the axes: the housing's, or an accelerometer's."""
 
     def fields(self) -> Fields:
-        """As AccelStamped."""
+        """Return the fields of an AccelStamped."""
         accel = {"linear": axes(self.linear), "angular": axes(self.angular)}
         return {"header": header(self.time, self.frame), "accel": accel}
 
     @classmethod
     def of(cls, message: Any) -> "VibrationSample":
-        """Out of an AccelStamped."""
+        """Return the sample in an AccelStamped."""
         accel = message.accel
         time, linear, frame = _headed(message, _triple(accel.linear))
         return cls(time, linear, _triple(accel.angular), frame)
@@ -266,34 +270,34 @@ class VibrationSample:
 
 @dataclass(frozen=True)
 class PoseSample:
-    """Where the deck is and how it is turned at one instant, as ``deck_pose`` and as tf."""
+    """Position and orientation of the deck at one instant, as ``deck_pose`` and as tf."""
 
     time: int
     """Simulated time [ns]."""
     place: Triple
-    """Of the origin of its axes [m]."""
+    """Position of the origin of the deck's axes [m]."""
     turn: Turn
-    """From its axes to those of ``frame``, of unit length."""
+    """Unit quaternion from the deck's axes to those of ``frame``."""
     frame: str = HOUSING
 
     def fields(self) -> Fields:
-        """As PoseStamped."""
+        """Return the fields of a PoseStamped."""
         pose = {"position": axes(self.place), "orientation": _quaternion(self.turn)}
         return {"header": header(self.time, self.frame), "pose": pose}
 
     @classmethod
     def of(cls, message: Any) -> "PoseSample":
-        """Out of a PoseStamped."""
+        """Return the sample in a PoseStamped."""
         time, place, frame = _headed(message, _triple(message.pose.position))
         return cls(time, place, _turn(message.pose.orientation), frame)
 
 
 Frames = Iterable[tuple[str, PoseSample]]
-"""Frames' names, and their poses in other ones."""
+"""Names of frames and their poses in their parent frames."""
 
 
 def frames_fields(frames: Frames) -> Fields:
-    """As TFMessage."""
+    """Return the fields of a TFMessage."""
     return {
         "transforms": [
             {
@@ -310,7 +314,7 @@ def frames_fields(frames: Frames) -> Fields:
 
 
 def frames_of(message: Any) -> list[tuple[str, PoseSample]]:
-    """Out of a TFMessage."""
+    """Return the frames and poses in a TFMessage."""
     frames = []
     for each in message.transforms:
         time, place, frame = _headed(each, _triple(each.transform.translation))

@@ -15,31 +15,31 @@ from ab_msgs_py.errors import MalformedMessage
 PAUSE = "~/pause"
 """SetBool: true pauses, false resumes."""
 STEP = "~/step"
-"""Trigger: as many wake-ups as the parameter `steps` says; refused unless time stands still. The
-answer's text is a ``Stepped``."""
+"""Trigger: take the number of wake-ups in the parameter `steps`; refused unless time is paused. The
+text of the answer is a ``Stepped``."""
 RESET = "~/reset"
-"""Trigger: back to t = 0 and the start; commands are forgotten."""
+"""Trigger: return to t = 0 and the start state; commands are forgotten."""
 RESET_TIME = "~/reset_time"
-"""Trigger: back to t = 0 in the present state."""
+"""Trigger: return to t = 0 and keep the present state."""
 RESET_STATE = "~/reset_state"
-"""Trigger: back to the start's state, and time goes on; commands are forgotten."""
+"""Trigger: return to the start state and keep the time; commands are forgotten."""
 LOAD_SCENE = "~/load_scene"
-"""Trigger: the scene that the parameters `scene` and `changes` name, from t = 0."""
+"""Trigger: load the scene that the parameters `scene` and `changes` name, from t = 0."""
 LOAD_DISC = "~/load_disc"
-"""Trigger: the disc that the parameters `disc_eccentricity` and `disc_angle` name, from now on;
-refused if nobody has set the first."""
+"""Trigger: mount the disc that the parameters `disc_eccentricity` and `disc_angle` describe;
+refused if the first is not set."""
 INJECT_FAULTS = "~/inject_faults"
-"""Trigger: the faults that the parameter `faults` names, instead of those in force."""
+"""Trigger: replace the faults in force by those in the parameter `faults`."""
 CLEAR_FAULTS = "~/clear_faults"
-"""Trigger: no faults any more."""
+"""Trigger: remove all faults."""
 SAVE_SNAPSHOT = "~/save_snapshot"
-"""Trigger: the present, to the file that the parameter `snapshot` names."""
+"""Trigger: save the present state to the file that the parameter `snapshot` names."""
 RESTORE_SNAPSHOT = "~/restore_snapshot"
-"""Trigger: back to what that file holds."""
+"""Trigger: return to the state in that file."""
 EMERGENCY_STOP = "~/emergency_stop"
-"""Trigger: to standstill as fast as the spindle can; commands are ignored from now on."""
+"""Trigger: stop the spindle as fast as it can; commands are ignored from now on."""
 RESET_EMERGENCY_STOP = "~/reset_emergency_stop"
-"""Trigger: commands are followed again."""
+"""Trigger: follow commands again."""
 CHANGE_STATE = "~/change_state"
 """ChangeState of lifecycle_msgs: configure, activate, deactivate, cleanup or shutdown."""
 START = "~/start"
@@ -48,31 +48,34 @@ ABORT = "~/abort"
 """Trigger: stop the profile and ramp down to standstill."""
 
 Answer = tuple[bool, str]
-"""Whether it was done, and a text for people."""
+"""Success of a request, and a text for people."""
 
 
 class Stepped(NamedTuple):
-    """How far ``STEP`` has gone, as JSON in its answer; all of it has been published by then."""
+    """Progress of a ``STEP`` request, as JSON in its answer.
+
+    Its samples are published before it.
+    """
 
     sim_time_ns: int
     """Simulated time [ns]."""
     wakes: int
-    """Wake-ups that were taken."""
+    """Wake-ups taken."""
     commands: int
-    """That have come since the answer before, or since a reset that has forgotten them; those
-    rejected or ignored included. What the drive has heard in all is in its diagnostics."""
+    """Commands received since the last answer, or since a reset that forgets them, including
+    rejected and ignored ones. The drive's diagnostics have the total."""
 
     @property
     def text(self) -> str:
-        """For the answer."""
+        """Return the text of an answer."""
         return json.dumps(self._asdict())
 
     @classmethod
     def of(cls, text: str) -> Stepped:
-        """Out of an answer.
+        """Return the progress in the text of an answer.
 
         Raises:
-            MalformedMessage: it is none.
+            MalformedMessage: the text is not such an answer.
         """
         try:
             return cls(**{key: int(value) for key, value in json.loads(text).items()})
@@ -81,7 +84,7 @@ class Stepped(NamedTuple):
 
 
 def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> Service[Any, Any]:
-    """Offer a Trigger service."""
+    """Advertise a Trigger service."""
 
     def callback(request: Any, response: Trigger.Response) -> Trigger.Response:
         response.success, response.message = act()
@@ -91,7 +94,7 @@ def serve_trigger(node: Node, name: str, act: Callable[[], Answer]) -> Service[A
 
 
 def answer_waiting(service: Service[Any, Any]) -> None:
-    """Answer what has been asked of a service that no executor answers."""
+    """Answer the waiting requests of a service that no executor spins."""
     with service.handle:
         while True:
             asked = service.handle.service_take_request(service.srv_type.Request)
@@ -101,7 +104,7 @@ def answer_waiting(service: Service[Any, Any]) -> None:
 
 
 def serve_switch(node: Node, name: str, act: Callable[[bool], Answer]) -> None:
-    """Offer a SetBool service."""
+    """Advertise a SetBool service."""
 
     def callback(request: SetBool.Request, response: SetBool.Response) -> SetBool.Response:
         response.success, response.message = act(bool(request.data))
@@ -111,15 +114,15 @@ def serve_switch(node: Node, name: str, act: Callable[[bool], Answer]) -> None:
 
 
 def trigger_request() -> Trigger.Request:
-    """A request for a Trigger service."""
+    """Return a request for a Trigger service."""
     return Trigger.Request()
 
 
 def switch_request(on: bool) -> SetBool.Request:
-    """A request for a SetBool service."""
+    """Return a request for a SetBool service."""
     return SetBool.Request(data=on)
 
 
 def answer_of(response: Any) -> Answer:
-    """Whether it was done, and why not."""
+    """Return success and text of a response."""
     return bool(response.success), str(response.message)

@@ -1,4 +1,4 @@
-"""Speed set-points that carry their time: what ``spindle/trajectory`` holds."""
+"""Speed set-points with their times: the content of ``spindle/trajectory``."""
 
 from typing import Any, NamedTuple
 
@@ -9,7 +9,8 @@ from ab_msgs_py.samples import nanoseconds_of, stamp
 JOINT = "spindle"
 """Name of the only joint that follows a trajectory."""
 MOST_POINTS = 2000
-"""Points of one trajectory; the drive plans them all between two of its steps."""
+"""Largest number of points of a trajectory; the drive plans all of them between two of its
+steps."""
 
 
 class SetPoint(NamedTuple):
@@ -18,21 +19,21 @@ class SetPoint(NamedTuple):
     time: int
     """Time since the start of the trajectory [ns]."""
     speed: float
-    """rad/s."""
+    """Speed of the spindle [rad/s]."""
     acceleration: float | None = None
-    """Acceleration from this point to the next [rad/s^2]; None: it follows from the speeds."""
+    """Acceleration from this point to the next [rad/s^2]; None: derived from the speeds."""
 
 
 class SetPoints(NamedTuple):
     """A trajectory of the spindle: its speed is linear between two points, then held."""
 
     start: int
-    """Simulated time of the start [ns]; 0: as soon as the drive has the message."""
+    """Simulated time of the start [ns]; 0: when the drive receives the message."""
     points: tuple[SetPoint, ...]
 
     @property
     def text(self) -> str:
-        """Summary in a line, for logs and recordings."""
+        """Return a summary in one line, for logs and recordings."""
         first, last = self.points[0], self.points[-1]
         return (
             f"trajectory from t = {self.start * 1e-9:g} s: {len(self.points)} points, "
@@ -61,8 +62,8 @@ class SetPoints(NamedTuple):
         """Return the set-points in a JointTrajectory.
 
         Raises:
-            MalformedMessage: it is not for the spindle alone, or a point has other values than one
-                velocity and perhaps one acceleration.
+            MalformedMessage: it names other joints than the spindle, or a point has other values
+                than one velocity and at most one acceleration.
         """
         if list(message.joint_names) != [JOINT]:
             raise MalformedMessage(

@@ -1,11 +1,11 @@
-"""What a topic's declaration says, and publishers and subscriptions of it."""
+"""Declaration of a topic, and its publishers and subscriptions."""
 
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ab_msgs_py.ros_messages import Fields, class_of, filled
 
-if TYPE_CHECKING:  # files know the topics, too, and need no ROS
+if TYPE_CHECKING:  # bag files use the topics without ROS
     from rclpy.node import Node
     from rclpy.publisher import Publisher
     from rclpy.qos import QoSProfile
@@ -13,27 +13,27 @@ if TYPE_CHECKING:  # files know the topics, too, and need no ROS
 
 
 class Qos(NamedTuple):
-    """Quality of service of our end; the last messages are kept."""
+    """Quality of service of our endpoint, which keeps the last messages."""
 
     depth: int = 10
     latched: bool = False
-    """Who comes late gets the last messages, too: durability is transient local."""
+    """Late subscribers get the last messages, too: durability is transient local."""
     reliable: bool = True
-    """A best-effort publisher is invisible to a reliable subscriber."""
+    """Reliability; a best-effort publisher does not match a reliable subscriber."""
 
     @property
     def reliability(self) -> str:
-        """In DDS' words."""
+        """Return the reliability in DDS terms."""
         return "reliable" if self.reliable else "best effort"
 
     @property
     def durability(self) -> str:
-        """In DDS' words."""
+        """Return the durability in DDS terms."""
         return "transient local" if self.latched else "volatile"
 
     @property
     def profile(self) -> "QoSProfile":
-        """For rclpy, which writes overrides into it: each time another one."""
+        """Return a new rclpy profile; rclpy writes overrides into it."""
         from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 
         return QoSProfile(
@@ -44,57 +44,57 @@ class Qos(NamedTuple):
 
 
 class Conversion(NamedTuple):
-    """Between a sample and a message's fields."""
+    """Conversion between samples and message fields."""
 
     fields: Callable[[Any], Fields]
-    """A sample's fields."""
+    """Function from a sample to message fields."""
     sample: Callable[[Any], Any]
-    """The sample in a message, whoever has decoded it; raises MalformedMessage."""
+    """Function from a message to its sample, for any decoder; raises MalformedMessage."""
 
 
 class Topic(NamedTuple):
-    """A topic of the contract. All that is said of it is said here."""
+    """A topic of the contract, with everything that is specified about it."""
 
     name: str
-    """Relative to the node's namespace, unless it begins with a slash."""
+    """Name relative to the node's namespace, unless it begins with a slash."""
     type_name: str
-    """Of its messages, as ROS writes it: ``std_msgs/msg/Float64``."""
+    """Type of the messages in ROS notation: ``std_msgs/msg/Float64``."""
     conversion: Conversion
     meaning: str
-    """What it carries; a line of the contract's page."""
+    """Content of the topic; a line of the contract's page."""
     unit: str = ""
     source: str = "`drive_sim`"
-    """Who publishes it."""
+    """Publisher of the topic."""
     rate: str = "`wake_rate`"
-    """How often."""
+    """Rate of publication."""
     qos: Qos = Qos()
 
     @property
     def type(self) -> Any:
-        """Class of its messages; None where that is not installed: nobody can publish it there."""
+        """Return the class of the messages; None if it is not installed and cannot be published."""
         try:
             return class_of(self.type_name)
         except ImportError:
             return None
 
     def message(self, sample: Any) -> Any:
-        """A sample as ROS's message."""
+        """Return a sample as a ROS message."""
         return filled(class_of(self.type_name)(), self.conversion.fields(sample))
 
     def sample(self, message: Any) -> Any:
-        """The sample in a message.
+        """Return the sample in a message.
 
         Raises:
-            MalformedMessage: it is not as the contract says.
+            MalformedMessage: the message breaks the contract.
         """
         return self.conversion.sample(message)
 
     def within(self, namespace: str) -> str:
-        """Its full name for a drive in a namespace."""
+        """Return the full name for a drive in a namespace."""
         return self.name if self.name.startswith("/") else f"{namespace.rstrip('/')}/{self.name}"
 
     def publisher(self, node: "Node") -> "Publisher[Any]":
-        """A publisher whose QoS may be overridden by parameters."""
+        """Create a publisher whose QoS may be overridden by parameters."""
         from rclpy.qos_overriding_options import QoSOverridingOptions
 
         options = QoSOverridingOptions.with_default_policies()
@@ -103,7 +103,7 @@ class Topic(NamedTuple):
         )
 
     def subscription(self, node: "Node", callback: Any) -> "Subscription[Any]":
-        """A subscription whose QoS may be overridden by parameters."""
+        """Create a subscription whose QoS may be overridden by parameters."""
         from rclpy.qos_overriding_options import QoSOverridingOptions
 
         options = QoSOverridingOptions.with_default_policies()
@@ -112,22 +112,21 @@ class Topic(NamedTuple):
         )
 
     def bytes_of(self, node: "Node", callback: Any) -> "Subscription[Any]":
-        """A subscription that hands on each message as it came, in CDR."""
+        """Create a subscription that passes on the serialised messages (CDR)."""
         return node.create_subscription(self.type, self.name, callback, self.qos.profile, raw=True)
 
     def publishers(self, node: "Node") -> int:
-        """How many publish it, under the name that the topic has for a node."""
+        """Return the number of publishers of this topic, with names resolved for a node."""
         return node.count_publishers(node.resolve_topic_name(self.name))
 
 
 def arrived(subscription: "Subscription[Any]", most: int) -> Iterator[tuple[Any, int]]:
-    """Take what has arrived, oldest first and at most so many, without an executor.
+    """Take the messages that have arrived, oldest first and at most ``most``, without an executor.
 
-    Without a limit there might be no end of it: messages go on arriving.
+    The limit guarantees an end, because messages keep arriving.
 
     Yields:
-        A message, and when the system's clock said that it was received [ns]; 0 where the
-        middleware does not know.
+        Message, and the system time of its reception [ns]; 0 if the middleware does not know it.
     """
     with subscription.handle:
         for _ in range(most):

@@ -1,4 +1,4 @@
-"""Topics of the contract, each declared once: pages, bags and nodes take it from here."""
+"""Topics of the contract, each declared once for pages, bags and nodes."""
 
 from functools import lru_cache
 
@@ -13,21 +13,21 @@ from ab_msgs_py.set_points import SetPoints
 from ab_msgs_py.topic import Conversion, Qos, Topic
 
 ALL: list[Topic] = []
-"""Every one that is declared, in that order."""
+"""All declared topics, in the order of declaration."""
 
 
 def declare(topic: Topic) -> Topic:
-    """One more of the contract; the same."""
+    """Add a topic to the contract and return it."""
     ALL.append(topic)
     return topic
 
 
-# All publishers share a subscription's queue: one that floods it evicts what the others have sent.
-# This is room for 50,000/s while the drive waits for a processor for a tenth of a second. Of a
-# deeper queue Fast DDS fills no more, and then refuses what is new instead of dropping what is old.
+# All publishers share a subscription's queue: one that floods it evicts the others' messages. This
+# depth covers 50,000 messages/s while the drive waits 0.1 s for a processor. Fast DDS does not fill
+# a deeper queue, and then refuses new messages instead of dropping old ones.
 _BURSTS = Qos(5000)
-_TRANSFORMS = Qos(100)  # as tf2's own broadcasters
-# Blocks for a recorder that is away for some seconds are kept, and a wake-up's samples of a sensor.
+_TRANSFORMS = Qos(100)  # as in tf2's broadcasters
+# Keeps blocks for a recorder that is away for some seconds, and a sensor's samples of one wake-up.
 _DEEP = Qos(1000)
 _LATCHED = Qos(1, latched=True)
 _LOG = Qos(1000, latched=True)
@@ -62,8 +62,8 @@ TRAJECTORY = declare(
 TRAJECTORY_START, TRAJECTORY_ANSWER = "last trajectory [ns]", "last trajectory"
 """Keys in a drive's diagnostics: stamp of the last trajectory, and the answer to it."""
 FOLLOWED, PAST = "followed", "begins in the past"
-"""Answer to a trajectory that the drive has accepted, and beginning of that to one that came too
-late; to others, why they are not followed."""
+"""Answer to a trajectory that the drive accepts, and beginning of the answer to one that starts in
+the past; other answers state why the trajectory is refused."""
 JOINT_STATES = declare(
     Topic(
         "joint_states",
@@ -115,7 +115,7 @@ DECK_POSE = declare(
 TF = declare(
     Topic(
         "/tf",
-        "tf2_msgs/msg/TFMessage",  # PyPI has no wheel of it; a distribution's ROS 2 has it
+        "tf2_msgs/msg/TFMessage",  # PyPI has no wheel of it; distributions of ROS 2 include it
         _FRAMES,
         "the deck's frame in the housing's",
         "m",
@@ -237,23 +237,23 @@ EVENTS = declare(
 
 
 def imu_of(sensor: str, first: bool) -> Topic:
-    """On which a sensor's samples are: those beside the first in ``imu_NAME`` (REP-145)."""
+    """Return the topic of a sensor's samples: ``imu_NAME`` after the first sensor (REP-145)."""
     return IMU if first else IMU._replace(name=f"imu_{sensor}/data_raw")
 
 
 def probe_of(probe: str, first: bool) -> Topic:
-    """On which a probe's samples are: those beside the first in ``displacement_NAME``."""
+    """Return the topic of a probe's samples: ``displacement_NAME`` after the first probe."""
     return PROBE if first else PROBE._replace(name=f"displacement_{probe}")
 
 
 def block_bytes(block: Block) -> bytes:
-    """As BLOCK, in CDR for `Publisher.publish`, in a tenth of the time of an object."""
+    """Serialise a BLOCK message for `Publisher.publish`, in a tenth of the time of an object."""
     return _head(block.channels, len(block.samples)) + block.samples.tobytes()
 
 
 @lru_cache(maxsize=16)
 def _head(channels: tuple[str, ...], rows: int) -> bytes:
-    """All of a block in CDR but its samples, which come last."""
+    """Serialise everything of a block except its samples, which come last."""
     from rclpy.serialization import serialize_message
 
     samples = np.zeros((rows, len(channels)))
@@ -262,7 +262,7 @@ def _head(channels: tuple[str, ...], rows: int) -> bytes:
 
 
 def table() -> list[str]:
-    """A row for each topic, for the contract's page, in Markdown."""
+    """Return a Markdown row for each topic, for the contract's page."""
     head = "topic", "type", "from", "meaning", "unit", "reliability", "durability", "depth", "rate"
     rows = [
         (f"`{topic.name}`", topic.type_name, topic.source, topic.meaning, topic.unit,

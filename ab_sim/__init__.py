@@ -124,7 +124,7 @@ _MODULES = {
     "scene.model": ("Scene",),
     "scene_files": ("scene_names",),
 }
-"""Where each name is from."""
+"""Module of each public name."""
 
 if not TYPE_CHECKING:
 

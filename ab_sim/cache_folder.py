@@ -1,4 +1,4 @@
-"""Where results are kept between runs: a folder that nobody else can change."""
+"""Folder of results that are kept between runs, which no other user can change."""
 
 import grp
 import os
@@ -9,10 +9,10 @@ from pathlib import Path
 
 
 def cache_folder() -> Path | None:
-    """The folder of results, made if need be; None if there is no safe place for one.
+    """Return the folder of results, created if missing; None if there is no safe place.
 
-    Below ``$XDG_CACHE_HOME``, else ``~/.cache``; below the system's folder for temporary files
-    where somebody else could write there.
+    It is below ``$XDG_CACHE_HOME``, else ``~/.cache``; below the system's folder for temporary
+    files if another user could write there.
     """
     home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
     for base in (Path(home), Path(tempfile.gettempdir(), f"cache-{os.getuid()}")):
@@ -29,10 +29,10 @@ def cache_folder() -> Path | None:
 
 
 def _is_ours_alone(folder: Path) -> bool:
-    """Whether nobody else can put anything there, or another folder in its place.
+    """Return whether no other user can write there, or replace the folder.
 
-    What is found there is believed. Links have been resolved before: that none has come in their
-    place is seen in each part being a folder.
+    The content of the folder is trusted. Links were resolved before; each part must still be a
+    folder, so no link has replaced one.
     """
     me = os.getuid()
     own, *above = [part.lstat() for part in (folder, *folder.parents)]
@@ -41,7 +41,7 @@ def _is_ours_alone(folder: Path) -> bool:
         and not _others_write(own)
         and os.access(folder, os.W_OK)
         and all(stat.S_ISDIR(part.st_mode) for part in (own, *above))
-        # In a sticky folder, as /tmp is, everybody renames and removes only what is their own.
+        # In a sticky folder, such as /tmp, users rename and remove only their own files.
         and all(
             part.st_uid in (0, me) and (part.st_mode & stat.S_ISVTX or not _others_write(part))
             for part in above
@@ -56,7 +56,7 @@ def _others_write(status: os.stat_result) -> bool:
 
 
 def _is_private(group: int) -> bool:
-    """Whether it is the group that many systems give to each user, with nobody else in it."""
+    """Return whether this is the user's private group, which has no other members."""
     try:
         me, members = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
     except KeyError:

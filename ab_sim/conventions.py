@@ -1,4 +1,4 @@
-"""Notation of all outputs: the page that explains it, and the one turn that angles are shown in."""
+"""Notation of all outputs: the page that explains it, and the turn in which angles are shown."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ANGLES = f"{PAGE}#angles"
 WHIRL = f"{PAGE}#whirl-and-we"
 MASSES = f"{PAGE}#where-masses-are"
 NOTATION = f"Symbols, signs, angles: {PAGE}"
-"""Said under tables, pictures and pages that are full of them."""
+"""Note under tables, pictures and pages with symbols."""
 
 TURN = 2.0 * math.pi
 LAST_ANGLE = math.radians(30.0)

@@ -12,7 +12,7 @@ NOT_AS_WRITTEN = (
     TypeError,
     ValueError,
 )
-"""What Python raises where a state that is put back is not what was once written."""
+"""Errors that Python raises if a restored state is not in the written form."""
 
 
 class AbSimError(Exception):
@@ -29,7 +29,7 @@ class AbSimError(Exception):
 
 
 class SceneError(AbSimError):
-    """A scene cannot be used: names file, key, value, what is allowed and what to do.
+    """A scene cannot be used; the text names file, key, value, allowed range and remedy.
 
     Examples
     --------
@@ -57,7 +57,7 @@ class CommandError(AbSimError):
 
 
 class Refused(AbSimError):
-    """A node was asked for something and has refused; the text is its answer."""
+    """A node has refused a request; the text is its answer."""
 
     exit_code = 1
 
@@ -75,19 +75,19 @@ class RecordingError(AbSimError):
 
 
 class NothingFound(AbSimError):
-    """A search has found nothing that serves; what was looked at has been shown."""
+    """A search has found no acceptable result; the evaluated candidates have been shown."""
 
     exit_code = 1
 
 
 class Interrupted(AbSimError):
-    """Asked to end, by Ctrl-C or otherwise, and what had to be put in order is."""
+    """An orderly exit after Ctrl-C or another request; everything has been cleaned up."""
 
     exit_code = 130
 
 
 class DivergedError(AbSimError):
-    """The state went beyond all bounds: names the variable, the time and a likely cause.
+    """The state went beyond all bounds; the text names variable, time and a likely cause.
 
     Examples
     --------
@@ -102,10 +102,10 @@ class DivergedError(AbSimError):
 
 
 def exact(value: float) -> str:
-    """A number in the fewest digits that say which it is; for the text of an error.
+    """Return a number in the fewest digits that identify it; for the text of an error.
 
-    A value just beyond a limit must not read like the limit. Of an int beyond all floats six digits
-    say enough.
+    A value just beyond a limit must not read like the limit. For an int beyond all floats, six
+    digits are enough.
     """
     try:
         short = f"{value:g}"
@@ -115,6 +115,6 @@ def exact(value: float) -> str:
 
 
 def nearest(word: str, known: Iterable[str]) -> str:
-    """``; did you mean 'x'?`` for the nearest known name, or nothing; for the text of an error."""
+    """Return ``; did you mean 'x'?`` for the nearest known name, or an empty text; for errors."""
     near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
     return f"; did you mean {near[0]!r}?" if near else ""

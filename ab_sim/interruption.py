@@ -1,9 +1,9 @@
-"""Ctrl-C, SIGTERM and a terminal that closes: the end at any instant, or in order where it matters.
+"""Ctrl-C, SIGTERM and a closing terminal: exit at once, or in order if required.
 
 Python runs signal handlers in the main thread, between two of its own instructions. While LLVM
-compiles that is seconds too late, and an exception raised there surfaces wherever the program is
-just then: in an import, in a callback that prints it and goes on. So no handler does anything here.
-Python's C part writes the signal's number to a pipe, and a thread that reads the pipe acts on it.
+compiles, that is seconds too late, and an exception raised there surfaces at an arbitrary place: in
+an import, or in a callback that prints it and continues. So the handlers here do nothing. Python's
+C code writes the signal's number to a pipe, and a thread that reads the pipe acts on it.
 """
 
 import contextlib
@@ -18,20 +18,20 @@ from collections.abc import Iterator
 from typing import NoReturn
 
 SHOW_CURSOR = b"\x1b[?25h"
-"""To a terminal: a progress bar may have hidden it."""
+"""Terminal code that shows the cursor, which a progress bar may have hidden."""
 ONE_WISH = 1.0
-"""s after the signal that began an end in order, in which further ones mean the same: Ctrl-C
-reaches a program from its terminal, and once more from the launch that started it."""
+"""Time after the first signal in which further ones count as the same request [s]: Ctrl-C reaches a
+program from its terminal, and again from the launch that started it."""
 KEPT = [signal.SIGINT, signal.SIGHUP]
-"""From children, if they are."""
+"""Signals that ``kept_from_children`` blocks."""
 _stopping: threading.Event | None = None
 _watching = _leaving = False
 
 
 def watch() -> None:
-    """From now on, a signal ends the process at once: one line, exit code 128 + its number.
+    """Let signals end the process at once, with one line and exit code 128 + their number.
 
-    To be called before anything slow is imported. A second call does nothing.
+    Call it before slow imports. A second call does nothing.
     """
     global _watching
     if _watching:
@@ -40,8 +40,8 @@ def watch() -> None:
     outlet, inlet = os.pipe()
     os.set_blocking(inlet, False)
     signal.set_wakeup_fd(inlet, warn_on_full_buffer=False)
-    # A shell's background jobs ignore SIGINT, and yet whoever sends it means it; whoever ignores
-    # SIGHUP (nohup) means that.
+    # Background jobs of a shell ignore SIGINT, but a sender of SIGINT means it. A process that
+    # ignores SIGHUP (nohup) is respected.
     numbers = [signal.SIGINT, signal.SIGTERM]
     if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
         numbers.append(signal.SIGHUP)
@@ -53,10 +53,10 @@ def watch() -> None:
 
 @contextlib.contextmanager
 def in_order() -> Iterator[threading.Event]:
-    """Within it the first signal sets the event that is given.
+    """Set the yielded event on the first signal, instead of ending the process.
 
-    A later one ends the process at once, but those within ``ONE_WISH`` count as the same one,
-    behind this context too.
+    A later signal ends the process at once. Signals within ``ONE_WISH`` of the first count as the
+    same one, even after this context.
     """
     global _stopping
     stopping = _stopping = threading.Event()
@@ -68,11 +68,11 @@ def in_order() -> Iterator[threading.Event]:
 
 @contextlib.contextmanager
 def kept_from_children() -> Iterator[None]:
-    """Processes that this thread starts within it leave Ctrl-C and a closed terminal to this one.
+    """Keep Ctrl-C and a closing terminal from processes that this thread starts in the context.
 
-    They inherit what the thread blocks, from their first instruction on; in this process another
-    thread takes the signals, so that none is lost. What is sent to such a process waits until it
-    calls ``heed``.
+    They inherit the signals that the thread blocks, from their first instruction on. In this
+    process another thread takes the signals, so that none is lost. A signal to such a process waits
+    until it calls ``heed``.
     """
     before = signal.pthread_sigmask(signal.SIG_BLOCK, KEPT)
     try:
@@ -82,18 +82,18 @@ def kept_from_children() -> Iterator[None]:
 
 
 def heed() -> None:
-    """From now on take what ``kept_from_children`` has kept from this process."""
+    """Accept the signals that ``kept_from_children`` has blocked for this process."""
     signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
 
 
 def leave(code: int) -> NoReturn:
-    """End the process, now that everything is in order, with an exit code.
+    """End the process with an exit code, after everything has been cleaned up.
 
-    Python itself would first take compiled kernels and modules apart, piece by piece: half a
-    second, on a busy machine two.
+    Python itself would first free compiled kernels and modules, which takes half a second, or two
+    on a busy machine.
     """
     for stream in (sys.stdout, sys.stderr):
-        with contextlib.suppress(OSError):  # whoever listened may be gone
+        with contextlib.suppress(OSError):  # the reader may have gone
             stream.flush()
     ctypes.CDLL(None).fflush(None)  # ROS logs through C
     os._exit(code)

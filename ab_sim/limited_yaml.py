@@ -1,7 +1,7 @@
-"""YAML from outside: scenes, profiles, changes, values on the command line; within limits.
+"""YAML from outside within limits: scenes, profiles, changes, values on the command line.
 
-A few hundred bytes whose aliases stand for one another can stand for billions of values. So what
-aliases stand for is counted while a text is read, and reading ends where it is too much.
+A few hundred bytes with nested aliases can stand for billions of values. So the values behind
+aliases are counted while a text is read, and reading stops at a limit.
 """
 
 import re
@@ -14,25 +14,25 @@ import yaml
 from ab_sim.quoting import short, shortened
 
 MOST_BYTES = 1 << 18
-"""Of a text; a profile of as many segments as are allowed takes half of it."""
+"""Largest size of a text; a profile with the largest number of segments takes half of it."""
 MOST_VALUES = 50_000
-"""Keys, values and collections, those that aliases stand for counted each time."""
+"""Largest number of keys, values and collections; those behind aliases count each time."""
 MOST_LEVELS = 30
-"""Of collections within each other."""
+"""Largest nesting of collections."""
 MOST_DIGITS = 100
-"""Characters of a number."""
+"""Largest number of characters of a number."""
 
 _LEADING_ZERO = re.compile(r"[-+]?0[0-9_]+")
 _MADE_OF_BAD_VALUES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
-"""What PyYAML lets through where a value is not what its tag says, as in ``!!int ""``."""
+"""Errors of PyYAML for a value that does not match its tag, as in ``!!int ""``."""
 
 
 class _TooMuch(yaml.YAMLError):
-    """A limit is passed."""
+    """A limit is exceeded."""
 
 
 class _Limited(yaml.SafeLoader):
-    """YAML within limits, in which a key given twice is an error instead of silently winning."""
+    """YAML within limits; a repeated key is an error instead of silently replacing the first."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
@@ -40,7 +40,7 @@ class _Limited(yaml.SafeLoader):
         self._sizes: dict[yaml.Node, int] = {}
 
     def compose_node(self, parent: Any, index: Any) -> Any:
-        """As SafeLoader's, which comes here for each node, and for each alias of one."""
+        """Count a node or an alias and compose it; SafeLoader calls this for each of them."""
         event: yaml.Event = self.peek_event()  # type: ignore[no-untyped-call]
         alias = event.anchor if isinstance(event, yaml.AliasEvent) else None
         before: int = self._values
@@ -61,7 +61,7 @@ class _Limited(yaml.SafeLoader):
         return node
 
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
-        """As SafeLoader's, but for keys that are given twice."""
+        """Construct a mapping as SafeLoader does, but refuse repeated keys."""
         seen = set()
         for key in (self.construct_object(each, deep=True) for each, _ in node.value):
             if key in seen:
@@ -95,10 +95,11 @@ for _kind in ("int", "float"):
 
 
 def read_yaml(text: str) -> Any:
-    """What a text says.
+    """Return the content of a text.
 
     Raises:
-        ValueError: it is no YAML, or beyond a limit; to be put after the text's name.
+        ValueError: the text is not YAML, or exceeds a limit; the message is to be put after the
+            text's name.
     """
     if len(text.encode(errors="replace")) > MOST_BYTES:
         raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
@@ -111,16 +112,16 @@ def read_yaml(text: str) -> Any:
 
 
 def yaml_text(content: Mapping[str, Any]) -> str:
-    """Plain values as YAML, keys in their order."""
+    """Return plain values as YAML, with keys in their order."""
     return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True)
 
 
 def read_yaml_file(path: Path) -> Any:
-    """What a file says.
+    """Return the content of a file.
 
     Raises:
-        ValueError: as of ``read_yaml``.
-        OSError: it cannot be read.
+        ValueError: see ``read_yaml``.
+        OSError: the file cannot be read.
     """
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)

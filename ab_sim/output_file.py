@@ -1,4 +1,4 @@
-"""Files that results go to are refused before any work is done, by whoever will write them."""
+"""Checks of files for results, before any work is done, and their atomic writing."""
 
 import contextlib
 import os
@@ -42,15 +42,15 @@ def check_name(path: Path, said: str) -> None:
 
 
 def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
-    """Refuse a name that is for something else: a slip of the pen would replace, say, a picture.
+    """Refuse a file name with another ending: a typo could replace, say, a picture.
 
     Args:
-        path: a file that is to be written.
-        endings: what its name may end in.
-        said: what to call it in messages, e.g. ``--plot``.
+        path: file to be written.
+        endings: allowed endings.
+        said: name in messages, e.g. ``--plot``.
 
     Raises:
-        InputError: names the path and what is allowed.
+        InputError: the name is not allowed; the message names the path and the allowed endings.
     """
     check_name(path, said)
     if path.is_dir():
@@ -61,14 +61,14 @@ def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
 
 
 def check_folder(path: Path, said: str) -> None:
-    """Refuse a bag's folder that is called like one of the files that will be in it.
+    """Refuse a bag's folder that is named like a file in it.
 
     Args:
-        path: of the folder.
-        said: what to call it in messages, e.g. ``--mcap``.
+        path: path of the folder.
+        said: name in messages, e.g. ``--mcap``.
 
     Raises:
-        InputError: names the path and one that would do.
+        InputError: the name is not allowed; the message names the path and an allowed one.
     """
     check_name(path, said)
     if path.suffix.lower() in BAG_FILE:
@@ -82,12 +82,12 @@ def check_writable(path: Path, said: str, replaced: bool = True) -> None:
     """Refuse a file that cannot be written.
 
     Args:
-        path: where.
-        said: what to call it in messages, e.g. ``--plot``.
-        replaced: whether a file that is there will be; else another one is made beside it.
+        path: the file.
+        said: name in messages, e.g. ``--plot``.
+        replaced: whether an existing file is replaced; otherwise another one is created next to it.
 
     Raises:
-        InputError: names the path and what is wrong with it.
+        InputError: the file cannot be written; the message has path and reason.
     """
     check_name(path, said)
     try:
@@ -108,14 +108,16 @@ def check_writable(path: Path, said: str, replaced: bool = True) -> None:
 
 
 def check_can_be_made(folder: Path, said: str) -> None:
-    """Refuse a folder for results that is not there and cannot be made; it is made with the first.
+    """Refuse a missing folder for results that cannot be created.
+
+    It is created with the first file.
 
     Args:
-        folder: where.
-        said: what to call it in messages, e.g. ``--out``.
+        folder: the folder.
+        said: name in messages, e.g. ``--out``.
 
     Raises:
-        InputError: names the folder and what is wrong with it.
+        InputError: the folder cannot be created; the message has folder and reason.
     """
     check_name(folder, said)
     try:
@@ -128,10 +130,10 @@ def check_can_be_made(folder: Path, said: str) -> None:
 
 
 def _try_folder(folder: Path) -> None:
-    """Write a file there, of which nothing stays; rights alone do not say whether one can.
+    """Write and remove a temporary file, because access rights alone do not show whether one can.
 
     Raises:
-        OSError: one cannot: for want of rights or room, or the file system takes none.
+        OSError: the folder cannot be written: no rights or space, or the file system refuses files.
     """
     with tempfile.TemporaryFile(dir=folder) as trial:
         trial.write(b"\n")
@@ -142,10 +144,10 @@ def _reason(error: Exception) -> str:
 
 
 def write_whole(file: Path, content: bytes) -> None:
-    """Write a file such that whoever reads it finds all of the new content, or the old one.
+    """Write a file atomically, so that readers find either the old or the new content.
 
     Raises:
-        OSError: it cannot be written; nothing has changed.
+        OSError: the file cannot be written; nothing has changed.
     """
     with replacing(file) as unfinished:
         unfinished.write_bytes(content)
@@ -153,13 +155,13 @@ def write_whole(file: Path, content: bytes) -> None:
 
 @contextlib.contextmanager
 def replacing(file: Path) -> Iterator[Path]:
-    """Gives another file in the same folder to write to, which becomes ``file`` at the end.
+    """Yield another file in the same folder, which becomes ``file`` at the end.
 
-    After an exception it is gone, and nothing has changed. The folder is made if need be; of a
-    link, the file that it leads to is replaced.
+    After an exception it is removed, and nothing has changed. The folder is created if missing. If
+    ``file`` is a link, its target is replaced.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     file = file.resolve()
     file.parent.mkdir(parents=True, exist_ok=True)

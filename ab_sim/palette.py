@@ -1,7 +1,7 @@
 """Colours of all pictures: those with a meaning, those of the balls, and any number of others.
 
-matplotlib, plotly and Rerun draw with this one table. Its colours are seen on a light and on a dark
-ground alike (contrast of at least 3 to white and to Rerun's dark grey), since Rerun's views follow
+matplotlib, plotly and Rerun draw with this one table. Its colours are visible on light and dark
+backgrounds (contrast of at least 3 to white and to Rerun's dark grey), because Rerun's views follow
 the viewer's theme.
 
 Distances are those of OKLab (B. Ottosson, A perceptual color space for image processing, 2020), in
@@ -26,27 +26,28 @@ LIME: Colour = (112, 150, 20)
 GREY: Colour = (128, 128, 128)
 
 RUN = RESIDUAL = BLUE
-"""The run that is looked at: its speed, whirl, torque and residual unbalance."""
+"""Colour of the run itself: its speed, whirl, torque and residual unbalance."""
 UNBALANCE = VERMILION
-"""The rotor's unbalance, and what comes once per revolution."""
+"""Colour of the rotor's unbalance, and of the part once per revolution."""
 RESULTANT = GREEN
-"""The balls' sum of m R."""
+"""Colour of the balls' sum of m R."""
 BALANCED = LIME
-"""Where balls balance the rotor."""
+"""Colour of positions in which balls balance the rotor."""
 WITHOUT_BALLS = LIMIT = GREY
-"""The run without balls. Critical speeds, and the side opposite the unbalance."""
+"""Colour of the run without balls, of critical speeds, and of the side opposite the unbalance."""
 WITHOUT_PERIOD = GREEN
-"""The run without its variable-speed period."""
+"""Colour of the run without its variable-speed period."""
 FIRST_BALLS = (ORANGE, PURPLE, SKY)
-"""The first balls; `ball_colour` gives all."""
+"""Colours of the first balls; `ball_colour` gives all."""
 
 SERIES = (BLUE, GREEN, VERMILION)
-"""The first curves of one kind that are no balls, such as the three tilts."""
+"""Colours of the first curves of one kind that are not balls, such as the three tilts."""
 
 ON_LIGHT, ON_BOTH = (0.35, 0.76), (0.45, 0.8)
-"""Lightness (0 black, 1 white) that is seen on a light ground, and on a light and a dark one."""
+"""Lightness (0 black, 1 white) that is visible on a light background, and on light and dark
+ones."""
 GREATEST_CHROMA = 0.33
-"""Of any colour that a screen shows."""
+"""Largest chroma of any colour that a screen shows."""
 _CONES = np.array([
     [0.4122214708, 0.5363325363, 0.0514459929],
     [0.2119034982, 0.6806995451, 0.1073969566],
@@ -72,7 +73,7 @@ def series_colours(count: int) -> list[Colour]:
 
 
 def hexadecimal(colour: Colour) -> str:
-    """Return a colour as matplotlib, plotly and HTML take it: ``#rrggbb``."""
+    """Return a colour in the notation of matplotlib, plotly and HTML: ``#rrggbb``."""
     return "#{:02x}{:02x}{:02x}".format(*colour)
 
 
@@ -84,14 +85,14 @@ def distinct(
     lightness: tuple[float, float] = ON_LIGHT,
     hues: tuple[float, float] = (0.0, 360.0),
 ) -> list[Colour]:
-    """Colours of which no two are alike; each next one is the farthest from those before it.
+    """Return distinct colours; each next one is the farthest from those before it.
 
-    So the first ones do not depend on how many are asked for.
+    The first ones therefore do not depend on the number requested.
 
     Args:
-        count: how many.
-        first: those to begin with.
-        avoid: colours that mean something else.
+        count: number of colours.
+        first: colours to begin with.
+        avoid: colours with other meanings.
         lightness: range of those after the first, 0 to 1.
         hues: range of those after the first [deg] in OKLab: 30 red, 70 orange, 110 yellow, 140
             green, 195 cyan, 265 blue, 325 purple.
@@ -110,7 +111,7 @@ def distinct(
 
 
 def oklab(colours: Sequence[Colour] | np.ndarray) -> np.ndarray:
-    """Lightness, green to red, blue to yellow of colours: shape (colours, 3)."""
+    """Return lightness, green to red, and blue to yellow of colours: shape (colours, 3)."""
     encoded = np.asarray(colours, float).reshape(-1, 3) / 255.0
     linear = np.where(encoded <= 0.04045, encoded / 12.92, ((encoded + 0.055) / 1.055) ** 2.4)
     return np.asarray(np.cbrt(linear @ _CONES.T) @ _LAB.T)
@@ -118,7 +119,7 @@ def oklab(colours: Sequence[Colour] | np.ndarray) -> np.ndarray:
 
 @lru_cache
 def _candidates(lightness: tuple[float, float], hues: tuple[float, float]) -> np.ndarray:
-    """What a screen can show within the ranges, but for dull colours; shape (colours, 3)."""
+    """Return the colours of a screen within the ranges, except dull ones; shape (colours, 3)."""
     grid = np.arange(0, 256, 15)
     colours = np.stack(np.meshgrid(grid, grid, grid, indexing="ij"), axis=-1).reshape(-1, 3)
     light, a, b = oklab(colours).T

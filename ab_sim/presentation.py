@@ -1,8 +1,8 @@
-"""How results show themselves: in a terminal, in a notebook, as a picture and as a data frame.
+"""Presentation of results: in a terminal, in a notebook, as a picture and as a data frame.
 
-What a result class says of itself are *facts*, a few words by name, and *columns*, where a table is
-natural. What draws it is found by name when it is asked for, as matplotlib is: this module, and
-the rooms whose results use it, import neither.
+A result class provides *facts*, a few words by name, and perhaps *columns* of a table. Its drawing
+function is looked up by name on use, as is matplotlib; neither this module nor the packages with
+results import them.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 DRAWERS = "ab_sim.figures.result_figures"
-"""Has a function for each ``_picture`` of a result."""
+"""Module with a function for each ``_picture`` of a result."""
 ROWS = 8
-"""Of a table that a notebook shows; the others are counted."""
+"""Largest number of rows of a table in a notebook; the others are counted."""
 
 
 class Values(Protocol):
-    """A column's values: a list, a tuple or a one-dimensional array."""
+    """Values of a column: a list, a tuple or a one-dimensional array."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> object: ...
@@ -34,7 +34,7 @@ class Column(NamedTuple):
     """A column of a result's table."""
 
     unit: str | None
-    """SI; 1 for numbers without one, None for words."""
+    """SI unit; 1 for dimensionless numbers, None for texts."""
     values: Values
 
 
@@ -42,18 +42,18 @@ Columns = Mapping[str, Column]
 
 
 class Presented:
-    """A result that can be looked at. Not made by users, but inherited from by results."""
+    """Base class of results that can be displayed; not created by users."""
 
     _picture: ClassVar[str] = ""
     """Name of the function of ``ab_sim.figures.result_figures`` that draws it."""
     _rows: ClassVar[int] = ROWS
 
     def _facts(self) -> Mapping[str, str]:
-        """What there is to say of it in a line, by name."""
+        """Return short facts for one line, by name."""
         raise NotImplementedError
 
     def _columns(self) -> Columns:
-        """Its table, all columns of one length."""
+        """Return the columns of its table, all of one length."""
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -69,23 +69,23 @@ class Presented:
         return f"<b>{type(self).__name__}</b><table>{head}</table>{table}"
 
     def plot(self) -> Figure:
-        """Draw it.
+        """Draw the result.
 
         Returns
         -------
         matplotlib.figure.Figure
-            To be shown by a notebook, changed, or written with its ``savefig``; what the command
-            line's ``--plot`` draws, where it draws this.
+            Figure to show in a notebook, change, or write with its ``savefig``; the same as the
+            command line's ``--plot``, if that draws this result.
         """
         return drawn(self._picture, self)
 
     def to_dataframe(self) -> DataFrame:
-        """Its table as a pandas data frame, one column for each name.
+        """Return its table as a pandas data frame, one column for each name.
 
         Returns
         -------
         pandas.DataFrame
-            ``attrs["units"]`` has the columns' units by name, SI; None for words.
+            ``attrs["units"]`` has the columns' units by name, SI; None for texts.
 
         Raises
         ------
@@ -100,14 +100,14 @@ class _Draws(Protocol):
 
 
 def drawn(picture: str, *results: object) -> Figure:
-    """What a function of ``DRAWERS`` draws, or of another module: ``module:function``."""
+    """Return the figure of a function of ``DRAWERS``, or of another module: ``module:function``."""
     module, _, name = picture.rpartition(":")
     draw = cast(_Draws, getattr(import_module(module or DRAWERS), name))
     return draw(*results)
 
 
 def data_frame(columns: Columns) -> DataFrame:
-    """Columns as a pandas data frame; see ``Presented.to_dataframe``."""
+    """Return columns as a pandas data frame; see ``Presented.to_dataframe``."""
     try:
         from pandas import DataFrame
     except ImportError as error:
@@ -120,14 +120,14 @@ def data_frame(columns: Columns) -> DataFrame:
 
 
 def number(value: float | None, unit: str = "") -> str:
-    """A number in a few digits with its unit; a dash where there is none."""
+    """Return a number in a few digits with its unit; a dash for None."""
     if value is None:
         return "-"
     return f"{value:.4g} {unit}".rstrip()
 
 
 def finite_or_none(value: Any) -> Any:
-    """A report's values with None in the place of every number that is not finite: JSON has none.
+    """Return a report's values with None for every non-finite number, which JSON lacks.
 
     Args:
         value: a number, text, or lists and mappings of them.
@@ -140,7 +140,7 @@ def finite_or_none(value: Any) -> Any:
 
 
 def ends(first: float, last: float, unit: str) -> str:
-    """From here to there."""
+    """Return a range in words."""
     return f"{first:.4g} to {last:.4g} {unit}"
 
 
@@ -160,7 +160,7 @@ def _html(columns: Columns, rows: int) -> str:
 
 
 def titled(name: str, unit: str | None) -> str:
-    """A name with its unit, if that says something."""
+    """Return a name with its unit, if there is one to show."""
     return name if unit in (None, "1", "-") else f"{name} [{unit}]"
 
 

@@ -1,16 +1,16 @@
-"""Text and values from outside, as messages put them: short, and with no terminal codes."""
+"""Text and values from outside in messages: short, and without terminal codes."""
 
 import unicodedata
 
 MOST = 200
-"""Characters of a value that a message quotes."""
+"""Largest number of characters of a quoted value."""
 
 
 def visible(text: str) -> str:
-    """A text whose control characters and such are written out; lines stay lines.
+    """Return a text with its control characters written out; line breaks are kept.
 
-    A terminal would obey them: hide, move or paint what stands beside, or turn it round. An
-    escape becomes the four characters of its code, as Python writes it.
+    A terminal would obey them: hide, move, colour or reverse the text around them. An escape
+    becomes the four characters of its code, in Python's notation.
     """
     if text.isprintable():
         return text
@@ -21,15 +21,15 @@ def visible(text: str) -> str:
 
 
 def short(value: object) -> str:
-    """A value as Python writes it, shortened."""
+    """Return a value in Python's notation, shortened."""
     try:
         return shortened(repr(value))
-    except ValueError:  # Python writes no int of more than 4300 digits
+    except ValueError:  # Python does not write an int of more than 4300 digits
         return f"<{type(value).__name__} of too many digits to write>"
 
 
 def shortened(text: str) -> str:
-    """A text, its middle left out where it is long."""
+    """Return a text without its middle if it is long."""
     if len(text) <= MOST:
         return text
     half = MOST // 2

@@ -1,4 +1,4 @@
-"""The types of results, for annotations: what the calls of ``ab_sim`` return, and consist of."""
+"""The types of results of the calls of ``ab_sim``, and of their parts, for annotations."""
 
 from ab_sim.accuracy import WorkPrecision
 from ab_sim.analysis import Comparison, Merits, OfflineRun

@@ -1,4 +1,4 @@
-"""Where scenes lie and what their files say, unchecked; takes no time to import, as checks do."""
+"""Folder and unchecked content of scene files; imports fast, without the checks."""
 
 from pathlib import Path
 from typing import Any
@@ -11,10 +11,10 @@ SCENES = Path("config", "scenes")
 
 
 def scene_folder() -> Path:
-    """The folder of the scenes that come with the package: a checkout's, or an installed one's."""
+    """Return the folder of the package's scenes: in a checkout, or installed."""
     here = Path(__file__).resolve()
     checkout = here.parents[1] / SCENES
-    # `<prefix>/share/ab_sim` serves pip and colcon alike: the package lies somewhere below prefix.
+    # pip and colcon both install to `<prefix>/share/ab_sim`; the package is below the prefix.
     installed = (parent / "share" / "ab_sim" / SCENES for parent in here.parents)
     for folder in (checkout, *installed):
         if folder.is_dir():
@@ -23,17 +23,17 @@ def scene_folder() -> Path:
 
 
 def scene_names() -> list[str]:
-    """Names of the scenes that come with the package, sorted.
+    """Return the names of the scenes that come with the package, sorted.
 
     Returns
     -------
     list of str
-        As ``load_scene`` takes them.
+        Names for ``load_scene``.
 
     Raises
     ------
     SceneError
-        They are not installed.
+        The scenes are not installed.
 
     Examples
     --------
@@ -45,10 +45,10 @@ def scene_names() -> list[str]:
 
 
 def find_scene(scene: str | Path) -> Path:
-    """The file of a scene given by name (``thesis-hold``) or by path.
+    """Return the file of a scene given by name (``thesis-hold``) or by path.
 
     Raises:
-        SceneError: neither a file nor a known name; names the nearest known one.
+        SceneError: neither a file nor a known name; the message has the nearest one.
     """
     path = Path(scene)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
@@ -71,10 +71,10 @@ def find_scene(scene: str | Path) -> Path:
 
 
 def read_scene_file(path: Path) -> dict[str, Any]:
-    """What a scene's file says.
+    """Return the content of a scene's file.
 
     Raises:
-        SceneError: it cannot be read, or is no mapping.
+        SceneError: the file cannot be read, or is not a mapping.
     """
     try:
         raw = read_yaml_file(path)

@@ -1,4 +1,4 @@
-"""Which sources a kernel is made of: found by its imports, so that no list can go stale."""
+"""Sources of a kernel, found by its imports, so that no list can become stale."""
 
 import ast
 import functools
@@ -16,7 +16,7 @@ _TYPES_ONLY = ("TYPE_CHECKING", "typing.TYPE_CHECKING")
 
 
 class NotOfSources(Exception):
-    """What a kernel is made of does not follow from files as they are now."""
+    """The sources of a kernel cannot be determined from the present files."""
 
 
 class ModuleSource(NamedTuple):
@@ -25,14 +25,14 @@ class ModuleSource(NamedTuple):
     path: Path
     digest: str
     imports: frozenset[str]
-    """Names of modules, and of what else stands where one could."""
+    """Names of imported modules, and of imported objects that could be modules."""
 
 
 def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
-    """The sources of modules and of all that these import, by the modules' names.
+    """Return the sources of modules and of everything that they import, by module name.
 
-    Imports for type checkers only do not count, nor does the standard library. Nor do installed
-    packages of others, see ``versions``.
+    Imports for type checkers and of the standard library do not count, nor do installed packages of
+    others, see ``versions``.
 
     Raises:
         NotOfSources: a module has no source file, or the file was changed after this process began
@@ -50,10 +50,10 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
 
 
 def versions(modules: Iterable[str]) -> dict[str, str]:
-    """The versions of Python and of others' packages that modules import.
+    """Return the versions of Python and of other packages that modules import.
 
     Args:
-        modules: all that ``sources`` has found.
+        modules: result of ``sources``.
     """
     own = frozenset(module.partition(".")[0] for module in modules)
     found = {
@@ -67,7 +67,7 @@ def versions(modules: Iterable[str]) -> dict[str, str]:
 
 @functools.cache
 def _imported(module: str, own: frozenset[str]) -> tuple[tuple[str, str], ...]:
-    """Modules that a module imports, each with its version if that is what says what is in it."""
+    """Return the modules that a module imports, with the versions of installed packages."""
     found = []
     for name in sorted(_source(module).imports):
         top = name.partition(".")[0]
@@ -81,7 +81,7 @@ def _imported(module: str, own: frozenset[str]) -> tuple[tuple[str, str], ...]:
 
 @functools.cache
 def _version(package: str) -> str:
-    """An installed package's version; empty if what is imported by its name is something else."""
+    """Return an installed package's version; empty if the import finds something else."""
     file = _file(package)
     if file is None or file.name != "__init__.py":
         return ""
@@ -90,7 +90,7 @@ def _version(package: str) -> str:
 
 
 def _named_as(package: str, file: Path) -> metadata.Distribution | None:
-    """The distribution of a package's name, if the package is its."""
+    """Return the distribution with a package's name, if the package belongs to it."""
     try:
         found = metadata.distribution(package)
     except metadata.PackageNotFoundError:
@@ -99,7 +99,7 @@ def _named_as(package: str, file: Path) -> metadata.Distribution | None:
 
 
 def _recording(file: Path) -> metadata.Distribution | None:
-    """The distribution in whose record a package's file is: yaml is PyYAML's."""
+    """Return the distribution whose record contains a package's file: yaml belongs to PyYAML."""
     place = file.parents[1]
     line = f"\n{file.relative_to(place).as_posix()},".encode()
     for record in place.glob("*.dist-info/RECORD"):
@@ -113,7 +113,7 @@ def _file(module: str) -> Path | None:
     try:
         found = importlib.util.find_spec(module)
     except (ImportError, ValueError):
-        return None  # not a module, but something in one
+        return None  # an object in a module, not a module
     if found is None or not found.has_location or found.origin is None:
         return None
     return Path(found.origin).resolve()
@@ -125,7 +125,7 @@ def _source(module: str) -> ModuleSource:
         raise NotOfSources(f"{module} has no file to import it from")
     try:
         source = _read(module, path)
-        # The time at which the file itself was changed, which nothing can set; each time anew,
+        # The time of the file's last change, which no program can set. It is read each time,
         # because a module that was edited may be imported again.
         changed = path.stat().st_ctime
     except OSError as error:
@@ -164,7 +164,7 @@ def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
 
 @functools.cache
 def _process_start() -> float:
-    """Seconds since the epoch, to the clock's tick after it."""
+    """Return the start of the process [s since the epoch], rounded up to a clock tick."""
     fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
     ticks = os.sysconf("SC_CLK_TCK")
     age = time.clock_gettime(time.CLOCK_BOOTTIME) - (float(fields[19]) + 1.0) / ticks

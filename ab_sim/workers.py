@@ -23,12 +23,12 @@ CHUNK = 16
 TRIAL = 0.5
 """Time in which this process works alone, to estimate the total time [s]."""
 AHEAD = 3
-"""Parts that are sent for each process before results are waited for."""
+"""Number of parts that are sent to each process before results are waited for."""
 WORTH_IT = 20.0
 """Estimated time above which processes are started, which takes some seconds [s]."""
 
 KEPT = "what is done is kept, the same command goes on"
-"""Said where shared work ends early, as what is done of it is on disk."""
+"""Text for shared work that ends early: finished work is on disk."""
 
 Item = TypeVar("Item")
 Result = TypeVar("Result")
@@ -83,7 +83,7 @@ class Workers:
         items: Sequence[Item],
         chunk: int = CHUNK,
     ) -> Iterator[Result]:
-        """Results in the order of the items, as they are computed.
+        """Yield results in the order of the items, as they are computed.
 
         Args:
             function: of a module, or a partial of one.
@@ -99,12 +99,12 @@ class Workers:
             result = function(items[done])
             took, done = time.perf_counter() - begin, done + 1
             yield result
-            if not self._warm:  # the first of all loads kernels
+            if not self._warm:  # the first item loads the kernels
                 self._warm = True
                 continue
             spent, self._spent = spent + took, self._spent + took
             ahead = spent * (len(items) - done) / done
-            # Who has asked for much before will go on.
+            # A caller with much work before is likely to continue.
             if self._count > 1 and spent > TRIAL and max(ahead, self._spent) > WORTH_IT:
                 self._start()
         if self._threads is not None and done < len(items):
@@ -115,7 +115,7 @@ class Workers:
     def _shared(
         self, function: Callable[[Item], Result], parts: Iterator[Sequence[Item]]
     ) -> Iterator[Result]:
-        """Results of parts, of which a few are made ahead: of all there may be millions."""
+        """Yield results of parts, with a few parts ahead: there may be millions in all."""
         assert self._threads is not None
         sent: deque[Future[Sequence[Result]]] = deque()
         for part in parts:
@@ -129,7 +129,7 @@ class Workers:
         context = multiprocessing.get_context("spawn")
         with kept_from_children():
             resource_tracker.ensure_running()  # which the first process would start otherwise
-        with kept_from_children():  # anew: it has let the signals through again
+        with kept_from_children():  # again: the tracker has unblocked the signals
             for _ in range(self._count):
                 here, there = context.Pipe()
                 process = context.Process(target=_work, args=(there,), daemon=True)

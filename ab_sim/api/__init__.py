@@ -1,4 +1,4 @@
-"""The calls behind the names of ``ab_sim`` that had no function of that shape of their own.
+"""Calls behind the names of ``ab_sim`` that need an interface of their own.
 
-Users take them from ``ab_sim`` itself: what is here, and where, may change.
+Users import them from ``ab_sim``; the content of this package may change.
 """

@@ -14,22 +14,22 @@ def write_c(scene: SceneLike, folder: Path | str) -> list[Path]:
     Parameters
     ----------
     scene : Scene, str or Path
-        A smooth one, with an explicit stepper.
+        Smooth scene with an explicit stepper.
     folder : Path or str
-        Made if need be. Files there that ``ab-sim c`` has made are replaced.
+        Folder, created if missing. Files in it by ``ab-sim c`` are replaced.
 
     Returns
     -------
     list of Path
-        What was written: header, source, example, check, CMakeLists.txt, README.md.
+        Written files: header, source, example, check, CMakeLists.txt, README.md.
 
     Raises
     ------
     SceneError
-        The scene has effects with events (friction, contact, a motor), asks for an accuracy or
+        The scene has effects with events (friction, contact, a motor), requests an accuracy or
         another kind of stepper, or has a step that is too long at ``spindle.max_speed``.
     InputError
-        The folder cannot be written to, or has a file of such a name that is somebody else's.
+        The folder cannot be written to, or has another file with such a name.
 
     Examples
     --------
@@ -47,20 +47,20 @@ def write_fmu(scene: SceneLike, file: Path | str) -> str | None:
     Parameters
     ----------
     scene : Scene, str or Path
-        A smooth one, with an explicit stepper.
+        Smooth scene with an explicit stepper.
     file : Path or str
-        An .fmu file; one that is there is replaced. It names the FMU.
+        An .fmu file, replaced if it exists. Its name is that of the FMU.
 
     Returns
     -------
     str or None
-        The platform that it has a binary for, e.g. x86_64-linux; None where there is no C compiler
-        (``cc``): then it has its sources alone.
+        Platform of its binary, e.g. x86_64-linux; None without a C compiler (``cc``), when it has
+        sources only.
 
     Raises
     ------
     SceneError
-        As of ``write_c``.
+        As in ``write_c``.
     InputError
         The file cannot be written, or the compiler fails.
 

@@ -1,4 +1,4 @@
-"""What all calls take."""
+"""Types and conversions of common arguments."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,25 +8,26 @@ from ab_sim.errors import InputError, exact
 from ab_sim.scene import Scene, load_scene
 
 SceneLike = Scene | str | Path
-"""A scene, the name of one that comes with the package, or the path of a YAML file."""
+"""A scene, the name of one in the package, or the path of a YAML file."""
 Progress = Callable[[str, int, int], None]
-"""Called with what is done now, how much is done, and of how much. What it raises ends the work."""
+"""Callback for the present work, the finished count and the total. An exception from it ends the
+work."""
 
 
 def as_scene(scene: SceneLike) -> Scene:
-    """The scene itself, or the one of that name or path.
+    """Return the scene itself, or the one with that name or path.
 
     Raises:
-        SceneError: as of ``load_scene``.
+        SceneError: see ``load_scene``.
     """
     return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
 def as_speed(speed: float | None, scene: Scene) -> float:
-    """A speed to be held [rad/s]; None: the one that the scene keeps in the end.
+    """Return a constant speed [rad/s]; None: the final speed of the scene.
 
     Raises:
-        InputError: no number, or too fast.
+        InputError: not a number, or too fast.
     """
     if speed is None:
         return last_speed(scene)

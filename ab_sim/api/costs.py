@@ -1,4 +1,4 @@
-"""Calls that measure what accuracy and effects cost, and how far a recording is from a scene."""
+"""Calls that measure costs of accuracy and effects, and deviations of recordings from scenes."""
 
 from collections.abc import Callable, Sequence
 from pathlib import Path
@@ -22,22 +22,23 @@ def accuracy_cost(
     tolerances: Sequence[float] = TOLERANCES,
     progress: Progress | None = None,
 ) -> AccuracyCost:
-    """What error every method makes at every setting, and what it costs: ``ab-sim accuracy``.
+    """Measure error and CPU time of every method at every setting: ``ab-sim accuracy``.
 
-    Takes minutes for a scene of seconds.
+    This takes minutes for a scene of seconds.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        What is run.
+        Scene to run.
     repeats : int, default 9
         Rounds in which all settings are timed in turns.
     steps : sequence of float, optional
         Steps to try [s], whole nanoseconds.
     tolerances : sequence of float, optional
-        Relative ones to try for peers that choose their steps; none: such peers are left out.
+        Relative tolerances to try for peers that choose their steps; empty: such peers are left
+        out.
     progress : callable, optional
-        Called with what is done now, how much is done, and of how much.
+        Called with the present work, the finished count and the total.
 
     Returns
     -------
@@ -71,18 +72,18 @@ def effect_cost(
     leave_one_out: bool = False,
     progress: Progress | None = None,
 ) -> EffectCost:
-    """What each effect and sensor of a scene costs per step: ``ab-sim cost``.
+    """Measure the cost per step of each effect and sensor of a scene: ``ab-sim cost``.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        What is run, at most 10,000 steps of it.
+        Scene to run, for at most 10,000 steps.
     repeats : int, default 15
         Rounds in which all variants are timed in turns.
     leave_one_out : bool, default False
         Also measure the scene's effects less each of them.
     progress : callable, optional
-        Called with what is done now, how much is done, and of how much.
+        Called with the present work, the finished count and the total.
 
     Returns
     -------
@@ -110,20 +111,20 @@ def compare_recording(
     *,
     progress: Callable[[int], None] | None = None,
 ) -> RecordingComparison:
-    """Run a scene under a recording's commands; how far is each channel? ``ab-sim compare``.
+    """Run a scene under a recording's commands, and compare each channel: ``ab-sim compare``.
 
     Parameters
     ----------
     recording : StoredRun, Path or str
-        What ``open_recording`` has returned, or an .rrd file.
+        Result of ``open_recording``, or an .rrd file.
     scene : Scene, str or Path
-        To be run as recorded.
+        Scene to run as recorded.
     progress : callable, optional
-        Called with how many samples are done.
+        Called with the number of compared samples.
 
     Returns
     -------
-    Beside
+    RecordingComparison
         ``deviations``, one for each channel that both have, in its unit: largest and r.m.s.;
         ``same``: whether all of them are the same to the bit.
 

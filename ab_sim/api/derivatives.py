@@ -25,19 +25,19 @@ def sensitivities(
     Parameters
     ----------
     scene : Scene, str or Path
-        What to run. By its own stepper if that is an explicit Runge-Kutta method, else by ``rk8``
-        with its step.
+        Scene to run, with its own stepper if that is an explicit Runge-Kutta method, else with
+        ``rk8`` and the same step.
     keys : sequence of str
         Dotted keys of real numbers in the sections rotor, deck, mounts, race, balls, effects, start
         and profile; entries of lists counted from 0: ``balls.mass``, ``balls.mass.0``,
         ``effects.suspension.stiffness``, ``start.ball_angles.1``.
     channels : sequence of str, optional
-        Of the trajectory; default: all but ``step``, ``time`` and the sensors'.
+        Channels of the trajectory; default: all except ``step``, ``time`` and the sensors'.
     times : sequence of float, optional
-        When [s]: whole numbers of steps, rising. The run lasts to the last of them. Default: all
-        steps until ``scene.duration``.
+        Times [s], increasing and on steps. The run lasts to the last of them. Default: all steps
+        until ``scene.duration``.
     progress : callable, optional
-        Called with the time that is simulated and that of the end [s].
+        Called with the simulated time and the end time [s].
 
     Returns
     -------
@@ -48,10 +48,10 @@ def sensitivities(
     Raises
     ------
     InputError
-        There is no such key or channel; it is no real number; a time is not that of a step.
+        A key or channel does not exist, a key is not a real number, or a time is not on a step.
     SceneError
-        The scene is not valid, cannot be run with its solver, or has no derivative: names the
-        event that has none.
+        The scene is not valid, cannot be run with its solver, or has no derivative; the message
+        names the event without one.
     DivergedError
         The state went beyond all bounds.
 

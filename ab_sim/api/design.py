@@ -1,4 +1,4 @@
-"""Calls that decide over many drives."""
+"""Calls for design decisions over many drives."""
 
 import functools
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -26,8 +26,8 @@ from ab_sim.quoting import short
 from ab_sim.workers import Workers
 
 Over = Mapping[str, str | Sequence[object]]
-"""By dotted key: values; or a text as of the command line, ``"0.5 g..3 g:26"``; of a design, two
-numbers, from where to where."""
+"""Values by dotted key: a list, or a text as on the command line, ``"0.5 g..3 g:26"``; for a
+design, the two ends of a range."""
 
 
 def sweep(
@@ -41,32 +41,32 @@ def sweep(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Sweep:
-    """Run a scene over values of its keys, and judge each run by merits: ``ab-sim sweep``.
+    """Run a scene over values of its keys, and judge each run by metrics: ``ab-sim sweep``.
 
-    What is done is kept on disk: an interrupted sweep goes on when it is asked for again.
+    Finished runs are kept on disk: an interrupted sweep continues when it is called again.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        What is run, or its name, or its file.
+        Scene to run, or its name or file.
     over : mapping of str
         By dotted key, its values: a list, or a text, ``"0.5 g..3 g:26"`` (evenly spaced),
-        ``"log:0.1..10:20"`` or ``"0.001,0.002"``. All combinations are run. Of a design, two
+        ``"log:0.1..10:20"`` or ``"0.001,0.002"``. All combinations are run. For a design, two
         numbers or a text, ``"0.1..10"`` or ``"log:0.1..10"``.
     merits : iterable of str, optional
-        Names of those that are numbers; ``ab-sim merits`` lists them.
+        Names of numeric metrics; ``ab-sim merits`` lists them.
     design : str, optional
         ``"sobol:1024"``, a scrambled Sobol sequence, or ``"lhs:1000"``, a Latin hypercube, instead
         of a grid.
     seed : int, default 0
-        Of a design's random numbers.
+        Seed of a design's random numbers.
     workers : int, default 1
-        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
     scheduler : str, optional
-        Address of a Dask cluster, ``"tcp://10.0.0.1:8786"``, whose workers share the work instead;
-        they need this very ab_sim.
+        Address of a Dask cluster, ``"tcp://10.0.0.1:8786"``, whose workers do the work instead;
+        they need the same ab_sim.
     progress : callable, optional
-        Called with what is done now, how many runs are done, and of how many.
+        Called with the present work, the number of finished runs and the total.
 
     Returns
     -------
@@ -78,16 +78,16 @@ def sweep(
     Raises
     ------
     SceneError
-        The scene is not valid, or no point of those looked at first makes one.
+        The scene is not valid, or none of the first points gives a valid scene.
     InputError
         A key, value, merit, design or address cannot be used, or another process computes the same
         sweep.
     AbSimError
-        A process that shared the work is gone, or the cluster cannot be used; what is done is kept.
+        A worker process has ended, or the cluster cannot be used; finished runs are kept.
 
     Notes
     -----
-    A run that fails says why in its row, and leaves the others alone. Results do not depend on the
+    A failed run has its reason in its row; others continue. Results do not depend on the
     number of processes or machines, nor on interruptions. scipy.stats.qmc makes the designs.
 
     Examples
@@ -122,53 +122,54 @@ def tune(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Tuning:
-    """Find the values of keys with which a merit is best, within bounds: ``ab-sim tune``.
+    """Find the values of keys with which a metric is best, within bounds: ``ab-sim tune``.
 
-    Only runs that settled count: that did not fail, whose balls do not circulate, and whose whirl
-    does not still rise or fall. What is done is kept, as of ``sweep``.
+    Only settled runs count: those that did not fail, whose balls do not circulate, and whose whirl
+    is steady. Finished runs are kept, as in ``sweep``.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        What is run, or its name, or its file.
+        Scene to run, or its name or file.
     vary : mapping of str
-        By dotted key, from where to where it may be chosen: two numbers, or a text,
-        ``"0.5 g..3 g"`` or ``"log:0.1..10"``. Keys that take whole numbers stay whole.
+        Ranges by dotted key: two numbers, or a text, ``"0.5 g..3 g"`` or ``"log:0.1..10"``. Keys
+        that take whole numbers stay whole.
     minimise, maximise : str, optional
-        The merit that is to be small, or the one that is to be large.
+        Metric to minimise or to maximise.
     subject_to : iterable of str, optional
-        What else must hold, e.g. ``"final_whirl_over_e<0.2"``, ``"balanced"``.
+        Further conditions, e.g. ``"final_whirl_over_e<0.2"``, ``"balanced"``.
     spread : mapping of str, optional
-        How built drives differ, as of ``robust``. What counts is then what a share of the drives
-        reaches, and bounds have to hold for that share.
+        Tolerances of built drives, as in ``robust``. The metric is then the value that a share of
+        the drives reaches, and bounds must hold for that share.
     draws : int, default 32
-        Of spread drives, for each candidate; the same for all.
+        Number of drives for each candidate; all candidates have the same draws.
     share : float, default 0.9
-        Of spread drives, above 0, at most 1.
+        Share of the drives, above 0, at most 1.
     runs : int, default 1000
-        At most about so many; beside them those that show what happens near the best.
+        Approximate largest number of runs, without those that explore the neighbourhood of the
+        best.
     seed : int, default 0
-        Of the search's random numbers. The same seed gives the same answer.
+        Seed of the search. The same seed gives the same answer.
     workers : int, default 1
-        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
     scheduler : str, optional
         Address of a Dask cluster that does the work instead; see ``sweep``.
     progress : callable, optional
-        Called with what is best so far, how many runs are done, and of how many.
+        Called with the best result so far, the number of finished runs and the total.
 
     Returns
     -------
     Tuning
-        ``values`` by key, ``best``, the merit there, and ``scene``, to run it; None and empty where
-        no run settled within all bounds. ``beside``, ``before``, ``active``: what happens near the
-        best, what the scene gave before, which bounds it is at. ``runs``, a Sweep of all.
+        ``values`` by key, ``best``, the merit there, and ``scene``, to run it; None and empty if no
+        run settled within all bounds. ``beside``, ``before``, ``active``: results near the best,
+        result of the original scene, and active bounds. ``runs``, a Sweep of all.
 
     Raises
     ------
     SceneError
-        The scene is not valid, or there is none in the middle of the ranges.
+        The scene is not valid, or the middle of the ranges is not a valid scene.
     InputError
-        A key, range, merit or bound cannot be used; or another process looks for the same.
+        A key, range, merit or bound cannot be used; or another process runs the same search.
 
     Notes
     -----
@@ -216,45 +217,45 @@ def robust(
     scheduler: str | None = None,
     progress: Progress | None = None,
 ) -> Spread:
-    """Say what share of built drives balances, and which tolerance is to blame: ``ab-sim robust``.
+    """Estimate the share of built drives that balance, given tolerances: ``ab-sim robust``.
 
-    What is done is kept on disk: more runs, or a finer ``until``, go on from there.
+    Finished runs are kept on disk: more runs, or a finer ``until``, continue from there.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        The drawing, or its name, or its file.
+        The nominal scene, or its name or file.
     spread : mapping of str, optional
-        By dotted key, how it differs: ``"5%"`` (normal, about the scene's value), ``"0.1 mm"`` (so,
-        in its unit), ``"normal:MEAN,SD"``, ``"lognormal:MEDIAN,40%"``, ``"uniform:LOW,HIGH"``,
-        ``"uniform:5%"``, ``"discrete:V,V"``; ``"random"`` of ``start.ball_angles``. Behind it
-        ``low=NUMBER``, ``high=NUMBER``, ``per ball``, ``group=NAME``, with commas between. Several
-        that act on one key, in a list.
+        Tolerances by dotted key: ``"5%"`` (normal, about the scene's value), ``"0.1 mm"`` (so, in
+        its unit), ``"normal:MEAN,SD"``, ``"lognormal:MEDIAN,40%"``, ``"uniform:LOW,HIGH"``,
+        ``"uniform:5%"``, ``"discrete:V,V"``; ``"random"`` for ``start.ball_angles``. Options
+        follow: ``low=NUMBER``, ``high=NUMBER``, ``per ball``, ``group=NAME``, separated by commas.
+        A list combines several tolerances of one key.
     merits : iterable of str, optional
-        Names of those that are numbers, of which there are quantiles.
+        Names of numeric metrics to report quantiles of.
     runs : int, default 10000
-        Drives; with ``until``, at least.
-    balanced : str or iterable of str, default the merit of that name
-        What has to hold of a run that has settled, e.g. ``"residual_unbalance<=0.1"``.
+        Number of drives; with ``until``, the minimum.
+    balanced : str or iterable of str, default the metric of that name
+        Conditions on a settled run, e.g. ``"residual_unbalance<=0.1"``.
     until : float, optional
-        Half width of the share's interval, 0 to 1, until which it goes on.
+        Half-width of the share's interval, 0 to 1, at which the runs stop.
     against : Scene, str or Path, optional
         Another design, run with the same draws.
     spread_from : Path or str, optional
-        JSON of an identification: what is not known of a fitted scene, its values correlated as
-        they were found; ``spread`` acts beside it.
+        JSON of an identification: uncertainties of a fitted scene with their correlations, in
+        addition to ``spread``.
     sobol : int, optional
         Pairs of drives, a power of 2, that Sobol indices follow from, which takes so many runs more
         for each spread or group; 0 for none. Default: what half as many runs more pay for, none
         where that is fewer than 128 pairs.
     seed : int, default 0
-        Of the random draws.
+        Seed of the random draws.
     workers : int, default 1
-        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
     scheduler : str, optional
         Address of a Dask cluster that does the work instead; see ``sweep``.
     progress : callable, optional
-        Called with what is done now, how many runs are done, and of how many.
+        Called with the present work, the number of finished runs and the total.
 
     Returns
     -------
@@ -267,9 +268,10 @@ def robust(
     Raises
     ------
     SceneError
-        A scene is not valid, or no draw of those looked at first makes one.
+        A scene is not valid, or none of the first draws gives a valid scene.
     InputError
-        A key, spread, merit, bound or number cannot be used, or another process computes the same.
+        A key, spread, merit, bound or number cannot be used, or another process computes the same
+        runs.
 
     Notes
     -----
@@ -306,7 +308,7 @@ def robust(
 
 
 def open_sweep(path: Path | str) -> Sweep:
-    """Read what ``Sweep.write`` or ``ab-sim sweep --parquet`` wrote.
+    """Read a file of ``Sweep.write`` or ``ab-sim sweep --parquet``.
 
     Parameters
     ----------
@@ -316,12 +318,12 @@ def open_sweep(path: Path | str) -> Sweep:
     Returns
     -------
     Sweep
-        As it was.
+        The sweep as it was written.
 
     Raises
     ------
     InputError
-        The file cannot be read, or is nothing of that kind; names it and the reason.
+        The file cannot be read, or has another content; the message has file and reason.
 
     Examples
     --------
@@ -378,7 +380,7 @@ def _mapping(over: Over) -> Over:
 def executors_of(
     workers: int, scheduler: str | None
 ) -> Callable[[], AbstractContextManager[Executor]]:
-    """What makes executors, after having made one to see whether it can be used."""
+    """Return a function that creates executors, after creating one as a check."""
     executors = functools.partial(_executor, workers, scheduler)
     executors()
     return executors

@@ -1,4 +1,4 @@
-"""Calls by which a program adds what scenes may name."""
+"""Calls with which a program adds effects and steppers for scenes."""
 
 from collections.abc import Callable, Sequence
 from difflib import get_close_matches
@@ -10,42 +10,42 @@ from ab_sim.integrate.explicit import explicit
 from ab_sim.scene import registry as effects
 
 Effect = TypeVar("Effect", bound=type[tuple[object, ...]])
-"""A NamedTuple class."""
+"""Type of an effect class, a NamedTuple."""
 CHECK = "check_scene"
-"""The method of an effect that is no formula."""
+"""Name of the method of an effect that is not a formula."""
 
 
 def register_effect(
     name: str, *, equation: str, source: str, uses_ball_radius: bool = False
 ) -> Callable[[Effect], Effect]:
-    """Class decorator: make an effect known to scenes, in this process.
+    """Return a class decorator that registers an effect for scenes, in this process.
 
     An effect is a ``NamedTuple`` whose fields are its parameters and whose methods are its physics,
     plain Python on numbers: ``deck_force``, ``ball_drag`` and others, which
     ``ab_sim.equations.effects`` lists. Machine code, derivatives, text and LaTeX are made of them.
-    A method that is not in that list is not called, but by a deck model of your own.
+    A method that is not in that list is called by your own deck models only.
 
     Parameters
     ----------
     name : str
-        What scenes call it.
+        Name in scenes.
     equation : str
         Its equation, one line, symbols as in docs/equations.md.
     source : str
-        Where that is from, with the equation's number there.
+        Source of the equation, with its number there.
     uses_ball_radius : bool, default False
-        Whether a scene with it has to give ``balls.radius``.
+        Whether a scene with it must give ``balls.radius``.
 
     Returns
     -------
     callable
-        Takes the class and returns it.
+        Decorator, which returns the class.
 
     Raises
     ------
     ValueError
-        Another effect has the name, or a class of the same name; or the class is no
-        ``NamedTuple``; or a method's name is nearly one of the list, and would not be called.
+        Another effect has the name, or a class of the same name; or the class is not a
+        ``NamedTuple``; or a method's name resembles one of the list, and would not be called.
 
     Examples
     --------
@@ -73,7 +73,7 @@ def register_effect(
 
 
 def _check(name: str, effect: type[object]) -> None:
-    """Refuse what is no NamedTuple, and methods that are called nearly as the equations' own."""
+    """Refuse a class that is not a NamedTuple, and methods whose names resemble known ones."""
     if not (issubclass(effect, tuple) and hasattr(effect, "_fields")):
         raise ValueError(
             f"effect {name!r}: its class {effect.__name__} must be a NamedTuple, whose fields are "
@@ -93,23 +93,23 @@ def _check(name: str, effect: type[object]) -> None:
 def register_stepper(
     name: str, order: int, source: str, rows: Sequence[Sequence[float]], weights: Sequence[float]
 ) -> None:
-    """Make an explicit Runge-Kutta method known to scenes, in this process.
+    """Register an explicit Runge-Kutta method for scenes, in this process.
 
     Its step is emitted as machine code for each scene, for single runs and for eight side by side.
 
     Parameters
     ----------
     name : str
-        What a scene's ``solver.stepper`` calls it.
+        Name in a scene's ``solver.stepper``.
     order : int
-        That it is declared to have.
+        Declared order.
     source : str
-        Where it is from.
+        Source of the method.
     rows : sequence of sequences of float
-        Of Butcher's tableau below the diagonal, for all stages but the first; row i has at most i
-        numbers. Stage times are their sums.
+        Rows of Butcher's tableau below the diagonal, for all stages except the first; row i has at
+        most i numbers. Stage times are their sums.
     weights : sequence of float, shape (stages,)
-        Of the stages in the step.
+        Weights of the stages in the step.
 
     Raises
     ------

@@ -30,56 +30,56 @@ def identify(
     workers: int = 1,
     progress: Progress | None = None,
 ) -> Identification:
-    """Find a drive's numbers from recordings of its vibration: ``ab-sim identify``.
+    """Estimate a drive's parameters from recordings of its vibration: ``ab-sim identify``.
 
     Parameters
     ----------
     recordings : sequence of Path or str
         Recordings of the drive: ``.rrd``, ``.csv``, ``.parquet`` files, folders of ROS bags.
     scene : Scene, str or Path
-        The drive as far as it is known: where the fit begins.
+        The drive as known so far, from which the fit begins.
     fit : sequence of str
         Dotted keys of the scene, ``"rotor.eccentricity"``, ``"balls.mass"``.
     bounds : mapping, optional
-        By key the lowest and highest value [SI]. Default: a factor of 10 to both sides.
+        Lowest and highest value by key [SI]. Default: a factor of 10 to both sides.
     without_balls : sequence of Path or str, optional
-        Further recordings, made without balls; ab_sim's own say so themselves.
+        Further recordings, made without balls; those of ab_sim contain that themselves.
     hold_out : sequence of Path or str, optional
-        Recordings that are not fitted, but judged.
+        Recordings for validation, which are not fitted.
     maps : sequence of Path or str, optional
-        YAML files that say what columns of tables are: one for all recordings, or one for each.
+        YAML files that describe the columns of tables: one for all recordings, or one for each.
     signal : str, optional
-        Of ab_sim's own recordings: ``"displacement"``, ``"acceleration"``, or a sensor's name.
-        Default: the first sensor, else the displacement.
+        Fitted signal of ab_sim's own recordings: ``"displacement"``, ``"acceleration"``, or a
+        sensor's name. Default: the first sensor, else the displacement.
     free : sequence of str, optional
-        What else of each recording is not known, and fitted: ``"gain"``, ``"bias"``, ``"delay"``,
+        Unknowns of each recording to fit as well: ``"gain"``, ``"bias"``, ``"delay"``,
         ``"disc_angle"``.
     trial_masses : mapping, optional
-        By the name of a recording's file, without ending, a mass that was clamped to the deck for
-        it [kg]: it tells the deck's mass.
+        Mass that was clamped to the deck for a recording [kg], by the name of its file without
+        ending; it determines the deck's mass.
     seed : int, default 0
-        Of the random starts; the same seed, the same answer.
+        Seed of the random starts. The same seed gives the same answer.
     hold_open : bool, default True
-        Whether what the recordings cannot tell is held at the scene's value.
+        Whether unidentifiable parameters are held at the scene's value.
     propose : bool, default True
-        Whether it is looked for which recording to make next.
+        Whether to search for the recording to make next.
     workers : int, default 1
-        Processes that share the search where it takes long; any number gives the same to the bit.
+        Number of processes for a long search; any number gives the same bits.
     progress : callable, optional
-        Called with what is done now, how much is done, and of how much.
+        Called with the present work, the finished count and the total.
 
     Returns
     -------
     Identification
         ``scene``, the fitted one; ``verdict`` and ``reasons``; ``estimates``, each with its
         interval of 95 %, or by name, ``found["balls.mass"]``; ``intervals`` with the covariance;
-        ``knowledge``: what the recordings can tell; ``whiteness`` of the residuals; ``tried``
-        effects; ``proposals`` for the next recording.
+        ``knowledge``: identifiability from the recordings; ``whiteness`` of the residuals;
+        ``tried`` effects; ``proposals`` for the next recording.
 
     Raises
     ------
     InputError
-        A recording, key or bound cannot be used; says which, why, and what to do.
+        A recording, key or bound cannot be used; the message has reason and remedy.
     RecordingError
         A recording cannot be read.
     SceneError

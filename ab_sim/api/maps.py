@@ -1,4 +1,4 @@
-"""Calls that ask the same over many values of two parameters."""
+"""Calls that repeat an analysis over many values of two parameters."""
 
 from ab_sim.analysis.maps import stability
 from ab_sim.analysis.maps.plane import COUNT, Axis, Plane, axis
@@ -9,7 +9,8 @@ from ab_sim.studies import basin as basins
 from ab_sim.studies.basin import Basin
 
 Range = tuple[str, float, float] | tuple[str, float, float, int]
-"""Dotted key of a scene or ``speed``, first value, last value, and how many (default 200)."""
+"""Dotted key of a scene or ``speed``, first value, last value, and number of values (default
+200)."""
 
 
 def stability_map(
@@ -21,24 +22,24 @@ def stability_map(
     coarse: int = COARSE,
     progress: Progress | None = None,
 ) -> StabilityMap:
-    """Which kinds of resting states are stable, over two parameters: ``ab-sim stability --map``.
+    """Map the stable kinds of resting states over two parameters: ``ab-sim stability --map``.
 
-    Points near borders only are computed, and what is computed is kept on disk.
+    Only points near borders are computed, and they are kept on disk.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        As of ``equilibria``.
+        See ``equilibria``.
     across, up : (str, float, float) or (str, float, float, int)
-        Key of the parameter, dotted, or ``speed``; its first and last value, SI; how many values,
+        Key of the parameter, dotted, or ``speed``; its first and last value, SI; number of values,
         from 2 to 2000, by default 200.
     speed : float, optional
-        w, held [rad/s], where it is not on an axis; default: the last one of the scene's profile.
+        Constant w [rad/s], if it is not on an axis; default: the last one of the scene's profile.
     coarse : int, default 8
         Spacing of the points looked at first, a power of two. Islands of fewer points may be
         missed; with 1 every point is computed.
     progress : callable, optional
-        Called with what is done now, how many points are done, and of how many so far.
+        Called with the present work, the number of finished points and the total so far.
 
     Returns
     -------
@@ -51,9 +52,10 @@ def stability_map(
     Raises
     ------
     SceneError
-        A corner, or a point, is no scene, or nothing rests there; names key and value.
+        A corner or a point is not a valid scene, or has no resting states; the message has key and
+        value.
     InputError
-        A parameter says nothing about where balls rest, a range cannot be used, ``coarse`` is no
+        A parameter does not affect resting states, a range cannot be used, ``coarse`` is not a
         power of two, or both axes have one key.
 
     Examples
@@ -82,17 +84,17 @@ def basin(
     *,
     progress: Progress | None = None,
 ) -> Basin:
-    """From which start angles of two balls a run ends balanced: ``ab-sim stability --basin``.
+    """Map the start angles of two balls from which a run balances: ``ab-sim stability --basin``.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        With an unbalance and at least two balls; it is run as it is but for their start angles.
-        Its ``balanced.residual_unbalance`` says what is called balance, as in every run.
+        With an unbalance and at least two balls; only their start angles vary. Its
+        ``balanced.residual_unbalance`` is the criterion of balance, as in every run.
     count : int, default 12
-        Of angles of either ball, from -pi on over a turn; from 2 to 1000.
+        Number of angles of either ball, over a turn from -pi; from 2 to 1000.
     progress : callable, optional
-        Called with what is done now, how many runs are done, and of how many.
+        Called with the present work, the number of finished runs and the total.
 
     Returns
     -------
@@ -118,10 +120,10 @@ def basin(
 
 
 def _axis(given: Range) -> Axis:
-    """A range as an axis.
+    """Return a range as an axis.
 
     Raises:
-        InputError: it is none.
+        InputError: the range is invalid.
     """
     if not 3 <= len(given) <= 4:
         raise InputError(f"{given!r}: must be (key, first, last) or (key, first, last, count)")

@@ -1,4 +1,4 @@
-"""Calls that judge a run, and that add what runs are judged by."""
+"""Calls that judge runs, and that add metrics."""
 
 from collections.abc import Callable, Iterable
 
@@ -13,29 +13,29 @@ from ab_sim.errors import InputError
 def merits_of(
     trajectory: Trajectory, scene: SceneLike, keys: Iterable[str] | None = None
 ) -> Merits:
-    """Judge a run by some merits, or by all: ``ab-sim merits`` lists them.
+    """Compute metrics of a run, some or all: ``ab-sim merits`` lists them.
 
-    What only merits need that were not asked for is not computed.
+    Quantities that only other metrics need are not computed.
 
     Parameters
     ----------
     trajectory : Trajectory
         The whole run, from its start to its end; it may be thinned.
     scene : Scene, str or Path
-        What was run, or its name, or its file.
+        Scene of the run, or its name or file.
     keys : iterable of str, optional
-        Names of the merits wanted; default: all.
+        Names of the requested metrics; default: all.
 
     Returns
     -------
     Merits
         ``merits["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
-        ``report()`` all that were asked for, by name, JSON-able.
+        ``report()`` has all requested ones by name, JSON-able.
 
     Raises
     ------
     InputError
-        There is no merit of such a name, the nearest is named; or there are no samples.
+        There is no such metric, and the message names the nearest; or there are no samples.
     SceneError
         The scene is not valid.
 
@@ -65,10 +65,10 @@ def register_merit(
     last_stretch: bool = False,
     better: str = "neither",
 ) -> Callable[[type[Own]], type[Own]]:
-    """Class decorator: make a merit known, a number that runs are judged by, in this process.
+    """Return a class decorator that registers a metric of runs, in this process.
 
     It stands in ``ab-sim merits``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
-    report``, and in ``merits`` of results. The class is made anew for each run, with the scene and
+    report``, and in ``merits`` of results. The class is created for each run, with the scene and
     how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
     other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
     None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
@@ -77,27 +77,27 @@ def register_merit(
     Parameters
     ----------
     key : str
-        Its name in reports.
+        Name in reports.
     meaning : str
-        What it is, in a few words.
+        Meaning in a few words.
     unit : str, default "1"
         SI; "e" of a length [m] that is to be reported in eccentricities.
     label : str, optional
-        Of its row in tables, without the unit; default: the key, with spaces.
+        Label of its row in tables, without the unit; default: the key, with spaces.
     last_stretch : bool, default False
-        Whether the class is shown the last tenth of the run only.
+        Whether the class receives only the last tenth of the run.
     better : str, default "neither"
         Which values are wanted: smaller, larger or neither.
 
     Returns
     -------
     callable
-        Takes the class and returns it.
+        Decorator, which returns the class.
 
     Raises
     ------
     ValueError
-        Another merit has the key.
+        Another metric has the key.
     InputError
         ``better`` is none of these words.
 

@@ -1,4 +1,4 @@
-"""Calls that ask where a drive rests, vibrates and recovers, and how firmly, instead of running."""
+"""Calls that analyse resting states, vibration and recovery of a drive."""
 
 from collections.abc import Callable, Sequence
 
@@ -18,20 +18,20 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 SPEEDS = 120
-"""At which stability of branches is looked at, besides those near folds."""
+"""Number of speeds at which the stability of branches is computed, besides those near folds."""
 SPEED = "speed"
-"""What the spindle's speed is called where other parameters have keys."""
+"""Name of the spindle's speed among the keys of parameters."""
 
 
 def equilibria(scene: SceneLike, speed: float | None = None) -> Equilibria:
-    """All states in which deck and balls rest on the rotor at a speed: ``ab-sim equilibria``.
+    """Find all states in which deck and balls rest on the rotor at a speed: ``ab-sim equilibria``.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        Friction and contact are left out of it, which ``left_out`` of the result says.
+        Scene; its friction and contact are left out, as ``left_out`` of the result states.
     speed : float, optional
-        w, held [rad/s]; default: the one that the scene keeps in the end.
+        Constant w [rad/s]; default: the final speed of the scene.
 
     Returns
     -------
@@ -45,7 +45,7 @@ def equilibria(scene: SceneLike, speed: float | None = None) -> Equilibria:
     SceneError
         The scene is not valid, its equations contain the spindle's angle, or its speed is a state.
     InputError
-        The speed is no number, or beyond 1e5 rad/s.
+        The speed is not a number, or beyond 1e5 rad/s.
 
     References
     ----------
@@ -72,19 +72,19 @@ def branches(
     speeds: ArrayLike | None = None,
     progress: Progress | None = None,
 ) -> BranchesOverSpeed:
-    """Follow all resting states over the spindle's speed; folds and borders of stability.
+    """Follow all resting states over the spindle's speed, with folds and borders of stability.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        As of ``equilibria``.
+        See ``equilibria``.
     speed : float, optional
-        Which the picture marks [rad/s]; default: the one that the scene keeps in the end.
+        Speed that the picture marks [rad/s]; default: the final speed of the scene.
     speeds : array_like of float, shape (n,), optional
-        At which stability is looked at [rad/s], above 0 and rising; default: 120 up to
+        Speeds at which stability is computed [rad/s], above 0 and increasing; default: 120 up to
         ``spindle.max_speed``, and more about the critical speed.
     progress : callable, optional
-        Called with what is done now, how much is done, and of how much.
+        Called with the present work, the finished count and the total.
 
     Returns
     -------
@@ -96,7 +96,7 @@ def branches(
     SceneError
         As of ``equilibria``.
     InputError
-        ``speeds`` do not rise.
+        ``speeds`` do not increase.
 
     Examples
     --------
@@ -116,7 +116,7 @@ def branches(
 
 
 def speeds_of_branches(scene: Scene, top: float) -> np.ndarray:
-    """Evenly spaced up to a speed [rad/s]; more about the critical one, where branches bend."""
+    """Return evenly spaced speeds [rad/s], and more near the critical one, where branches bend."""
     speeds = np.linspace(top / SPEEDS, top, SPEEDS)
     critical = scene.critical_speed or top
     near = np.geomspace(1e-3, 0.2, 16)
@@ -125,28 +125,28 @@ def speeds_of_branches(scene: Scene, top: float) -> np.ndarray:
 
 
 def floquet(scene: SceneLike, speed: float | None = None, start: str = "") -> PeriodicSolutions:
-    """Motions that repeat with every turn, and their multipliers: ``ab-sim floquet``.
+    """Find motions that repeat with every turn, and their multipliers: ``ab-sim floquet``.
 
     Parameters
     ----------
     scene : Scene, str or Path
         Without friction, contact and motor.
     speed : float, optional
-        w, held [rad/s]; default: the one that the scene keeps in the end.
+        Constant w [rad/s]; default: the final speed of the scene.
     start : str, optional
-        Where the search begins: ``start``, ``balanced`` or ``settled``; default: from each.
+        Start of the search: ``start``, ``balanced`` or ``settled``; default: from each.
 
     Returns
     -------
     PeriodicSolutions
-        Different ones; each with its multipliers, complex, shape (states,), the largest first.
+        Distinct solutions, each with its multipliers, complex, shape (states,), the largest first.
 
     Raises
     ------
     SceneError
         The scene has events, or its speed is a state.
     InputError
-        The spindle stands, or there is no such start.
+        The speed is 0, or there is no such start.
 
     References
     ----------
@@ -177,15 +177,15 @@ def follow_floquet(
     Parameters
     ----------
     scene : Scene, str or Path
-        As of ``floquet``.
+        See ``floquet``.
     key : str
         Dotted key of a scene, e.g. ``race.radius``, or ``speed``.
     values : sequence of float
-        Of that parameter, SI, at least two, rising or falling.
+        Values of that parameter, SI, at least two, increasing or decreasing.
     speed : float, optional
-        w, held [rad/s], where it is not what is followed over; default: as of ``floquet``.
+        Constant w [rad/s], unless it is the parameter; default: as in ``floquet``.
     progress : callable, optional
-        Called with how many values are done.
+        Called with the number of finished values.
 
     Returns
     -------
@@ -195,7 +195,7 @@ def follow_floquet(
     Raises
     ------
     SceneError
-        A value makes no scene, or as of ``floquet``.
+        A value gives no valid scene, or see ``floquet``.
     InputError
         There are fewer than two values, or a speed is given twice.
 
@@ -217,7 +217,7 @@ def follow_floquet(
     def case(value: float) -> tuple[Scene, float]:
         if key == SPEED:
             return own, as_speed(value, own)
-        # A count takes whole numbers only.
+        # A count must be an integer.
         given = int(value) if whole and value.is_integer() else value
         return changed_scene(own, {key: given}, f"{key} = {given:g}"), at
 
@@ -227,27 +227,27 @@ def follow_floquet(
 
 
 def modes(scene: SceneLike, speed: float = 0.0) -> NaturalVibration:
-    """Natural frequencies, damping and shapes of the deck in its suspension: ``ab-sim modes``.
+    """Compute natural frequencies, damping and mode shapes of the deck: ``ab-sim modes``.
 
     Parameters
     ----------
     scene : Scene, str or Path
         Rotor and balls are averaged over a turn; the balls spread evenly and turn with the rotor.
     speed : float, default 0
-        Of the spindle [rad/s].
+        Speed of the spindle [rad/s].
 
     Returns
     -------
-    Vibration
+    NaturalVibration
         ``modes`` by frequency, each with frequency [rad/s], damping ratio and shape, complex, shape
         (coordinates,); ``over_speed``, a Campbell diagram with the critical speeds [rad/s].
 
     Raises
     ------
     SceneError
-        There is no place where the deck hangs at rest.
+        The deck has no position at rest.
     InputError
-        The speed is no number, or beyond 1e5 rad/s.
+        The speed is not a number, or beyond 1e5 rad/s.
 
     References
     ----------
@@ -271,18 +271,18 @@ def recovery(
     band: float = BAND,
     progress: Progress | None = None,
 ) -> RecoveryOverDrag:
-    """How long and how far a change of speed is felt, over drag: ``ab-sim recovery``.
+    """Compute the recovery from a change of speed, over drag: ``ab-sim recovery``.
 
     Parameters
     ----------
     scene : Scene, str or Path
         Its profile is a ``speed_change``, and it has balls.
     drags : sequence of float, optional
-        Of the race on a ball [N s/m].
+        Drags of the race on a ball [N s/m].
     band : float, default 1e-9
-        Half the width of the band around the steady whirl in which it has settled [m].
+        Half-width of the band around the steady whirl in which the run counts as settled [m].
     progress : callable, optional
-        Called with what is done now, how much is done, and of how much.
+        Called with the present work, the finished count and the total.
 
     Returns
     -------
@@ -293,7 +293,7 @@ def recovery(
     Raises
     ------
     SceneError
-        There is no such profile, no ball, or nowhere to rest.
+        The scene has no such profile, no ball, or no resting state.
     InputError
         The run would not fit into memory.
     DivergedError

@@ -1,4 +1,4 @@
-"""Results of calls that put several findings together."""
+"""Results of calls that combine several analyses."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ class BranchesOverSpeed(Presented):
 
     scene: Scene
     at_speed: Equilibria
-    """At the speed that the picture marks."""
+    """Equilibria at the speed that the picture marks."""
     over_speed: OverSpeed
     """Branches, folds, crossings of the border of stability, and ranges without stable states."""
 
@@ -33,7 +33,7 @@ class BranchesOverSpeed(Presented):
         Returns
         -------
         matplotlib.figure.Figure
-            What ``ab-sim equilibria --plot`` draws.
+            The figure of ``ab-sim equilibria --plot``.
         """
         from ab_sim.figures.branches import drawn_branches
         from ab_sim.figures.saved import with_plain_texts
@@ -41,7 +41,7 @@ class BranchesOverSpeed(Presented):
         return with_plain_texts(drawn_branches(self.scene, self.at_speed, self.over_speed))
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values: ``over_speed`` of ``ab-sim equilibria --json``."""
+        """Return JSON-able values: ``over_speed`` of ``ab-sim equilibria --json``."""
         return dict(self.over_speed.report())
 
     def _facts(self) -> dict[str, str]:
@@ -56,7 +56,7 @@ class BranchesOverSpeed(Presented):
         }
 
     def _columns(self) -> Columns:
-        """A row for each speed at which a branch was looked at."""
+        """Return a row for each computed speed of a branch."""
         rows = [
             (each.label, float(speed), state)
             for each in self.over_speed.intervals
@@ -81,9 +81,9 @@ class PeriodicSolutions(Presented):
 
     scene: Scene
     speed: float
-    """Of the spindle, held [rad/s]."""
+    """Constant speed of the spindle [rad/s]."""
     solutions: tuple[Stability, ...]
-    """Different ones; none where none was found, which does not say that there is none."""
+    """Distinct solutions; if it is empty, none was found, but some may exist."""
 
     def __len__(self) -> int:
         return len(self.solutions)
@@ -96,7 +96,7 @@ class PeriodicSolutions(Presented):
 
     @property
     def stable(self) -> tuple[Stability, ...]:
-        """Those to which what is near comes back."""
+        """Stable solutions, to which nearby motions return."""
         return tuple(one for one in self.solutions if one.stable)
 
     def plot(self) -> Figure:
@@ -105,7 +105,7 @@ class PeriodicSolutions(Presented):
         Returns
         -------
         matplotlib.figure.Figure
-            What ``ab-sim floquet --plot`` draws.
+            The figure of ``ab-sim floquet --plot``.
 
         Raises
         ------
@@ -120,7 +120,7 @@ class PeriodicSolutions(Presented):
         return with_plain_texts(drawn_multipliers(self.solutions))
 
     def report(self) -> list[dict[str, object]]:
-        """As JSON-able values, one mapping for each: see ``ab-sim floquet --help``."""
+        """Return JSON-able values, one mapping for each: see ``ab-sim floquet --help``."""
         return [dict(one.report()) for one in self.solutions]
 
     def _facts(self) -> dict[str, str]:

@@ -16,7 +16,7 @@ from ab_sim.errors import InputError
 from ab_sim.scene import Scene
 
 ROWS = 10_000
-"""Of a block that is recorded."""
+"""Number of rows of a recorded block."""
 
 
 def simulate(
@@ -30,21 +30,21 @@ def simulate(
     Parameters
     ----------
     scene : Scene, str or Path
-        What to run, or its name, or its file. An accuracy that it asks for is resolved first, which
-        may take minutes.
+        Scene to run, or its name or file. A requested accuracy is resolved first, which may take
+        minutes.
     times : sequence of float, optional
-        When to look at the drive [s]; they need not lie on the grid of steps. A run lasts until
-        ``scene.duration``, or to the last of these.
+        Times of observations [s]; they need not lie on steps. A run lasts until ``scene.duration``,
+        or to the last of these.
     progress : callable, optional
-        Called with the time that is simulated and that of the end [s], some hundred times.
+        Called with the simulated time and the end time [s], some hundred times.
 
     Returns
     -------
     OfflineRun
         ``trajectory`` with every step, the start included; ``samples``, one Observation for each of
-        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling;
-        ``decisions`` of a profile that decides while it runs; ``adaptive``: what the controller of
-        an adaptive start-up believed.
+        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling; ``decisions``
+        of a profile that decides while it runs; ``adaptive``: estimates of an adaptive start-up's
+        controller.
 
     Raises
     ------
@@ -87,14 +87,14 @@ def compare_run(run: OfflineRun) -> Comparison:
     Parameters
     ----------
     run : OfflineRun
-        What to compare with. The others last as long, with its stepper and step.
+        Run to compare with. The others have the same duration, stepper and step.
 
     Returns
     -------
     Comparison
         ``without_balls`` (they and their mass are taken out) and ``without_period``: time [s],
-        whirl [m], speed [rad/s], each of shape (samples,), and merits; a text that says why one
-        could not run; None where the scene has nothing to leave out.
+        whirl [m], speed [rad/s], each of shape (samples,), and merits; a text with the reason if
+        one could not run; None if the scene has nothing to leave out.
 
     Examples
     --------
@@ -117,24 +117,24 @@ def simulate_batch(
     merits: Iterable[str] | None = None,
     samples: bool | None = None,
 ) -> Batch:
-    """Run a scene once for each variation, eight side by side where that is possible.
+    """Run a scene once for each variation, eight at a time if possible.
 
     Parameters
     ----------
     scene : Scene, str or Path
-        What the runs have in common; an accuracy that it asks for is measured with it as it is.
+        Scene that the runs have in common; a requested accuracy is measured with it unchanged.
     variations : sequence of mappings, or mapping of arrays
         For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
         Any key may vary. Or by dotted key a list or an array with a value for each run.
     every : int, default 1
-        Keep each so-many-th step.
+        Keep every ``every``-th step.
     progress : callable, optional
-        Called with runs done, and runs.
+        Called with the number of finished runs and the total.
     merits : iterable of str, optional
-        Keys of what each run is judged by (`ab-sim merits` lists them), from all of its steps.
+        Keys of metrics of each run (`ab-sim merits` lists them), computed from all of its steps.
     samples : bool, optional
-        Whether to keep samples; by default where no merits are asked for. Without them a run takes
-        memory only while it is judged.
+        Whether to keep samples; default: only without metrics. Without samples, a run takes memory
+        only while it is judged.
 
     Returns
     -------
@@ -148,8 +148,8 @@ def simulate_batch(
     SceneError
         A variation is not a valid scene; named by its number, from 0.
     InputError
-        There is no variation, ``every`` is no number of steps, there is no such merit, or there is
-        no room for all samples.
+        There is no variation, ``every`` is not a number of steps, a metric does not exist, or the
+        samples do not fit into memory.
 
     Notes
     -----
@@ -177,7 +177,7 @@ def simulate_batch(
 def resolve_accuracy(
     scene: SceneLike, *, progress: Progress | None = None
 ) -> tuple[Scene, WorkPrecision | None]:
-    """Find the cheapest solver that delivers the accuracy which a scene asks for.
+    """Find the cheapest solver with the accuracy that a scene requests.
 
     Parameters
     ----------
@@ -189,14 +189,14 @@ def resolve_accuracy(
     Returns
     -------
     scene : Scene
-        With that stepper and step; as it is if it asks for no accuracy.
+        Scene with that stepper and step; unchanged without a requested accuracy.
     work_precision : WorkPrecision or None
-        Error measured and time taken; None if the scene asks for no accuracy.
+        Measured error and time; None without a requested accuracy.
 
     Raises
     ------
     SceneError
-        What is asked for cannot be had; says what can.
+        The accuracy cannot be reached; the message states the reachable one.
     DivergedError
         The scene's run diverges with every step.
 
@@ -216,21 +216,21 @@ def resolve_accuracy(
 def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None:
     """Record a finished run into a Rerun file: ``ab-sim run --rrd``.
 
-    What a profile decided while it ran is in it as events.
+    Decisions of a profile during the run are recorded as events.
 
     Parameters
     ----------
     run : OfflineRun
-        What ``simulate`` has returned.
+        Result of ``simulate``.
     path : Path or str
-        An .rrd file; one that is there is replaced.
+        An .rrd file, replaced if it exists.
     every : int, default 1
-        Keep one step of so many, and all of them around what happens.
+        Keep one step in every ``every``, and all steps around events.
 
     Raises
     ------
     RecordingError
-        It cannot be written.
+        The file cannot be written.
     InputError
         ``every`` is less than 1.
 
@@ -251,7 +251,7 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
         raise InputError(f"every = {every}: must be at least 1")
     found = None if run.work_precision is None else run.work_precision.report()
     with Recording(path, description=describe(run.scene, found), every=every) as recording:
-        for decided in run.decisions:  # as a recorder writes what a profile controller says
+        for decided in run.decisions:  # as a recorder writes a profile controller's status
             recording.state("profile", decided.time, decided.text.partition(":")[0])
             recording.event(decided.time, f"profile: {decided.text}", "INFO", "profile")
         samples = run.trajectory.samples

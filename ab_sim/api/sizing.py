@@ -45,61 +45,62 @@ def size(
 ) -> Sizing:
     """Size a balancer: balls, drag and start-up from what a drive must do: ``ab-sim size``.
 
-    Each claim is checked by running it. What is done is kept, as of ``sweep``.
+    Each claim is checked by runs. Finished runs are kept, as in ``sweep``.
 
     Parameters
     ----------
     mass : str or float
-        All that moves on the suspension, without balls [kg]; as all numbers here, SI or a text
-        with a unit, ``"100 g"``.
+        Moving mass on the suspension, without balls [kg]; like all numbers here, SI or a text with
+        a unit, ``"100 g"``.
     critical_speed, speed : str or float
-        Without balls, and at which it runs, above it [rad/s].
+        Critical speed without balls, and running speed above it [rad/s].
     race_radius, race_width : str or float
-        Of the wall that balls roll on, and room for a ball's diameter [m].
+        Radius of the wall that balls roll on, and largest diameter of a ball [m].
     unbalance : str, float or two floats, optional
-        The largest, or from least to largest, ``"0.1 g cm..0.3 g cm"`` [kg m].
+        Largest unbalance, or its range, ``"0.1 g cm..0.3 g cm"`` [kg m].
     grade : str or float, optional
-        Instead: ``"G6.3"`` or 6.3 [mm/s]; the largest unbalance is then mass times it over speed.
+        Instead of the unbalance: ``"G6.3"`` or 6.3 [mm/s]; the largest unbalance is then mass times
+        it over speed.
     damping_ratio : float, default 0.05
-        Of the suspension.
+        Damping ratio of the suspension.
     acceleration : str or float, optional
-        Of the run-up [rad/s^2]; default: at speed within 1 s.
+        Acceleration of the run-up [rad/s^2]; default: at speed within 1 s.
     settle : str or float, default 3
         Time from the running speed until a drive must be balanced [s].
     density : str or float, default "steel"
-        Of balls: a name (steel, ceramic, tungsten carbide) or a number [kg/m^3].
+        Density of the balls: a name (steel, ceramic, tungsten carbide) or a number [kg/m^3].
     balls : str or sequence of int, default (2, 6)
-        From how many to how many.
+        Range of the number of balls.
     share : float, default 0.9
-        Of drives that must be balanced by then.
+        Share of drives that must be balanced by then.
     left : float, default 0.1
-        Of the largest unbalance, that may be left.
+        Allowed residual unbalance, as a share of the largest unbalance.
     drag_tolerance : float, default 0.2
-        By which the drag of built drives is off, evenly to either side.
+        Relative tolerance of the drag of built drives, uniform to both sides.
     friction_arm : str or float, default 0
-        Of rolling friction [m], which runs then have, and predictions leave out.
+        Arm of rolling friction [m], which only the runs include, not the predictions.
     runs : int, default 400
-        Drives, by which each share is checked.
+        Number of drives with which each share is checked.
     seed : int, default 0
-        Of the random draws.
+        Seed of the random draws.
     workers : int, default 1
-        Processes; more than one needs a program with ``if __name__ == "__main__":``.
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
     scheduler : str, optional
         Address of a Dask cluster that does the work instead; see ``sweep``.
     progress : callable, optional
-        Called with what is done now, how many runs are done, and of how many.
+        Called with the present work, the number of finished runs and the total.
 
     Returns
     -------
     Sizing
         ``candidates``, one for each number of balls; ``chosen``, ``hold``, ``scene``, ``runs``:
-        None where nothing could be sized; ``claims``, each with what was predicted, what runs gave
-        and a verdict; ``scene_text()``, the scene's file.
+        None if nothing could be sized; ``claims``, each with prediction, result of the runs and
+        verdict; ``scene_text()``, the scene's file.
 
     Raises
     ------
     InputError
-        A number cannot be; names it, what is allowed and what to do.
+        A number is not allowed; the message has name, allowed range and remedy.
 
     Notes
     -----

@@ -1,4 +1,4 @@
-"""Bounds on the size of what a bag unpacks to; rosbags itself has none.
+"""Bounds on the unpacked size of the content of a bag; rosbags itself has none.
 
 A few kilobytes of compressed zeros unpack to gigabytes, so unpacking stops at a bound.
 """
@@ -20,9 +20,10 @@ else:
     from backports import zstd
 
 MOST_CHUNK = 1 << 26
-"""Bytes of a chunk of an MCAP file, or of a message; rosbag2 begins a chunk each 768 KiB."""
+"""Largest size of a chunk of an MCAP file, or of a message [bytes]; rosbag2 begins a chunk each 768
+KiB."""
 MOST_RATIO = 200
-"""Size of a file that was compressed as a whole, over its compressed size."""
+"""Largest ratio of the size of a file that was compressed as a whole to its compressed size."""
 
 
 def bound_rosbags() -> None:

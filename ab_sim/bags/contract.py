@@ -31,7 +31,7 @@ _FOREVER = QosTime(9223372036, 854775807)  # ROS 2: infinite
 
 
 def offered_qos(qos: Qos) -> OfferedQos:
-    """The QoS profile that a publisher of a topic offers, as rosbags has it."""
+    """Return the QoS profile that a publisher of a topic offers, in the form of rosbags."""
     return OfferedQos(
         QosHistory.KEEP_LAST,
         qos.depth,
@@ -46,7 +46,7 @@ def offered_qos(qos: Qos) -> OfferedQos:
 
 
 def topic_by_name(name: str) -> Topic | None:
-    """The topic of the contract with this full name, in any namespace; None without one."""
+    """Return the topic of the contract with this full name, in any namespace; None without one."""
     known = [topic for topic in topics.ALL if name.endswith("/" + topic.name.lstrip("/"))]
     return max(known, key=lambda topic: len(topic.name)) if known else None
 
@@ -72,20 +72,20 @@ def further_sensor(name: str, namespace: str) -> Topic | None:
 NUMBER = COMMAND._replace(name="recording/", qos=Qos())
 """In bags only: numbers of `Recording.scalar`, each on a topic with its name."""
 THINNED = BLOCK._replace(name="recording/thinned", qos=Qos())
-"""Beside the contract: of a block of a run of which not every step was kept, just before it, how
-many were left out by intent up to each row, and by which rule. Laid out like a block."""
+"""Topic of bags only: for a block of a decimated run, just before it, the number of rows left out
+by intent up to each row, and the rule of decimation. The layout is that of a block."""
 THINNED_CHANNELS = ("step", "time", "left_out", "every", "around")
 NOTE = "recording."
 """Prefix of the logger of log messages that hold an entry of `Recording.event`."""
 
 
 def logger_name(namespace: str, name: str) -> str:
-    """The full name of a node's logger, as in log messages."""
+    """Return the full name of a node's logger, as in log messages."""
     return f"{namespace.strip('/').replace('/', '.')}.{name}".lstrip(".")
 
 
 def drive_namespaces(there: Iterable[tuple[str, str]]) -> list[str]:
-    """Namespaces of the drives, from the names and types of topics."""
+    """Return the namespaces of drives, from names and types of topics."""
     return sorted(
         {
             name.removesuffix(f"/{topic.name}") or "/"

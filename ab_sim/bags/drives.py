@@ -1,4 +1,4 @@
-"""Messages of a bag converted to the recordings that a recorder would have written."""
+"""Conversion of a bag's messages to the recordings that a recorder would have written."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from ab_sim.recording import Recording, drawable
 
 
 class IgnoredMessages:
-    """Counts messages that could not be used, by topic, with the error of the last one."""
+    """Counter of unusable messages by topic, with the error of the last one."""
 
     def __init__(self) -> None:
         self.ignored: dict[str, tuple[int, str]] = {}
@@ -30,7 +30,7 @@ class IgnoredMessages:
 
     @property
     def summary(self) -> str:
-        """Text to be appended to an error message."""
+        """Text to append to an error message."""
         return "".join(
             f"; ignored {count} messages on {topic}, the last one: {reason}"
             for topic, (count, reason) in self.ignored.items()
@@ -38,15 +38,15 @@ class IgnoredMessages:
 
 
 class BagConverter(IgnoredMessages):
-    """Converts messages to recordings; a context manager, which closes the last one.
+    """Converter of messages to recordings; a context manager that closes the last recording.
 
     Args:
-        namespace: the drive's.
+        namespace: namespace of the drive.
         kinds: topics of the messages, by full name.
-        out: the first recording's file.
+        out: file of the first recording.
 
     Raises:
-        RecordingError: a recording cannot be written. So does `write`.
+        RecordingError: a recording cannot be written; `write` raises it, too.
     """
 
     def __init__(self, namespace: str, kinds: dict[str, Topic], out: Path) -> None:
@@ -117,7 +117,7 @@ class BagConverter(IgnoredMessages):
         if described is not None and list(channels) != described:
             raise ValueError(f"has the channels {channels}, the drive was said to have {described}")
         if self._recording is None or samples[0, 0] <= self._recording.last_step:
-            self._close()  # the drive was reset, and a recording's steps only grow
+            self._close()  # the drive was reset, and a recording's steps only increase
             self._open(channels)
         assert self._recording is not None
         left_out, self._left_out = self._left_out, self._left_out[:0]
@@ -201,10 +201,10 @@ class BagConverter(IgnoredMessages):
 
 
 def checked_block(block: Block) -> tuple[tuple[str, ...], np.ndarray]:
-    """Channels and samples of a block.
+    """Return the channels and samples of a block.
 
     Raises:
-        ValueError: channels and times are not such as `Recording` takes.
+        ValueError: channels or times are not valid for `Recording`.
     """
     channels, samples = block.channels, block.samples
     if channels[:2] != ("step", "time") or len(set(channels)) < len(channels):

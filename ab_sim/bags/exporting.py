@@ -25,7 +25,7 @@ from ab_sim.recording import LEFT_OUT, StoredRun
 from ab_sim.scene import Scene, check_scene
 
 STATE_RATE = 250.0
-"""1/s: how often `drive_sim` publishes the state, unless told otherwise."""
+"""Default rate at which `drive_sim` publishes the state [1/s]."""
 _ROWS = 1000  # at a time
 _BLOCK = 20  # rows of a block
 _PROFILE = "profile: "  # how the recorder notes the profile controller's state
@@ -42,20 +42,20 @@ def export_bag(
     rate: float = STATE_RATE,
     progress: Callable[[int, int], None] = lambda done, of: None,
 ) -> int:
-    """Write a recording as a bag, some samples at a time; returns how many messages it has.
+    """Write a recording as a bag, a few samples at a time, and return its number of messages.
 
-    Times are simulated ones. Every sample is in ``vibration/block``; the state, at ``rate``, on the
-    topics that a drive shows (`ab_sim.drive.published`), as far as the run has the channels;
-    commands and the profile controller's state on their topics; other events on ``/rosout``, and
-    other scalars on topics of their own, ``recording/NAME``. At each time ``/clock`` comes first.
-    `import_bag` makes the same recording from it.
+    Times are simulated. Every sample is in ``vibration/block``. The state, at ``rate``, is on the
+    topics of a drive (`ab_sim.drive.published`), for the channels of the run. Commands and the
+    profile controller's state are on their topics, other events on ``/rosout``, and other scalars
+    on separate topics, ``recording/NAME``. At each time ``/clock`` comes first. `import_bag` makes
+    the same recording from it.
 
     Args:
-        run: as `open_recording` gives it.
-        path: of the bag's folder.
-        namespace: the drive's.
-        rate: of the state [1/s], at most: one per sample.
-        progress: called with the number of samples done, and of all.
+        run: result of `open_recording`.
+        path: path of the bag's folder.
+        namespace: namespace of the drive.
+        rate: rate of the state [1/s]; at most one message per sample.
+        progress: called with the number of samples done and the total.
 
     Raises:
         RecordingError: there are no samples, they cannot be read, or the bag not be written.
@@ -77,7 +77,7 @@ def export_bag(
 
 
 def _notes(run: StoredRun, namespace: str) -> Iterator[TimedMessage]:
-    """Commands, scalars and events, each after the clock."""
+    """Yield commands, scalars and events, each after the clock."""
     times = set()
     for name, scalar in run.notes.scalars.items():
         topic = topics.COMMAND
@@ -118,10 +118,10 @@ class _Samples:
         try:
             self._scene = check_scene(run.description["scene"], "the recording")
         except (SceneError, LookupError, TypeError, ValueError):
-            pass  # of another program: driving forces are unknown
+            pass  # recorded by another program: driving forces are unknown
 
     def messages(self, progress: Callable[[int, int], None]) -> Iterator[TimedMessage]:
-        """All messages, sorted by time."""
+        """Yield all messages, sorted by time."""
         extent, done = self._run.extent, 0
         begin = nanoseconds(extent.first[1])
         yield self._message(begin, -1, topics.DESCRIPTION, dict(self._run.description))
@@ -153,7 +153,8 @@ class _Samples:
         for row, time in enumerate(times.tolist()):
             if time >= self._due:
                 chosen.append(row)
-                # On a fixed grid: the mean rate is exact if the period is no multiple of the step.
+                # On a fixed grid, so that the mean rate is exact even if the period is not a
+                # multiple of the step.
                 self._due = (time // self._period + 1) * self._period
         if not chosen:
             return
@@ -166,7 +167,7 @@ class _Samples:
                 yield time, 1, topic, name, template.at(time, part[at])
 
     def _numbers(self, rows: Trajectory) -> np.ndarray:
-        """Numbers of the messages of some rows, in the order of `StateChannels.names`."""
+        """Return numbers of the messages of some rows, in the order of `StateChannels.names`."""
         turning = np.zeros((len(rows), 3))
         if rows.tilts and "wx_rate" in rows.channels:
             turning = rows.angular_acceleration
@@ -174,7 +175,7 @@ class _Samples:
         return np.column_stack([rows.samples, constants, self._efforts(rows), turning])
 
     def _efforts(self, rows: Trajectory) -> np.ndarray:
-        """Efforts of the balls; NaN if the recording has no scene."""
+        """Return the efforts of the balls; NaN if the recording has no scene."""
         if self._scene is not None and self._scene.balls.count == rows.balls:
             return -driving_forces(rows, self._scene) * self._scene.race.radius
         return np.full((len(rows), rows.balls), math.nan)
@@ -184,7 +185,7 @@ class _Samples:
 
 
 def nanoseconds(seconds: float) -> int:
-    """A time [s] in whole nanoseconds."""
+    """Return a time [s] in whole nanoseconds."""
     return round(seconds * 1e9)
 
 

@@ -1,4 +1,4 @@
-"""Bags without ``vibration/block``: of test rigs, or by another program's recorder."""
+"""Bags without ``vibration/block``: from test rigs, or from another program's recorder."""
 
 from __future__ import annotations
 
@@ -18,7 +18,8 @@ from ab_sim.bags.reader import Bag
 from ab_sim.recording import drawable
 
 _WALL = 10**18
-"""ns; later stamps (after the year 2001) are wall-clock times: times count from the first."""
+"""Stamps above this [ns] (after the year 2001) are wall-clock times, which count from the first
+one."""
 _SPINDLE = "spindle"
 _JOINTS = "joints"
 _EVERY = "every "
@@ -47,14 +48,17 @@ class _Series:
 
 
 def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
-    """Values at other stamps [ns], on straight lines; NaN beyond an interval after the last one."""
+    """Return values at other stamps [ns] on straight lines.
+
+    NaN beyond an interval after the last.
+    """
     own = np.array(series.stamps)
     if len(own) < 2:
         return np.where(stamps[:, None] == own, series.values[0], np.nan)
     before = np.clip(np.searchsorted(own, stamps, side="right") - 1, 0, len(own) - 2)
     share = ((stamps - own[before]) / (own[before + 1] - own[before]))[:, None]
     first, second = series.values[before], series.values[before + 1]
-    # At its own stamp a value is exactly the one that was heard.
+    # At its own stamp, a value is exactly the received one.
     values = np.where(share == 1.0, second, first + share * (second - first))
     late = own[-1] + np.median(np.diff(own))
     values[(stamps < own[0]) | (stamps > late)] = np.nan
@@ -62,7 +66,7 @@ def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
 
 
 class ForeignBag(IgnoredMessages):
-    """Joins the topics of such a bag to one table.
+    """Joins the topics of a foreign bag to one table.
 
     There is a row for every stamp of the sensor with most samples; without sensors, of the joints.
     Angles and rates of joints are interpolated between their stamps, and extrapolated by at most
@@ -72,7 +76,7 @@ class ForeignBag(IgnoredMessages):
 
     Args:
         bag: the bag.
-        namespace: of the drive.
+        namespace: namespace of the drive.
         kinds: topics to read, by full name.
         rows_of: channel whose stamps make the rows instead, if there is one of that name.
     """
@@ -162,7 +166,7 @@ class ForeignBag(IgnoredMessages):
         self._now = stamp
 
     def _command(self, speed: float) -> None:
-        # It has no stamp. Of several between two stamps the last one counts.
+        # Commands have no stamp. Of several between two stamps the last one counts.
         self._commands.stamps.append(self._now)
         self._commands.flat.append(speed)
 

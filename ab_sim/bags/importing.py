@@ -1,4 +1,4 @@
-"""Recordings made from a bag."""
+"""Recordings from a bag."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ _CHUNK = 1000  # rows
 
 
 class ImportedBag(NamedTuple):
-    """The recordings that were made from a bag."""
+    """The recordings from a bag."""
 
     files: list[Path]
-    """Several if the drive was reset, or another drive published its description."""
+    """Files; several if the drive was reset, or another drive published its description."""
     rows: int
     missing: int
-    """Number of steps that are missing between steps in the bag."""
+    """Number of steps missing between steps in the bag."""
     ignored: dict[str, tuple[int, str]]
     """By topic: number of unusable messages, and the error of the last one."""
     complete: bool
@@ -43,7 +43,7 @@ def import_bag(
     progress: Callable[[int, int], None] = lambda done, of: None,
     rows_of: str | None = None,
 ) -> ImportedBag:
-    """Make recordings of a bag.
+    """Convert a bag to recordings.
 
     With ``vibration/block`` they are to the bit what a recorder that had listened would have
     written. Without, there is one with a row at every stamp of the sensor with most samples on
@@ -60,8 +60,9 @@ def import_bag(
         rows_of: channel of a sensor whose stamps make the rows instead, without blocks.
 
     Raises:
-        InputError: the namespace is not that of a drive in the bag, or there are several.
-        RecordingError: the bag cannot be read, or has nothing of a drive, or a recording cannot be
+        InputError: the bag has no drive in the namespace, or several drives and no namespace was
+            given.
+        RecordingError: the bag cannot be read or has no topics of a drive, or a recording cannot be
             written.
     """
     with Bag(path) as bag:
@@ -70,7 +71,7 @@ def import_bag(
         log = BagConverter(own, kinds, out)
         messages = sum(bag.topics[name].messages for name in kinds)
         if BLOCK.within(own) in kinds:
-            # A recorder that came later than the drive has it after some of the samples.
+            # A recorder that started later than the drive has it after some of the samples.
             for first in islice(bag.messages({DESCRIPTION.within(own)}), 1):
                 log.write(first)
             with log:
@@ -87,11 +88,11 @@ def import_bag(
 
 
 def choose_namespace(bag: Bag, wanted: str | None) -> str:
-    """The namespace of the drive to be imported.
+    """Return the namespace of the drive to import.
 
     Raises:
-        InputError: there is none of that name, or none was named and there are several.
-        RecordingError: the bag has none at all.
+        InputError: the namespace does not exist, or none was given and there are several.
+        RecordingError: the bag has no drive.
     """
     there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
     if wanted is None and len(there) == 1:
@@ -119,14 +120,14 @@ def _listed(bag: Bag) -> str:
 
 
 def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
-    """Topics to read, by full name.
+    """Return the topics to read, by full name.
 
     Raises:
-        RecordingError: a topic of the bag has a name of the contract and another type.
+        RecordingError: a topic of the bag has a name of the contract, but another type.
     """
     wanted = {kind.within(namespace): kind for kind in topics.ALL}
     clock = f"{namespace.rstrip('/')}/clock"
-    if clock in bag.topics:  # of two drives each has its own
+    if clock in bag.topics:  # with two drives, each has its own clock
         del wanted[CLOCK.name]
         wanted[clock] = CLOCK
     numbers = NUMBER.within(namespace)

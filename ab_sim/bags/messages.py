@@ -13,33 +13,33 @@ from ab_msgs_py import Topic
 from ab_msgs_py.prefilled import Prefilled
 
 TYPES = get_typestore(Stores.ROS2_KILTED)
-"""ROS 2's standard messages; those that the contract uses are the same in Jazzy."""
+"""ROS 2's standard messages; those of the contract are the same in Jazzy."""
 
 _ROS_TYPE_NAMES = {"float64": "double", "float32": "float", "bool": "boolean", "byte": "octet"}
-"""Types of numbers as ROS's own messages name them, where rosbags names them otherwise."""
+"""Names of numeric types in ROS's own messages that differ from those of rosbags."""
 
 
 def encoded(topic: Topic, sample: Any) -> bytes:
-    """A sample as the topic's message, in CDR."""
+    """Return a sample as the topic's serialised message (CDR)."""
     message = _message_of(topic.type_name, topic.conversion.fields(sample))
     return bytes(TYPES.serialize_cdr(message, topic.type_name))
 
 
 def prefilled(topic: Topic, sample: Any) -> Prefilled:
-    """Template of messages that differ from this sample's in stamps and numbers only."""
+    """Return a template of messages that differ from this sample's in stamps and numbers only."""
     message = _message_of(topic.type_name, topic.conversion.fields(sample))
     return Prefilled(message, fields_of=_fields_of)
 
 
 def decoded(message: bytes, type_name: str) -> Any:
-    """The message from its CDR bytes.
+    """Return the message in CDR bytes.
 
     Raises:
-        ValueError: the bytes are no message of that type.
+        ValueError: the bytes are not a message of that type.
     """
     try:
         return TYPES.deserialize_cdr(message, type_name)
-    except Exception as error:  # rosbags raises whatever it stumbles over
+    except Exception as error:  # rosbags raises various errors
         raise ValueError(f"not a {type_name}: {error}") from error
 
 
@@ -53,14 +53,14 @@ def _value(kind: Any, value: Any) -> Any:
     if node is Nodetype.NAME:
         return _message_of(inner, value)
     if node is Nodetype.BASE:
-        return value[0] if isinstance(value, bytes) else value  # ROS has a byte as bytes
+        return value[0] if isinstance(value, bytes) else value  # ROS stores a byte as bytes
     if inner[0][0] is Nodetype.BASE and inner[0][1][0] != "string":
         return np.asarray(value, dtype=inner[0][1][0])
     return [_value(inner[0], each) for each in value]
 
 
 def _fields_of(message: Any) -> dict[str, str]:
-    """Names and types of the fields, in the notation of ROS's own message classes."""
+    """Return names and types of the fields, in the notation of ROS's own message classes."""
     return {
         name: _ros_type_name(kind) for name, kind in TYPES.get_msgdef(message.__msgtype__).fields
     }

@@ -1,4 +1,4 @@
-"""Reading a bag."""
+"""Reading of a bag."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class BagTopic(NamedTuple):
 
     type: str
     messages: int
-    """Number of messages."""
+    """Number of its messages."""
     qos: Qos | None
     """QoS profile of its first publisher, if the bag has it."""
 
@@ -38,7 +38,7 @@ class Message(NamedTuple):
     time: int
     """Receive time [ns]."""
     data: bytes
-    """In CDR."""
+    """Serialised message (CDR)."""
 
 
 def _match_by_name(reader: DirectoryReader) -> None:
@@ -59,21 +59,21 @@ def _match_by_name(reader: DirectoryReader) -> None:
 
 
 class Bag:
-    """A bag, open for reading: a folder of ``rosbag2`` (MCAP or SQLite), or a file of one.
+    """A bag, open for reading: a folder of ``rosbag2`` (MCAP or SQLite), or one of its files.
 
-    Use it as a context. An unfinished bag is read as far as it goes.
+    It is a context manager. The readable part of an unfinished bag is read.
 
     Args:
-        path: of the folder or the file.
+        path: the folder or the file.
 
     Raises:
-        RecordingError: there is no bag, or it cannot be read. So do the methods.
+        RecordingError: there is no bag, or it cannot be read; the methods raise it, too.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.complete = True
-        """Whether its writer finished it."""
+        """Whether its writer finished the bag."""
         self._reader: Any = self._open()
         self.topics: dict[str, BagTopic] = {}
         for connection in self._reader.connections:
@@ -105,7 +105,7 @@ class Bag:
         return (stored.start_time, stored.end_time - 1) if stored.message_count else (0, 0)
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
-        """Messages of some topics, in the order of their receive times."""
+        """Yield the messages of some topics, in the order of their receive times."""
         wanted = [each for each in self._reader.connections if each.topic in topics]
         if not wanted:
             return
@@ -115,7 +115,7 @@ class Bag:
                 connection, time, data = next(messages)
             except StopIteration:
                 return
-            except Exception as error:  # a file that is torn can make rosbags raise anything
+            except Exception as error:  # rosbags may raise any error for a damaged file
                 raise RecordingError(
                     f"the bag {self.path} is torn: {shortened(str(error))}"
                 ) from error
@@ -146,7 +146,7 @@ class Bag:
         return reader
 
     def _file(self) -> Path:
-        """Path to read: the folder, or the only file of an unfinished bag."""
+        """Return the path to read: the folder, or the only file of an unfinished bag."""
         path, cannot = self.path, f"cannot read the bag {self.path}: "
         if not path.exists():
             raise RecordingError(cannot + "no such folder or file")
@@ -157,7 +157,7 @@ class Bag:
                 )
             return path
         files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
-        # Metadata is there from the beginning, and counts only in the end.
+        # Metadata exist from the beginning, but have counts only at the end.
         finished = len(files) != 1 or files[0].suffix != ".mcap" or is_finished(files[0])
         if (path / METADATA).is_file() and finished:
             return path

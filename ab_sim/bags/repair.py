@@ -1,4 +1,4 @@
-"""Repair of a bag without an end: its writer was killed, or the machine went down."""
+"""Repair of a bag without an end: its writer was killed, or the machine failed."""
 
 from __future__ import annotations
 
@@ -24,25 +24,25 @@ class BagRepair(NamedTuple):
     """Result of the repair of a bag."""
 
     messages: int
-    """Number of messages that the bag has now."""
+    """Number of messages in the repaired bag."""
     lost: int
-    """Number of bytes at the end of the file that could not be read."""
+    """Number of unreadable bytes at the end of the file."""
 
 
 def repair_bag(
     path: Path | str, progress: Callable[[int, int], None] = lambda done, of: None
 ) -> BagRepair | None:
-    """Complete a bag that has no end; all whole messages are kept, bit for bit.
+    """Complete a bag that has no end; all complete messages are kept, bit for bit.
 
-    A new file is written beside the old one and replaces it when it is complete. Until then, and
+    A new file is written next to the old one and replaces it when it is complete. Until then, and
     after an error, the old file is unchanged.
 
     Args:
-        path: of the bag's folder, or of the .mcap file in it.
-        progress: called with the number of messages done, and of all.
+        path: path of the bag's folder, or of the .mcap file in it.
+        progress: called with the number of messages done and the total.
 
     Returns:
-        None if the bag is complete already.
+        Result of the repair; None if the bag was already complete.
 
     Raises:
         RecordingError: there is no bag, it was not written by ab_sim, it is still being written, or
@@ -99,7 +99,7 @@ def _file_of(path: Path) -> Path:
 
 
 def _copy(file: Path, made: Path, progress: Callable[[int, int], None]) -> int:
-    """Copy the readable messages of a file to a new bag; returns their number."""
+    """Copy the readable messages of a file to a new bag, and return their number."""
     with Bag(file) as torn, BagWriter(made.parent, made.name) as bag:
         for name, topic in torn.topics.items():
             bag.topic(name, topic.type, topic.qos)

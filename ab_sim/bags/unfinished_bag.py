@@ -17,7 +17,7 @@ _RECORD = struct.Struct("<BQ")
 
 
 def is_finished(path: Path) -> bool:
-    """Whether an MCAP file has a footer and a summary."""
+    """Return whether an MCAP file has a footer and a summary."""
     with path.open("rb") as file:
         size = file.seek(0, io.SEEK_END)
         file.seek(max(size - len(MAGIC) - _FOOTER.size, 0))
@@ -29,7 +29,7 @@ def is_finished(path: Path) -> bool:
 
 
 def is_being_written(path: Path) -> bool:
-    """Whether another process has the file open for writing, as far as the system can tell."""
+    """Return whether another process has the file open for writing, if the system can tell."""
     with path.open("rb") as file:
         try:  # `BagWriter` holds a lock
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
@@ -46,7 +46,7 @@ def is_being_written(path: Path) -> bool:
 
 
 def written_by(path: Path) -> str:
-    """The library named in the header of an MCAP file; empty without one."""
+    """Return the library named in the header of an MCAP file; empty without one."""
     with path.open("rb") as file:
         file.seek(len(MAGIC) + _RECORD.size)
         try:
@@ -59,7 +59,7 @@ def written_by(path: Path) -> str:
 
 
 class CompletedFile:
-    """Path-like object for a file without a footer: when read, its whole records end in one.
+    """Path-like object that adds a footer after the complete records of a file without one.
 
     The file itself is not changed.
     """
@@ -107,7 +107,7 @@ class _CompletedStream(io.RawIOBase):
 
 
 def torn_bytes(path: Path) -> int:
-    """Number of bytes at the end of a file that belong to no whole record."""
+    """Return the number of bytes at the end of a file that belong to no complete record."""
     with path.open("rb") as file:
         whole = _whole_bytes(file)
         file.seek(whole)
@@ -116,7 +116,7 @@ def torn_bytes(path: Path) -> int:
 
 
 def _whole_bytes(file: BinaryIO) -> int:
-    """Number of bytes from the start that are whole records."""
+    """Return the number of bytes from the start that are complete records."""
     size = file.seek(0, io.SEEK_END)
     at = len(MAGIC)
     while at + _RECORD.size <= size:

@@ -1,4 +1,4 @@
-"""Writing a bag."""
+"""Writing of a bag."""
 
 from __future__ import annotations
 
@@ -27,26 +27,27 @@ from ab_sim.errors import RecordingError
 from ab_sim.output_file import write_whole
 
 _CHECKSUM = 201
-"""zstd's parameter of that name: frames carry one, and whoever unpacks them checks it."""
+"""Parameter of zstd that adds a checksum to each frame, which is checked on unpacking."""
 
 
 class BagWriter:
-    """Writes a bag; to be used from one thread at a time.
+    """Writer of a bag, for use by one thread at a time.
 
     After every flush other programs can read the bag: the file has an MCAP footer without summary,
     which the next message overwrites, and ``metadata.yaml`` has the topics, with message counts of
-    0. A killed writer leaves this state, or a torn end for `repair_bag`.
-    (``ros2 bag reindex`` sees only files whose names end in a number.)
+    0. A killed writer leaves this state, or a torn end for `repair_bag`. (``ros2 bag reindex`` sees
+    only files whose names end in a number.)
 
-    After a write error (disk full) every method but `close` raises it again, and the file is cut
-    back to the last flush that was whole, so that `Bag` can read it.
+    After a write error (disk full) every method except `close` raises it again, and the file is cut
+    back to the last complete flush, so that `Bag` can read it.
 
     Args:
-        path: the bag's folder, which is made, and must not be there.
-        file: what the file in it is called; empty: NAME_0.mcap.
+        path: the bag's folder, which is created and must not exist.
+        file: name of the file in it; empty: NAME_0.mcap.
 
     Raises:
-        RecordingError: it cannot be made. So do the methods, where it cannot be written.
+        RecordingError: the folder cannot be created; the methods raise it if the bag cannot be
+            written.
     """
 
     def __init__(self, path: Path | str, file: str = "") -> None:
@@ -69,7 +70,7 @@ class BagWriter:
             raise RecordingError(f"cannot write the bag {path}: {error.strerror}") from error
         assert isinstance(self._writer.storage, McapWriter)
         self._storage = self._writer.storage
-        # rosbags leaves MCAP's own checksum out; without any, damage would pass for samples.
+        # rosbags leaves out MCAP's own checksum; without any, damage would be taken for samples.
         compress: Any = self._storage.compressor
         self._storage.compressor = partial(compress, options={_CHECKSUM: 1})
         self._whole = 0
@@ -96,10 +97,10 @@ class BagWriter:
         """Add a message.
 
         Args:
-            topic: its full name.
+            topic: full name of its topic.
             time: receive time [ns]; raised to that of the message before, if it is earlier, so that
                 a clock that was set back does not change the order.
-            message: in CDR.
+            message: serialised message (CDR).
         """
         self._check_usable()
         self._latest = max(self._latest, time)
@@ -130,7 +131,7 @@ class BagWriter:
         self.messages_written = self.messages
 
     def close(self) -> None:
-        """Write the rest and the summary. Does nothing if it is closed or failed."""
+        """Write the rest and the summary. Does nothing after a close or an error."""
         if self._closed or self._error:
             return
         self.flush()
@@ -153,7 +154,7 @@ class BagWriter:
             raise RecordingError(f"the bag {self.path} is closed")
 
     def _fail(self, error: OSError) -> RecordingError:
-        with contextlib.suppress(OSError):  # it writes what is left, in vain again
+        with contextlib.suppress(OSError):  # it tries again, in vain, to write the rest
             self._storage.abort()
         with contextlib.suppress(OSError):
             os.truncate(self._storage.path, self._whole)

@@ -1,4 +1,4 @@
-"""What of a scene stands in header and source beside the equations: declarations and tables."""
+"""Declarations and tables of a scene in header and source, besides the equations."""
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from textwrap import wrap
@@ -22,7 +22,7 @@ FIELDS = {
     "change": ("rad/s", "of a raised cosine: what has been added at its end"),
     "duration": ("s", "of a raised cosine"),
 }
-"""Of segments: units and meanings."""
+"""Units and meanings of the fields of segments."""
 
 CHANNELS = {
     "q": "of the quaternion that turns the deck's axes to the ground's",
@@ -30,16 +30,16 @@ CHANNELS = {
     "w": "the deck's angular velocity on its own axes",
     "": "of the deck, on axes fixed in space",
 }
-"""What a deck's channels are, by what is in their names."""
+"""Meanings of a deck's channels, by a part of their names."""
 
 
 def indented(lines: Iterable[str]) -> str:
-    """Lines of a block, each with its end."""
+    """Return the lines of a block, each with its line end."""
     return "".join(f"    {line}\n" for line in lines)
 
 
 def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()) -> str:
-    """A field of a struct, behind its comment where that is long."""
+    """Return a field of a struct, after its comment if that is long."""
     size = "".join(f"[{each}]" for each in shape)
     words = plain(": ".join(part for part in (unit if unit != "1" else "", about) if part))
     line = f"double {name}{size};"
@@ -52,7 +52,7 @@ def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()
 
 
 def declared(parameters: Sequence[DriveParameter]) -> Iterator[str]:
-    """Fields of ``struct drive_parameters``."""
+    """Yield the fields of ``struct drive_parameters``."""
     for each in parameters:
         shape: list[str | int] = list(each.values.shape)
         if each.is_of_balls:
@@ -61,20 +61,20 @@ def declared(parameters: Sequence[DriveParameter]) -> Iterator[str]:
 
 
 def initialised(parameters: Sequence[DriveParameter]) -> Iterator[str]:
-    """Their values."""
+    """Yield the values of the fields."""
     for each in parameters:
         yield f".{each.name} = {value_text(each.values)},"
 
 
 def value_text(values: np.ndarray) -> str:
-    """Numbers as C text, with braces around those of an axis."""
+    """Return numbers as C text, with braces around the numbers of an axis."""
     if values.ndim == 0:
         return number_text(float(values))
     return "{" + ", ".join(value_text(part) for part in values) + "}"
 
 
 def number_text(value: float) -> str:
-    """A number, to the last bit; one in digits that are hard to read is said in decimals, too."""
+    """Return a number to the last bit; hexadecimal ones have a decimal comment."""
     text = c_literal(value)
     return f"{text} /* {value!r} */" if "0x" in text else text
 
@@ -89,13 +89,13 @@ class Output(NamedTuple):
 
 
 OF_BALLS, OF_SENSORS = ("DRIVE_BALLS",), ("DRIVE_SENSORS", "DRIVE_AXES")
-"""Shapes."""
+"""Shapes of fields per ball and per sensor."""
 
 
 def outputs(
     channels: Sequence[str], balls: int, sensors: Mapping[str, Accelerometer]
 ) -> Iterator[Output]:
-    """All of them."""
+    """Yield all outputs."""
     yield Output("angle", "rad", "of the spindle, unwrapped")
     yield Output("speed", "rad/s", "of the spindle")
     yield Output("command", "rad/s", "asked for")
@@ -110,7 +110,7 @@ def outputs(
 
 
 def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
-    """Rows of the table of a profile."""
+    """Yield the rows of the table of a profile."""
     for each in scheduled:
         place = place_on(each)
         numbers: dict[str, Any] = {
@@ -129,12 +129,12 @@ def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
 def sensor_rows(
     sensors: Mapping[str, Accelerometer], step: float, starts: Mapping[str, np.ndarray]
 ) -> Iterator[str]:
-    """Rows of the table of sensors.
+    """Yield the rows of the table of sensors.
 
     Args:
-        sensors: the scene's.
+        sensors: sensors of the scene.
         step: integration step [s].
-        starts: what each feels at the start on its own axes [m/s^2].
+        starts: specific force at the start on each sensor's axes [m/s^2].
     """
     for name, sensor in sensors.items():
         numbers = [

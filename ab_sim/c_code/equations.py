@@ -1,6 +1,6 @@
-"""Functions of a model's expressions as C: slopes, a step, speeds, what sensors feel.
+"""Functions of a model's expressions as C: slopes, a step, speeds, specific forces of sensors.
 
-Lowered as for machine code, so that they have the same bits.
+The expressions are lowered as for machine code, so that they have the same bits.
 """
 
 import re
@@ -24,24 +24,24 @@ from ab_sim.tracing.expression import Expression, lifted, reached
 from ab_sim.tracing.lowering import without_cosines
 
 KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
-"""Kinds of segments, and what they are called in C."""
+"""Kinds of segments, and their names in C."""
 COLUMNS = BallConstants._fields[1:]
-"""Of the balls, one name for each of ``FORMULA_COLUMNS``."""
+"""Columns of the balls, one name for each of ``FORMULA_COLUMNS``."""
 
 
 class Equations(NamedTuple):
-    """What follows from a scene's equations."""
+    """Result of the conversion of a scene's equations."""
 
     text: str
-    """The functions."""
+    """Text of the functions."""
     used: frozenset[str]
-    """Inputs of the model that they read."""
+    """Inputs of the model that the functions read."""
     derived: int
-    """Numbers that follow from the parameters."""
+    """Count of numbers that are derived from the parameters."""
     ball_derived: int
-    """Those of each ball."""
+    """Count of numbers that are derived for each ball."""
     columns: tuple[str, ...]
-    """Constants of the balls that follow from others, by their names in ``BallConstants``."""
+    """Derived constants of the balls, by their names in ``BallConstants``."""
 
 
 def equations_of(
@@ -51,14 +51,14 @@ def equations_of(
     channels: Sequence[str],
     sensors: Mapping[str, Accelerometer],
 ) -> Equations:
-    """Functions of a system.
+    """Return the functions of a system.
 
     Args:
-        system: what moves.
+        system: the system.
         parameters: all of its fields.
-        kinds: of its profile's segments.
-        channels: names of the deck's, as fields of ``struct drive_outputs``.
-        sensors: the scene's.
+        kinds: kinds of its profile's segments.
+        channels: names of the deck's channels, as fields of ``struct drive_outputs``.
+        sensors: sensors of the scene.
     """
     made = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
     felt = _felt(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
@@ -84,12 +84,12 @@ _NOTHING = _Part("", frozenset())
 
 
 def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
-    """Names of the inputs that expressions read."""
+    """Return the names of the inputs that expressions read."""
     return frozenset(x.payload for x in reached(roots) if x.op == "input")
 
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
-    """By the model's inputs, the C text of where each is."""
+    """Return the C text of each of the model's inputs, by name."""
     found = {name: f"b->{name}[i]" for name in COLUMNS}
     for each in parameters:
         if each.is_of_balls:
@@ -144,12 +144,12 @@ class _Kind:
 
     @property
     def used(self) -> frozenset[str]:
-        """Inputs."""
+        """Names of the inputs that the functions read."""
         roots = [store.root for store in [*self._slope, *self._sample]]
         return _read_by(roots)
 
     def text(self) -> str:
-        """The functions."""
+        """Return the text of the functions."""
         derived = [Store(x, self._known[x.number], x.each) for x in self._derived]
         segment = "const struct drive_segment *s"
         state = f"const struct drive *d, {segment}, double time, const double *y, double *k"
@@ -175,13 +175,13 @@ class _Kind:
 
 
 def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, int]) -> str:
-    """A function's text, with the pointers that its lines use.
+    """Return a function's text, with the pointers that its lines use.
 
     Args:
-        head: what it returns, and its name.
+        head: return type and name.
         arguments: its arguments.
         lines: its body.
-        balls: where in the state angles and rates of the balls begin.
+        balls: positions of the first ball's angle and rate in the state.
     """
     body = "\n".join(lines)
 
@@ -206,7 +206,7 @@ def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, 
 
 
 def _of_balls(system: System, columns: Sequence[str]) -> _Part:
-    """What follows from the balls' given constants, as Python computes it."""
+    """Return the constants that follow from the balls' given ones, as Python computes them."""
     graph = Graph()
     m, a, radius = (
         graph.input(name, Level.PARAMETER, True) for name in ("mass", "radius", "race_radius")
@@ -226,11 +226,11 @@ def _of_balls(system: System, columns: Sequence[str]) -> _Part:
 
 
 _OF_BALL = [*FORMULA_COLUMNS[:-1], 0]
-"""Where in ``of_ball`` each column is; the height is none of it."""
+"""Position of each column in the result of ``of_ball``, which has no height."""
 
 
 def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
-    """Functions that ask for a segment's kind."""
+    """Return functions that dispatch on a segment's kind."""
     names = [KINDS[kind] for kind in kinds]
     begin = ["derive_balls(d);"] if columns else []
     segment = "const struct drive_segment *s"
@@ -264,7 +264,7 @@ def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
 
 
 def _of_segments(kind: type[Any]) -> str:
-    """Speed and angle of a segment at a local time, as Python computes them."""
+    """Return functions for speed and angle of a segment, as Python computes them."""
     graph, found = Graph(), []
     segment = kind(*(graph.input(name) for name in kind._fields))
     time = graph.input("time")
@@ -284,7 +284,7 @@ def _felt(
     sensors: Mapping[str, Accelerometer],
     places: dict[str, str],
 ) -> _Part:
-    """Specific force where each sensor is, on the deck's axes, as Python computes it."""
+    """Return the specific force at each sensor, on the deck's axes, as Python computes it."""
     graph = Graph()
     deck, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
     shown = [graph.input(name) for name in channels]
@@ -302,7 +302,7 @@ def _felt(
 
 
 def step_of(tableau: Tableau) -> str:
-    """A step of an explicit Runge-Kutta method."""
+    """Return a step of an explicit Runge-Kutta method."""
     a, b, c = tableau
     stages = len(b)
     lines = [f"double k[{stages - 1}][STATES]; /* slopes of the stages behind the first */"]

@@ -1,4 +1,4 @@
-"""A drive as an FMU of FMI 3.0, for co-simulation: sources, and a binary if there is a compiler."""
+"""A drive as an FMU of FMI 3.0 for co-simulation: sources, and a binary with a compiler."""
 
 import hashlib
 import io
@@ -24,34 +24,34 @@ from ab_sim.c_code.templates import filled, in_html
 from ab_sim.errors import InputError
 
 HEADERS = files("ab_sim.c_code") / "fmi_headers"
-"""The standard's own, 2-clause BSD."""
+"""Folder of the standard's own headers, 2-clause BSD."""
 HEADER_NAMES = ("fmi3PlatformTypes.h", "fmi3FunctionTypes.h", "fmi3Functions.h")
 EXTRA = "extra/org.fmi-standard"
-"""Where they are in an FMU: not among its sources, as importers bring their own."""
+"""Folder of the headers in an FMU, outside its sources, because importers have their own."""
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-fvisibility=hidden", "-shared", "-fPIC")
 _FUNCTION = re.compile(r"typedef\s+fmi3Status\s+(fmi3\w+)TYPE\s*\(([^;]*)\);")
 _PRIVATE = re.compile(
     r"\bdrive_(init|reset|follow_profile|command|command_ramp|step|update|time|whirl|tilt)\b"
 )
-"""Functions of drive.h."""
+"""Pattern of the functions of drive.h."""
 
 
 class Fmu(NamedTuple):
-    """An FMU."""
+    """A complete FMU."""
 
     content: bytes
-    """Of its file."""
+    """Content of its file."""
     binary: str | None
-    """Platform that it has a binary for."""
+    """Platform of its binary; None without one."""
     variables: tuple[Variable, ...]
 
 
 def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
-    """The FMU of a drive.
+    """Return the FMU of a drive.
 
     Args:
         sources: the drive.
-        identifier: what it is called: a name in C.
+        identifier: its name, a C identifier.
 
     Raises:
         InputError: the C compiler fails.
@@ -72,7 +72,7 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
     text = filled("fmu.c", {**values, "UNSUPPORTED": ""}, flags)
     values["UNSUPPORTED"] = "\n".join(_unsupported(text))
     own = drive | {"fmu.c": filled("fmu.c", values, flags)}
-    # Several FMUs may be linked into one program.
+    # Prefixed names, because several FMUs may be linked into one program.
     own = {name: _PRIVATE.sub(rf"{identifier}_drive_\1", text) for name, text in own.items()}
     binary = _binary(own)
     documentation = filled("fmu.html", values | {"MADE_BY": in_html(values["MADE_BY"])}, flags)
@@ -89,13 +89,13 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
 
 
 def identifier_of(name: str) -> str:
-    """A file's name as a name in C."""
+    """Convert a file's name to a C identifier."""
     plain = re.sub(r"\W", "_", name, flags=re.ASCII)
     return plain if re.match("[A-Za-z]", plain) else f"drive_{plain}"
 
 
 def platform_tuple() -> str:
-    """This machine in FMI's words."""
+    """Return this machine's platform tuple of FMI."""
     machine = {"amd64": "x86_64", "arm64": "aarch64"}.get(
         platform.machine().lower(), platform.machine().lower()
     )
@@ -115,7 +115,7 @@ def _least(variable: Variable) -> str:
 
 
 def _unsupported(text: str) -> Iterator[str]:
-    """A function for each that the standard declares and the text has not."""
+    """Yield a function for each that the standard declares and the text lacks."""
     for name, arguments in _FUNCTION.findall((HEADERS / HEADER_NAMES[1]).read_text()):
         if f"\nfmi3Status {name}(" in text:
             continue
@@ -130,10 +130,10 @@ def _unsupported(text: str) -> Iterator[str]:
 
 
 def _binary(sources: dict[str, str]) -> bytes | None:
-    """The shared library; None without a C compiler.
+    """Compile the shared library; return None without a C compiler.
 
     Raises:
-        InputError: it fails.
+        InputError: the compiler fails.
     """
     compiler = shutil.which("cc")
     if compiler is None:
@@ -156,7 +156,7 @@ def _binary(sources: dict[str, str]) -> bytes | None:
 
 
 def _zipped(content: dict[str, bytes]) -> bytes:
-    """An archive that is the same for the same content."""
+    """Return an archive that depends on the content only, not on times."""
     found = io.BytesIO()
     with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in content.items():

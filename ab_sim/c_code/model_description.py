@@ -1,4 +1,4 @@
-"""What the XML files of an FMU say: its variables with units, and how its sources are built."""
+"""The XML files of an FMU: variables with units, and how to build its sources."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -12,30 +12,30 @@ from ab_sim.c_code.templates import one_line
 from ab_sim.scene.model import Scene
 
 NEVER, EARLY, ALWAYS = range(3)
-"""When a variable may be set: not at all, until it is initialized, at any time."""
+"""Time at which a variable may be set: never, until it is initialized, always."""
 BASE_UNITS = {
     "N": {"kg": 1, "m": 1, "s": -2},
     **{name: {name: 1} for name in ("kg", "m", "s", "rad")},
     "1": {},
 }
-"""In FMI's base units."""
+"""Units in FMI's base units."""
 
 
 class Variable(NamedTuple):
-    """A variable of the FMU; its value reference is its place among all."""
+    """A variable of the FMU; its value reference is its index among all variables."""
 
     name: str
     place: str
     """Member of ``struct fmu_state`` in C."""
     settable: int
     attributes: dict[str, str]
-    """Of its element in the model description."""
+    """Attributes of its element in the model description."""
     unit: str = ""
     kind: str = "Float64"
 
 
 def variables_of(sources: DriveSources) -> list[Variable]:
-    """All of them."""
+    """Return all variables."""
     return [*_given(sources), *_seen(sources)]
 
 
@@ -112,7 +112,7 @@ def _seen(sources: DriveSources) -> Iterator[Variable]:
 def model_description(
     scene: Scene, variables: Sequence[Variable], identifier: str, token: str
 ) -> bytes:
-    """``modelDescription.xml``."""
+    """Return ``modelDescription.xml``."""
     root = Xml.Element(
         "fmiModelDescription",
         fmiVersion="3.0",
@@ -149,7 +149,7 @@ def model_description(
         Xml.SubElement(listed, each.kind, first | each.attributes | unit)
         if each.attributes["causality"] == "output":
             outputs.append(str(reference))
-    for each_output in outputs:  # an input acts in the steps that follow
+    for each_output in outputs:  # an input acts from the next step on
         Xml.SubElement(structure, "Output", valueReference=each_output, dependencies="")
     for each_output in outputs:
         Xml.SubElement(structure, "InitialUnknown", valueReference=each_output)
@@ -157,7 +157,7 @@ def model_description(
 
 
 def build_description(identifier: str, files: Sequence[str]) -> bytes:
-    """``sources/buildDescription.xml``."""
+    """Return ``sources/buildDescription.xml``."""
     root = Xml.Element("fmiBuildDescription", fmiVersion="3.0")
     configuration = Xml.SubElement(root, "BuildConfiguration", modelIdentifier=identifier)
     built = Xml.SubElement(configuration, "SourceFileSet", language="C99")
@@ -175,7 +175,7 @@ def _units(root: Xml.Element, variables: Sequence[Variable]) -> None:
 
 
 def base_units(unit: str) -> dict[str, int] | None:
-    """Exponents of FMI's base units in a unit such as ``N s/m^2``; None of one of other parts."""
+    """Return exponents of FMI's base units for a unit such as ``N s/m^2``; None if impossible."""
     found: Counter[str] = Counter()
     for sign, part in zip((1, -1, 0), unit.split("/"), strict=False):
         for word in part.split():

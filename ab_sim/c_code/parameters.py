@@ -22,8 +22,8 @@ GIVEN = {
     "race_radius": ("race_radius", RACE_RADIUS, "m", "R, of the circle of each ball's centre"),
     "height": ("race_height", RACE_HEIGHT, "m", "of each ball's race along the shaft"),
 }
-"""Constants of the balls that others follow from, by their names in ``BallConstants``: name in C,
-column of ``System.balls``, unit, meaning."""
+"""Constants of the balls from which others are derived, by their names in ``BallConstants``: name
+in C, column of ``System.balls``, unit, meaning."""
 
 
 NOT_NEGATIVE = ("kg", "N/m", "N s/m")
@@ -36,18 +36,18 @@ class DriveParameter(NamedTuple):
 
     name: str
     unit: str
-    """Of all its numbers; empty where they differ."""
+    """Unit of all its numbers; empty if they differ."""
     meaning: str
     values: np.ndarray
-    """Its numbers; shape () of one alone."""
+    """Numbers of the parameter; shape () for a single one."""
     inputs: tuple[str, ...]
-    """Of the model, for each number; of a ball's constant one for all."""
+    """Input of the model for each number; one for all balls for a ball's constant."""
     units: tuple[str, ...] = ()
-    """Of the numbers of its last axis, where they differ."""
+    """Units along its last axis, if they differ."""
     is_start: bool = False
-    """Whether it counts at the start only."""
+    """Whether it is used at the start only."""
     least: float | None = None
-    """Lower bound that its effect states."""
+    """Lower bound from its effect."""
 
     @property
     def is_of_balls(self) -> bool:
@@ -56,7 +56,7 @@ class DriveParameter(NamedTuple):
 
     @property
     def places(self) -> Iterator[tuple[str, float, str]]:
-        """Of each number the C text of where it is, its value, its unit."""
+        """Yield C text of the member, value and unit of each number."""
         for index in np.ndindex(self.values.shape):
             place = self.name + "".join(f"[{k}]" for k in index)
             unit = self.units[index[-1]] if self.units else self.unit
@@ -68,11 +68,11 @@ class DriveParameter(NamedTuple):
 
 
 def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
-    """All fields that a scene's struct may have: those of the deck, of effects, of balls."""
+    """Return all fields of a scene's struct: those of the deck, of effects, of balls."""
     deck, found = system.deck_model, list[DriveParameter]()
     for name, value in zip(deck._fields, deck, strict=True):
         inputs = tuple(each for each, _ in flattened(value, f".0.{name}"))
-        if inputs:  # a count, or a choice, is none
+        if inputs:  # not for a count or a choice
             found.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
     for k, (name, effect) in enumerate(scene.effects.items()):
         known = effect_parameters(type(effect))
@@ -93,7 +93,7 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
 
 
 def start_of_balls(scene: Scene) -> DriveParameter:
-    """Where the balls start, which is no constant of the equations."""
+    """Return the start angles of the balls, which are not a constant of the equations."""
     meaning = "where each ball starts, from the unbalance; put there by drive_reset"
     values = np.array(start_angles(scene), float)
     return DriveParameter("start_ball_angle", "rad", meaning, values, (), is_start=True)
@@ -112,11 +112,14 @@ def _of_deck(about: str, name: str, value: Any, inputs: tuple[str, ...]) -> Driv
 
 
 def docstrings_of(kind: type[Any]) -> dict[str, str]:
-    """What the source of a class says of its fields; of several in a row, the last one's."""
+    """Return the docstrings of a class's fields.
+
+    One docstring may document several fields before it.
+    """
     found, waiting = dict.fromkeys(kind._fields, ""), list[str]()
     try:
         (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
-    except OSError:  # made at a prompt
+    except OSError:  # defined at an interactive prompt
         return found
     assert isinstance(body, ast.ClassDef)
     for node in body.body:

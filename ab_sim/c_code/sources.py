@@ -32,33 +32,33 @@ from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule
 from ab_sim.tracing.c_text import REPEATED, SUMS, c_literal
 
 NAMES = ("drive.h", "drive.c", "main.c", "drive_check.c", "CMakeLists.txt", "README.md")
-"""Of the files."""
+"""Names of the files."""
 README = NAMES[-1]
 MARK = "Made by `ab-sim c`"
-"""In the first line of every file: only such a file is replaced."""
+"""Mark in the first line of every file: only files with it are replaced."""
 CHECKED = (500, 300, 200)
-"""Steps after which states are compared: along the profile, and after two commands."""
+"""Numbers of steps after which states are compared: along the profile, and after two commands."""
 
 
 class DriveSources(NamedTuple):
-    """A drive in C, and what it was made of."""
+    """A drive in C, with its origin."""
 
     files: dict[str, str]
-    """Texts by file name."""
+    """Text by file name."""
     scene: Scene
     parameters: tuple[DriveParameter, ...]
-    """Those that the code uses."""
+    """Parameters that the code uses."""
     channels: tuple[str, ...]
-    """Of the deck."""
+    """Channels of the deck."""
     choice: Choice
-    """Its stepper."""
+    """Choice of its stepper."""
     made_by: str
-    """The first line of each file."""
+    """First line of each file."""
     title: str
 
 
 class _Made(NamedTuple):
-    """What the texts are made from."""
+    """Data from which the texts are made."""
 
     scene: Scene
     system: System
@@ -74,13 +74,13 @@ class _Made(NamedTuple):
 
 
 def kinds_of(schedule: SpeedSchedule) -> list[type[Any]]:
-    """Of its segments: ramps, as commands make them, and raised cosines if there are some."""
+    """Return the kinds of its segments: ramps, which commands need, and perhaps raised cosines."""
     found = {type(scheduled.segment) for scheduled in schedule.segments}
     return [kind for kind in (Ramp, RaisedCosine) if kind is Ramp or kind in found]
 
 
 def sources_of(scene: Scene) -> DriveSources:
-    """A scene's drive as C99 files.
+    """Return a scene's drive as C99 files.
 
     Raises:
         SceneError: see ``suitable``.
@@ -117,7 +117,7 @@ def _flags(made: _Made) -> dict[str, bool]:
 
 
 def _values(made: _Made) -> dict[str, str]:
-    """What stands in templates, by name."""
+    """Return the values in templates by name."""
     scene, step = made.scene, made.scene.solver.step
     about = {
         "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {plain(scene.name)}.",
@@ -144,7 +144,7 @@ def _in_header(made: _Made) -> dict[str, str]:
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
     return {
         "ABOUT": comment(*_about(scene, made.choice)),
-        # In decimals, which tell the bits too: C++ reads hexadecimal ones from C++17 on only.
+        # In decimals with all bits, because C++ accepts hexadecimal ones from C++17 on only.
         "STEP": repr(scene.solver.step),
         "MAX_SPEED": repr(scene.spindle.max_speed),
         "MAX_ACCELERATION": repr(scene.spindle.max_acceleration),
@@ -218,13 +218,13 @@ def _effects(scene: Scene) -> str:
 
 
 def _felt_at_start(made: _Made) -> dict[str, np.ndarray]:
-    """What sensors feel at the start, on their own axes [m/s^2]."""
+    """Return the specific force of sensors at the start, on their own axes [m/s^2]."""
     pickups = RowReader(made.scene, made.system).pickups
     return {name: pickup.state.force for name, pickup in pickups.items()}
 
 
 def _expected(scene: Scene) -> str:
-    """Rows of the check's table: ab_sim's own states."""
+    """Return the rows of the check's table: states of ab_sim."""
     drive, rows = Drive(scene), []
     top = scene.spindle.max_speed
     for steps, command in zip(CHECKED, (math.nan, 0.5 * top, 0.25 * top), strict=True):

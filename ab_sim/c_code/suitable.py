@@ -1,4 +1,4 @@
-"""Which scenes C can be made of: smooth ones, with an explicit method's steps of a fixed length."""
+"""Check of a scene for C code: it must be smooth, with an explicit method of fixed step."""
 
 import math
 from collections.abc import Iterator
@@ -16,16 +16,16 @@ from ab_sim.spindle import SpeedSchedule
 
 
 def suitable(scene: Scene) -> tuple[System, Choice]:
-    """A scene's system and stepper, if C can be made of it.
+    """Return a scene's system and stepper, if it can be converted to C.
 
     Args:
         scene: a checked scene.
 
     Raises:
-        SceneError: it has effects with events, probes, or a profile that decides while it runs,
-            all of which are named at once; asks for an accuracy, or another method
-            than an explicit one; or has a step that is too long at ``spindle.max_speed``, up to
-            which commands are taken.
+        SceneError: the scene has effects with events, probes, or a profile that depends on
+            measurements (all are named in one message); or it requests an accuracy or a method that
+            is not explicit; or its step is too long at ``spindle.max_speed``, the limit of
+            commands.
     """
     refusals = list(_refusals(scene))
     if len(refusals) == 1:
@@ -49,13 +49,13 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
 
 class _Refusal(NamedTuple):
     why: str
-    """With what to do."""
+    """Reason with remedy."""
     options: str
-    """Of the command, that leave it out."""
+    """Options of the command that leave it out."""
 
 
 def _refusals(scene: Scene) -> Iterator[_Refusal]:
-    """What can be told without the scene's system."""
+    """Yield the refusals that do not need the scene's system."""
     if found := eventful(scene.effects):
         named = ", ".join(f"{name} ({what})" for name, what in found.items())
         leave_out = " ".join(f"--set effects.{name}=" for name in found)
@@ -91,7 +91,7 @@ def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
     usual = stepper_named("rk8")
     rates = limiting(usual, linear_rates(system, scene.spindle.max_speed))
     longest, what = largest_step(usual, rates)
-    # One digit, downwards.
+    # Rounded down to one digit.
     step = min(scene.solver.step, 10.0 ** math.floor(math.log10(min(longest, 1.0))))
     step *= max(1.0, math.floor(min(longest, scene.solver.step) / step))
     raise SceneError(

@@ -1,4 +1,4 @@
-"""Files from templates, and text from outside as it may stand in them."""
+"""Files from templates, and escapes for text from outside."""
 
 import html
 import re
@@ -10,14 +10,14 @@ from ab_sim.quoting import visible
 
 TEMPLATES = files("ab_sim.c_code") / "template_files"
 WIDTH = 96
-"""Of lines of comments."""
+"""Width of lines of comments."""
 
 
 def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
     """Fill a template, in one pass, so that no value is searched for names of others.
 
-    Lines between ``@if FLAG`` and ``@end`` are left out where the flag is not set; ``@NAME@`` is
-    a value, which may have several lines.
+    Lines between ``@if FLAG`` and ``@end`` are left out if the flag is not set. ``@NAME@`` is a
+    value, which may have several lines.
     """
     lines, keep = [], True
     for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
@@ -38,12 +38,12 @@ def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> s
 
 
 def _block(value: str) -> str:
-    """What stands on lines of its own, with the end of the last one."""
+    """Return a value that stands on its own lines, with a final line end."""
     return value if value.endswith("\n") or not value else f"{value}\n"
 
 
 def comment(*paragraphs: str) -> str:
-    """Lines within a comment."""
+    """Return lines within a comment."""
     lines = [line for text in paragraphs for line in wrap(plain(text), WIDTH)]
     return "".join(f" * {line}\n" for line in lines)
 
@@ -54,8 +54,8 @@ def one_line(text: str) -> str:
 
 
 def plain(text: str) -> str:
-    """Return text from outside for a comment of C or CMake, which it does not end."""
-    text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraph, of which ??/ joins lines
+    """Return text from outside for a comment of C or CMake, without a comment end in it."""
+    text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraphs, of which ??/ would join lines
     return text.replace("*/", "* /").replace("/*", "/ *")
 
 

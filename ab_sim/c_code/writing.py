@@ -1,4 +1,4 @@
-"""Writing a drive's files: all of them or none, and over none that is not of our making."""
+"""Writing of a drive's files: all of them or none, and never over files of others."""
 
 from contextlib import ExitStack
 from pathlib import Path
@@ -10,15 +10,15 @@ from ab_sim.output_file import check_can_be_made, replacing, write_whole
 
 
 def check_output(folder: Path, names: list[str], said: str) -> None:
-    """Refuse a folder that files cannot be written to, or that has others of these names.
+    """Refuse a folder that is not writable, or that has other files with these names.
 
     Args:
-        folder: where.
-        names: of the files.
-        said: what to call it in messages, e.g. ``--out``.
+        folder: the folder.
+        names: names of the files.
+        said: name of the folder in messages, e.g. ``--out``.
 
     Raises:
-        InputError: says what stands in the way.
+        InputError: the folder cannot be used; the message states the reason.
     """
     check_can_be_made(folder, said)
     for name in names:
@@ -31,10 +31,10 @@ def check_output(folder: Path, names: list[str], said: str) -> None:
 
 
 def write_sources(sources: DriveSources, folder: Path, said: str) -> list[Path]:
-    """Write a drive's files to a folder, which is made if need be.
+    """Write a drive's files to a folder, which is created if missing.
 
     Raises:
-        InputError: see ``check_output``; or one cannot be written: nothing has changed.
+        InputError: see ``check_output``; or a file cannot be written. Nothing has changed then.
     """
     check_output(folder, list(sources.files), said)
     try:
@@ -51,7 +51,7 @@ def write_fmu(sources: DriveSources, file: Path, said: str) -> Fmu:
     """Write a drive's FMU.
 
     Raises:
-        InputError: the C compiler fails, or the file cannot be written: nothing has changed.
+        InputError: the C compiler fails, or the file cannot be written. Nothing has changed then.
     """
     made = fmu_of(sources, identifier_of(file.stem))
     try:

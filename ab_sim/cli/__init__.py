@@ -11,7 +11,7 @@ _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 @interruption.left_at_exit()
 def main() -> None:
-    """Entry point: runs the command; errors are one message and an exit code.
+    """Run the command; an error is one message and an exit code.
 
     0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
     """

@@ -11,11 +11,11 @@ from ab_sim.scene import load_scene
 from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, measure
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
-"""Errors for which the cheapest setting is named [rad]."""
+"""Errors [rad] for which the cheapest setting is named."""
 
 
 def accuracy_command(scene_name: str, changes: list[str], repeats: int) -> Command:
-    """What an accuracy costs."""
+    """Return the command that measures the cost of an accuracy."""
     if repeats < 1:
         raise InputError(f"--repeats {repeats}: must be at least 1")
     scene = load_scene(scene_name, changes)
@@ -29,7 +29,7 @@ def accuracy_command(scene_name: str, changes: list[str], repeats: int) -> Comma
 
 
 def accuracy_shown(cost: AccuracyCost) -> Iterator[Table | str]:
-    """The tables, then what they rest on and what is not in them."""
+    """Yield the tables, then their basis and limits."""
     yield accuracy_table(cost)
     yield cheapest_table(cost)
     apart = cost.uncertainty
@@ -61,7 +61,7 @@ def accuracy_shown(cost: AccuracyCost) -> Iterator[Table | str]:
 
 
 def accuracy_table(cost: AccuracyCost) -> Table:
-    """All rows, the most accurate first."""
+    """Return the table of all rows, the most accurate first."""
     balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
     unit = cost.unit
     own, others = 1e3 * cost.reference_period, 1e3 * cost.period
@@ -86,7 +86,7 @@ def accuracy_table(cost: AccuracyCost) -> Table:
 
 
 def cheapest_table(cost: AccuracyCost) -> Table:
-    """For errors that one may want: the package's cheapest setting beside the best peer."""
+    """Return the table of the cheapest setting of the package and of the best peer, by error."""
     what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
     table = Table(title=f"cheapest of what was tried, for an error in {what} of at most")
     for name in ("error", "ab_sim", "CPU [ms/s]", "best peer", "CPU [ms/s]", "peer / ab_sim"):

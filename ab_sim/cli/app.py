@@ -1,4 +1,4 @@
-"""Commands of `ab-sim` and their options; the work is done in the modules beside this one."""
+"""Commands of `ab-sim` and their options; other modules of this package do the work."""
 
 from pathlib import Path
 from typing import Annotated
@@ -68,9 +68,9 @@ def run(
 ) -> None:
     """Simulate a scene offline, at full speed, and judge the run.
 
-    The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl,
-    theta, ball_rate, stuck, and where the scene has them motor_torque, readings; of a deck in
-    space also z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), events,
+    The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl, theta,
+    ball_rate, stuck, and where the scene has them motor_torque, readings; of a deck in space also
+    z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), events,
     steps_with_unresolved_events, what was run, and what the run is judged by, each by its name:
     `ab-sim merits` lists these with units, meanings and equations. final_stretch says how long the
     last stretch is, over which final values are taken. The same run without_variable_speed_period
@@ -165,12 +165,12 @@ def merits(
 def check(scene: SceneArgument, change: SetOption = None) -> None:
     """Check a scene without running it, and say what it simulates.
 
-    But for one that asks for an accuracy: what delivers it, and at what price, is measured on runs
-    of the scene, as `ab-sim run` would do it.
+    If the scene requests an accuracy, the best stepper and its cost are measured on runs of the
+    scene, as in `ab-sim run`.
     """
     from ab_sim.scene_files import find_scene
 
-    find_scene(scene)  # refuses what is not there before what takes long to import
+    find_scene(scene)  # refuses a missing scene before slow imports
     from ab_sim.cli.tables import print_check
 
     print_check(scene, change or [])
@@ -181,7 +181,7 @@ def urdf(scene: SceneArgument, change: SetOption = None) -> None:
     """Print a scene as a URDF, for robot_state_publisher.
 
     `drive_sim` publishes the same on the topic robot_description, for RViz. Joints have the names
-    that they have in joint_states; where the deck is, `drive_sim` says on tf.
+    that they have in joint_states; `drive_sim` publishes the deck's pose on tf.
     """
     from ab_sim.drive.urdf import urdf_of
     from ab_sim.scene import load_scene
@@ -214,7 +214,7 @@ def c(
     """
     from ab_sim.scene_files import find_scene
 
-    find_scene(scene)  # refuses what is not there before what takes long to import
+    find_scene(scene)  # refuses a missing scene before slow imports
     from ab_sim.cli.c import c_command
 
     c_command(scene, change or [], out, fmu).run()

@@ -42,9 +42,9 @@ def import_(
 def mend(bag: BagArgument) -> None:
     """Repair a ROS 2 bag whose recorder was killed, in place.
 
-    What is whole in it stays, to the bit, and gets the index and the counts that other programs ask
-    for. A new file is written beside the old one first, and takes its place when it is complete.
-    A bag that is still being written is refused.
+    All complete messages stay, to the bit, and get the index and the counts that other programs
+    need. A new file is written next to the old one, and replaces it when it is complete. A bag that
+    is still being written is refused.
     """
     from ab_sim.cli.bags import mend_command
 
@@ -62,8 +62,8 @@ def replay(
 ) -> None:
     """Publish a ROS 2 bag again, with its timing and QoS.
 
-    Commands, too: whoever listens to spindle/command obeys them. drive_description is told first;
-    a recorder that listens records the same samples.
+    Commands are included: a drive that subscribes to spindle/command obeys them. drive_description
+    comes first; a recorder records the same samples.
     """
     from ab_sim.cli.bags import replay_command
 

@@ -24,8 +24,8 @@ def export_bag_command(
     """Write a recording as a bag.
 
     Raises:
-        InputError: the folder is there or cannot be written, or the rate or namespace is none; or
-            a part of the recording was asked for.
+        InputError: the folder exists or cannot be written, the rate or namespace is invalid, or a
+            part of the recording was requested.
         RecordingError: see `open_recording` and `export_bag`.
     """
     if part != Part():
@@ -57,14 +57,15 @@ def export_bag_command(
 
 
 def import_command(bag: Path, out: Path | None, namespace: str | None) -> None:
-    """Make recordings of a bag.
+    """Convert a bag to recordings.
 
     Raises:
-        InputError: the file cannot be written, or would replace one that nobody named.
+        InputError: the file cannot be written, or would replace an existing file that was not
+            named.
         RecordingError: see `import_bag`.
     """
     with Bag(bag):
-        pass  # first of all, it is one
+        pass  # checked first: it is a bag
     file = out or Path(f"{bag.resolve().stem}.rrd")
     check_ending(file, RECORDING, "--out")
     check_writable(file, "--out")
@@ -100,10 +101,10 @@ def mend_command(bag: Path) -> None:
 
 
 def replay_command(bag: Path, rate: float, namespace: str | None, paused: bool) -> None:
-    """Publish a bag again; ends the process.
+    """Publish a bag again and exit the process.
 
     Raises:
-        InputError: ROS 2 is missing, or the rate is none.
+        InputError: ROS 2 is missing, or the rate is invalid.
         RecordingError: the bag cannot be read.
     """
     _check_positive(rate, "--rate", "how many times as fast")

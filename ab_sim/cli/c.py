@@ -12,7 +12,7 @@ from ab_sim.scene import load_scene
 
 
 def c_command(scene_name: str, changes: list[str], out: Path | None, fmu: Path | None) -> Command:
-    """A scene's drive in C, or as an FMU, which the work writes."""
+    """Return the command that writes a scene's drive in C, or as an FMU."""
     if out is None and fmu is None:
         raise InputError("nothing to write: name a folder with --out, or an FMU with --fmu")
     scene = load_scene(scene_name, changes)

@@ -1,4 +1,4 @@
-"""What commands say of balls that circulate."""
+"""Texts of commands on circulating balls."""
 
 from collections.abc import Iterator, Sequence
 
@@ -10,12 +10,12 @@ from ab_sim.analysis.coexisting import Coexisting, CoexistingCirculation
 def circulation_lines(
     found: CoexistingCirculation, balls: int, stable: Sequence[str]
 ) -> Iterator[str]:
-    """For people.
+    """Yield lines on circulating balls.
 
     Args:
-        found: what was looked for at a speed.
+        found: result of the search at a speed.
         balls: n.
-        stable: labels of the resting states that are stable there.
+        stable: labels of the resting states that are stable at the speed.
     """
     if found.not_looked_for is not None:
         if balls:
@@ -49,7 +49,7 @@ def _line(found: Coexisting, balls: int) -> str:
 
 
 def _range(found: Reach, unit: str, what: str) -> str:
-    """In words; ends that are only of what is known, or was looked at, are said to be such."""
+    """Return a range in words; ends of the known or searched range are marked as such."""
     low = "" if found.low_end == END else f" from {found.low:.4g}"
     high = "" if found.high_end == END else f" to {found.high:.4g}"
     unknown = [

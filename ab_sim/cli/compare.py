@@ -12,7 +12,7 @@ from ab_sim.scene import load_scene
 
 
 def compare_command(recording: Path, scene_name: str, changes: list[str]) -> Command:
-    """How far a scene's run is from a recording whose commands it obeys."""
+    """Return the command that compares a scene's run with a recording, by the recorded commands."""
     scene = load_scene(scene_name, changes)
 
     def work(tell: Tell) -> Outcome:
@@ -29,7 +29,7 @@ def compare_command(recording: Path, scene_name: str, changes: list[str]) -> Com
 
 
 def compare_table(found: RecordingComparison, recording: str) -> Table:
-    """The table for people."""
+    """Return the table of deviations."""
     table = Table(title=f"{recording} beside {found.scene.name}, {found.duration:g} s")
     for name in ("channel", "unit", "largest difference", "of the range", "at [s]", "rms"):
         table.add_column(name, justify="left" if name in ("channel", "unit") else "right")

@@ -10,7 +10,7 @@ from ab_sim.studies.effect_cost import EffectCost, VariantCost, measure
 
 
 def cost_command(scene_name: str, changes: list[str], repeats: int, leave_one_out: bool) -> Command:
-    """What each effect of a scene costs."""
+    """Return the command that measures the cost of each effect of a scene."""
     if repeats < 1:
         raise InputError(f"--repeats {repeats}: must be at least 1")
     scene = load_scene(scene_name, changes)
@@ -24,7 +24,7 @@ def cost_command(scene_name: str, changes: list[str], repeats: int, leave_one_ou
 
 
 def cost_table(cost: EffectCost) -> Table:
-    """The table for people."""
+    """Return the table of costs."""
     table = Table(
         title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
         f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",

@@ -1,4 +1,4 @@
-"""`ab-sim demo`: a start-up that gets balanced, live over ROS 2, recorded, judged and drawn."""
+"""`ab-sim demo`: a start-up that balances, live over ROS 2, recorded, judged and drawn."""
 
 import importlib
 import os
@@ -28,16 +28,16 @@ console = PlainConsole()
 
 
 def run_demo(out: Path, view: str, now: bool) -> None:
-    """Run it; write ``startup.rrd`` and ``startup.png`` into ``out``.
+    """Run the demo, and write ``startup.rrd`` and ``startup.png`` into ``out``.
 
     Args:
-        out: folder, made if it is not there.
-        view: where to watch it: ``none``, ``web``, ``native`` or the address of a viewer.
-        now: start at once, and do not wait for a page that shows it.
+        out: folder, created if missing.
+        view: viewer: ``none``, ``web``, ``native`` or the address of a viewer.
+        now: start at once, without waiting for a page that shows the run.
 
     Raises:
-        InputError: ROS 2 is missing, the folder cannot be written, another drive is running.
-        AbSimError: a node failed; its log is named.
+        InputError: ROS 2 is missing, the folder cannot be written, or another drive is running.
+        AbSimError: a node failed; the message names its log.
     """
     check_wish(view)
     require_ros("for a live run")
@@ -64,7 +64,7 @@ def run_demo(out: Path, view: str, now: bool) -> None:
         if view == WEB and not now:
             wait_for_page(console, live)
         live.start()
-        # Slow to import, and there is nothing to do but watch.
+        # This import is slow; it happens while the run is in progress.
         reporting = threading.Thread(target=_import_report, daemon=True)
         reporting.start()
         with live_display(console, scene, scene.duration) as show:
@@ -83,5 +83,5 @@ def run_demo(out: Path, view: str, now: bool) -> None:
 
 
 def _import_report() -> None:
-    os.nice(10)  # of this thread alone, on Linux: the nodes come first
+    os.nice(10)  # affects only this thread on Linux: the nodes have priority
     importlib.import_module(REPORT)

@@ -1,4 +1,4 @@
-"""Commands that decide over many drives."""
+"""Commands for design decisions over many drives."""
 
 import typer
 
@@ -78,16 +78,15 @@ def sweep(
 ) -> None:
     """Run a scene over ranges of its values, and judge each run.
 
-    What is done is kept: killed at any time, the same command goes on where it was; given again, it
-    has its answer at once. Results do not depend on the number of processes,
-    nor on their machines.
+    Finished runs are kept: after an interruption the same command continues; repeated, it answers
+    at once. Results do not depend on the number of processes or machines.
 
     A row has the run's number, the keys' values, the merits, `outcome` (settled; still changing,
     where the final whirl still rises or falls; circulates, where balls go round the race; aborted,
     where a start-up ran down to standstill; failed) and, of a run that was aborted or failed,
-    `failure`: why. It leaves the others alone, and its merits are null.
-    Whirls are in e [m] of the run, all else in SI units. The JSON has the rows by column in `runs`,
-    `units`, `points`, which the values follow from, `outcomes`, and the `scene`.
+    `failure`: why. Other runs are not affected, and its merits are null. Whirls are in e [m] of the
+    run, all else in SI units. The JSON has the rows by column in `runs`, `units`, `points`, which
+    the values follow from, `outcomes`, and the `scene`.
 
     `ab_sim.open_sweep("FILE.parquet")` gives the result back; pandas, polars and DuckDB read the
     file as it is.
@@ -130,12 +129,11 @@ def tune(
     It shows the best values; the merit there, for the scene as it is, without its variable-speed
     period, and with each key 5 % less and more; and which ends of ranges and bounds the best is at.
     With --spread all of that is what a share of the drives reaches, each candidate having the same
-    draws; the candidates are then --runs over --draws.
-    The JSON has `found`, `values`, `best`, `active`, `beside`, `before`, the best `scene`, and all
-    `runs` by column.
+    draws; the candidates are then --runs over --draws. The JSON has `found`, `values`, `best`,
+    `active`, `beside`, `before`, the best `scene`, and all `runs` by column.
 
-    The same seed gives the same answer. What is done is kept: killed at any time, the same command
-    goes on where it was.
+    The same seed gives the same answer. Finished runs are kept: after an interruption the same
+    command continues.
     """
     from ab_sim.cli.tune import Wanted, tune_command
 
@@ -176,8 +174,8 @@ def robust(
     paired: Newcombe's interval. All are of 95 %. What the model itself gets wrong is in none.
 
     A draw of a run does not depend on how many there are: with more --runs, or a finer --until, the
-    command goes on from what is done, which is kept, killed at any time or not. Results do not
-    depend on the number of processes.
+    command continues from the finished runs, which are kept even after an interruption. Results do
+    not depend on the number of processes.
 
     The JSON has `share`, `quantiles` by merit, `sobol`, `worst`, `against`, the rows by column in
     `runs`, and `balanced` for each. Whirls are in e [m] of the run, all else in SI units.
@@ -226,9 +224,9 @@ def size(
     over drives that differ in unbalance, start angles and drag; with a hold of the speed only if
     too few balance without.
 
-    What runs contradict is said so. Where nothing can be sized it says why, and what to change,
-    with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims` (claim, predicted, seen,
-    verdict), `at_drags`, `runs` and the `scene`. What is done is kept.
+    Contradictions by runs are reported. If nothing can be sized, the command gives reason and
+    remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims` (claim,
+    predicted, seen, verdict), `at_drags`, `runs` and the `scene`. Finished runs are kept.
     """
     from ab_sim.cli.size import size_command
     from ab_sim.design.sizing.specification import SpecificationTexts

@@ -1,4 +1,4 @@
-"""Options of the commands that decide over many drives."""
+"""Options of the commands for design decisions over many drives."""
 
 from pathlib import Path
 from typing import Annotated

@@ -33,11 +33,11 @@ from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 
 MOST_PLACES = 6
-"""In a line of the table."""
+"""Largest number of places in a line of the table."""
 
 
 def equilibria_command(scene_name: str, changes: list[str], speed: float | None) -> Command:
-    """Where the balls can rest, at a speed and over speeds."""
+    """Return the command that finds resting states of the balls, at a speed and over speeds."""
     if speed is not None:
         check_speed(speed)
     scene = load_scene(scene_name, changes)
@@ -82,7 +82,7 @@ def equilibria_command(scene_name: str, changes: list[str], speed: float | None)
 
 
 def _other_motions(scene: Scene) -> str | None:
-    """What a stable state does not say of a start-up; None without balls."""
+    """Return the limits of a stable state's meaning for a start-up; None without balls."""
     if scene.balls.count == 0:
         return None
     return (
@@ -92,14 +92,17 @@ def _other_motions(scene: Scene) -> str | None:
 
 
 def _command(scene: Scene, name: str, changes: Sequence[str]) -> str:
-    """What shows where a scene's start-ups end: from many angles, or of one ball from its own."""
+    """Return the command that shows where a scene's start-ups end.
+
+    It runs from many angles, or for one ball from its own start angle.
+    """
     act = ["run", name] if scene.balls.count == 1 else ["stability", name, "--basin", "12"]
     words = [*act, *(word for change in changes for word in ("--set", change))]
     return f"{own_command()} {shlex.join(words)}"
 
 
 def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
-    """What the linear test does not say of a state: None where it is not asked."""
+    """Return results beyond the linear test of a state; None for those that do not apply."""
     comes_back, held = None, None
     if state.stable is None and speed:
         try:
@@ -112,12 +115,12 @@ def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
         try:
             held = [[each.low, each.high] for each in sticking(scene, speed, state)]
         except SceneError:
-            pass  # Not known where an effect moves resting states, as a race's runout does.
+            pass  # Unknown if an effect moves resting states, as a race's runout does.
     return {"comes_back": comes_back, "held_by_friction": held}
 
 
 def equilibria_table(scene: Scene, found: Equilibria) -> Table:
-    """The table for people."""
+    """Return the table of resting states."""
     length, symbol = scene.whirl_unit
     table = Table(title=f"{found.scene}: where balls can rest at {found.speed:g} rad/s")
     right = (f"W/{symbol}", "lambda_max", "ways")
@@ -141,7 +144,7 @@ def equilibria_table(scene: Scene, found: Equilibria) -> Table:
 
 
 def _places(state: RestingState) -> str:
-    """Ball angles [deg], those at one place together."""
+    """Return the ball angles [deg], with equal angles grouped."""
     angles = [f"{math.degrees(angle):.1f}" for angle in state.theta]
     places = [
         f"{count} x {angle}" if count > 1 else angle for angle, count in Counter(angles).items()

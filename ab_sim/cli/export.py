@@ -14,7 +14,7 @@ from ab_sim.recording import export as formats
 def export_command(
     recording: Path, parquet: Path | None, csv: Path | None, part: formats.Part
 ) -> Command:
-    """A recording's samples as tables, which the work writes."""
+    """Return the command that writes a recording's samples as tables."""
     forms = {formats.PARQUET: parquet, formats.CSV: csv}
     files = {form: file for form, file in forms.items() if file is not None}
     if not files:
@@ -35,8 +35,8 @@ def export_command(
 
 
 def _hangs(run: StoredRun) -> tuple[float, float] | None:
-    """x and y [m] of where the recorded deck hangs at rest, if that is known."""
-    if "z" not in run.channels:  # in the plane, displacements count from there
+    """Return x and y [m] of the recorded deck at rest, if known."""
+    if "z" not in run.channels:  # in the plane, displacements count from the rest position
         return 0.0, 0.0
     from ab_sim.analysis.rest import rest_of
     from ab_sim.scene.load import check_scene

@@ -26,15 +26,15 @@ from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 
 SPEED = "speed"
-"""What the spindle's speed is called where other parameters have keys."""
+"""Name of the spindle's speed among the keys of parameters."""
 MOST = 10_000
-"""Values of a parameter."""
+"""Largest number of values of a parameter."""
 
 
 def floquet_command(
     scene_name: str, changes: list[str], speed: float | None, start: str, over: str | None
 ) -> Command:
-    """Motions that repeat with every turn, followed over a parameter if asked for."""
+    """Return the command that finds motions that repeat each turn, and may follow them."""
     scene = load_scene(scene_name, changes)
     sweep = None if over is None else _sweep(scene, over, speed)
     if speed is None and over is not None and over.startswith(SPEED + "="):
@@ -70,7 +70,7 @@ def _follow(
 
 
 def _draw(scene: Scene, found: list[Stability], followed: Followed | None) -> Draw | None:
-    """None: there is nothing to draw."""
+    """Return the function that draws the result; None if there is nothing to draw."""
     if followed is not None and any(point.found is not None for point in followed.points):
         return picture("ab_sim.figures.multipliers:modulus_figure", scene.name, followed)
     if followed is None and found:
@@ -79,10 +79,10 @@ def _draw(scene: Scene, found: list[Stability], followed: Followed | None) -> Dr
 
 
 def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.ndarray]:
-    """The parameter of ``--over``, what it means, and its values.
+    """Return the key of ``--over``, the function from a value to a case, and the values.
 
     Raises:
-        InputError: it is not KEY=from:to:count, or its first value makes no scene.
+        InputError: the text is not KEY=from:to:count, or the scene with the first value is invalid.
     """
     key, _, text = over.partition("=")
     parts, key = text.split(":"), key.strip()
@@ -109,7 +109,7 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
 
     def case(value: float) -> tuple[Scene, float]:
         given = int(value) if whole and value == round(value) else value
-        # As a scene's file would say it.
+        # The value as a scene's file would contain it.
         said = read_yaml(str(given)) if isinstance(given, int) else given
         return changed_scene(scene, {key: said}, f"--over {key}={given:g}"), at
 
@@ -118,7 +118,7 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
 
 
 def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table:
-    """The table for people."""
+    """Return the table of periodic solutions."""
     table = Table(title=f"{scene.name}: periodic solutions at {speed:g} rad/s")
     for name in ("found from", "verdict", "largest", "whirl", "ball angles [deg]", "residual"):
         table.add_column(name, overflow="fold")

@@ -11,10 +11,10 @@ console = PlainConsole()
 
 
 def chosen_effects(only: str | None) -> dict[str, type[Any]]:
-    """Every registered effect by its name, or only one.
+    """Return all registered effects by name, or only one.
 
     Raises:
-        InputError: there is none of that name; names the known ones and the nearest.
+        InputError: there is no such effect; the message names the known and the nearest ones.
     """
     known = effect_classes()
     if only is None:
@@ -27,15 +27,15 @@ def chosen_effects(only: str | None) -> dict[str, type[Any]]:
 
 
 def print_formulas(only: str | None) -> None:
-    """What the code of every effect, or of one, computes: as text, then as LaTeX.
+    """Print the formulas of every effect, or of one: as text, then as LaTeX.
 
     Raises:
-        InputError: there is none of that name.
+        InputError: there is no such effect.
     """
     for name, effect in chosen_effects(only).items():
         console.print(name, style="bold")
         for formula in formulas_of(effect):
-            # Formulas are for copying: a line stays a line.
+            # Formulas are for copying, so lines are not wrapped.
             console.print("\n".join(_shown(formula)), soft_wrap=True)
 
 

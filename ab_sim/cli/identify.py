@@ -21,11 +21,11 @@ from ab_sim.presentation import number, titled
 from ab_sim.scene import load_scene
 
 MOST_NAMED = 3
-"""Recordings that are proposed."""
+"""Largest number of proposed recordings."""
 
 
 class IdentifyOptions(NamedTuple):
-    """What `ab-sim identify` was given."""
+    """Options of `ab-sim identify`."""
 
     recordings: list[Path]
     without_balls: list[Path]
@@ -44,7 +44,7 @@ class IdentifyOptions(NamedTuple):
 
 
 def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions) -> Command:
-    """Numbers of a drive from its recordings.
+    """Return the command that identifies a drive's parameters from recordings.
 
     Args:
         scene_name, changes: see ``load_scene``.

@@ -1,4 +1,4 @@
-"""Commands about what a scene file may say."""
+"""Commands about the keys of a scene file."""
 
 from pathlib import Path
 from typing import Annotated

@@ -12,14 +12,14 @@ from ab_sim.scene.schema import scene_schema
 
 console = PlainConsole()
 WHOLE = 2000
-"""Columns; more than any key needs."""
+"""Width of the table for other programs [columns]; more than any key needs."""
 
 
 def print_keys(section: str, as_json: bool) -> None:
-    """The keys of a scene, or of one section.
+    """Print the keys of a scene, or of one section.
 
     Raises:
-        InputError: there is no such section; names the nearest.
+        InputError: there is no such section; the message names the nearest.
     """
     rows = scene_keys(section)
     if as_json:
@@ -30,13 +30,13 @@ def print_keys(section: str, as_json: bool) -> None:
         table.add_column(column, overflow="fold")
     for row in rows:
         table.add_row(*row)
-    if not console.is_terminal:  # another program reads it: a key is one line
+    if not console.is_terminal:  # another program reads it: one line per key
         console.width = WHOLE
     console.print(table)
 
 
 def print_schema(out: Path | None) -> None:
-    """The JSON Schema of a scene file.
+    """Print the JSON Schema of a scene file.
 
     Raises:
         InputError: the file cannot be written.

@@ -1,4 +1,4 @@
-"""`ab-sim live`: a scene in real time, in one terminal, and in a viewer if wanted."""
+"""`ab-sim live`: a scene in real time, in one terminal, with an optional viewer."""
 
 import contextlib
 import math
@@ -24,7 +24,7 @@ from ab_sim.scene import load_scene
 from ab_sim.viewing import WEB
 
 RECORDINGS = Path("recordings")
-"""Folder for runs that are watched and have no ``--record``."""
+"""Folder for recordings of runs with a viewer but without ``--record``."""
 console = PlainConsole()
 
 
@@ -36,20 +36,20 @@ def run_live(
     seconds: float | None,
     now: bool,
 ) -> None:
-    """Run a scene live until its duration is over or Ctrl-C asks for the end.
+    """Run a scene live until its duration is over or Ctrl-C.
 
     Args:
-        source: name of a scene, or its file.
-        changes: to the scene, each ``key=value``.
-        view: ``none``, ``web``, ``native`` or the address of a viewer that runs.
-        record: .rrd file to keep; one that is there is not overwritten, another is made beside it.
-            None: one in `RECORDINGS` if somebody watches, else none.
-        seconds: of simulated time, instead of the scene's duration.
-        now: start at once, and do not wait for a page that shows it.
+        source: name or file of a scene.
+        changes: changes to the scene, each ``key=value``.
+        view: ``none``, ``web``, ``native`` or the address of a running viewer.
+        record: .rrd file to keep; if it exists, a new one with a number is written. None: a file in
+            `RECORDINGS` with a viewer, else none.
+        seconds: simulated time [s], instead of the scene's duration.
+        now: start at once, without waiting for a page that shows the run.
 
     Raises:
         InputError: ROS 2 is missing, an argument is wrong, another drive is running.
-        AbSimError: a node failed; its last words are given.
+        AbSimError: a node failed; the message has its last output.
     """
     check_wish(view)
     scene = load_scene(source, changes)
@@ -91,7 +91,7 @@ def run_live(
         if view == WEB and whole:
             serve_page(console, live)
         live.stop()
-    shutil.rmtree(logs)  # of a run that failed they are what there is to read
+    shutil.rmtree(logs)  # kept for a run that failed
 
 
 def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:

@@ -1,4 +1,4 @@
-"""What a terminal shows of a live run."""
+"""Terminal display of a live run."""
 
 import contextlib
 import math
@@ -16,14 +16,14 @@ Show = Callable[[LiveRun], None]
 
 @contextlib.contextmanager
 def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Show]:
-    """A bar with the state of the drive, or one line a second where there is no terminal.
+    """Show a bar with the drive's state, or without a terminal one line per second.
 
-    Beside it, what the profile controller does, and why.
+    The display includes the state of the profile controller with its reason.
 
     Args:
-        console: where.
-        scene: what is run.
-        duration: of the run, in simulated time [s].
+        console: console for the output.
+        scene: scene of the run.
+        duration: duration of the run, in simulated time [s].
     """
 
     def state(live: LiveRun) -> str:
@@ -46,7 +46,7 @@ def live_display(console: Console, scene: Scene, duration: float) -> Iterator[Sh
 
         def show_line(live: LiveRun) -> None:
             tell(live)
-            if int(live.elapsed) != printed[0]:  # less after a reset
+            if int(live.elapsed) != printed[0]:  # decreases after a reset
                 printed[0] = int(live.elapsed)
                 done = min(live.elapsed, duration)
                 console.print(f"{done:5.1f} of {duration:g} s   {state(live)}")

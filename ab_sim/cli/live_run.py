@@ -1,4 +1,4 @@
-"""The nodes in processes of their own, started, watched and stopped by one command."""
+"""The nodes of a live run in separate processes: started, monitored and stopped by one command."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ from ab_sim.scene import Scene
 from ab_sim.viewing import STARTED
 
 READY = 90.0
-"""s for the nodes to come up; the first time, the kernel is compiled meanwhile."""
+"""Time for the nodes to start [s]; the first time, this includes compiling the kernel."""
 CONTROLLER, RECORDER = "profile_controller", "recorder"
 ANSWER = 10.0
-"""s for a service to answer, and for a node to end."""
+"""Time for a service to answer, and for a node to exit [s]."""
 SILENCE = 10.0
-"""s without a word from the drive before the run is given up."""
+"""Time without a message from the drive before the run is aborted [s]."""
 
 
 class LiveRun:
-    """A live run of a scene: use it as a context, which ends the nodes whatever happens.
+    """A live run of a scene: a context manager that always ends the nodes.
 
-    Within it Ctrl-C raises ``Interrupted`` from whatever waits for the nodes.
+    Within the context, Ctrl-C raises ``Interrupted`` in the methods that wait for nodes.
 
     Without a profile in the scene there is no profile controller.
 
     Args:
-        scene: what is run.
-        source: name or file that the nodes read it from.
-        changes: made to it, each ``key=value``.
-        recorder: parameters of the recorder; None: there is none.
-        logs: folder for what the nodes print.
+        scene: scene of the run.
+        source: name or file from which the nodes read it.
+        changes: changes to it, each ``key=value``.
+        recorder: parameters of the recorder; None: no recorder.
+        logs: folder for the nodes' output.
     """
 
     def __init__(
@@ -65,7 +65,7 @@ class LiveRun:
         what = {"changes": json.dumps([*changes] or [""])}
         self._nodes: dict[str, Mapping[str, str]] = {}
         if scene.profile is not None:
-            # The drive stands still until the profile has been sent.
+            # The drive stands still until it has received the profile.
             controller = {"profile": source, "use_sim_time": "true", "lead_time": "0.0", **what}
             if scene.profile.kind == "adaptive":
                 controller["command_rate"] = repr(1.0 / scene.profile.command_period)
@@ -83,12 +83,12 @@ class LiveRun:
         self.time = self.speed = self.whirl = 0.0
         self.ball_angles: tuple[float, ...] = ()
         self.statuses: list[tuple[float, str]] = []
-        """What the profile controller has said, and when [s]."""
+        """Status texts of the profile controller with their times [s]."""
 
     def __enter__(self) -> LiveRun:
         try:
             self._stopping = self._context.enter_context(interruption.in_order())
-            # Before there are busy threads: the new processes run a line of ours at first.
+            # Before other threads are busy, because a new process first runs code of ours.
             self._start_processes()
             init_ros(["ab-sim"])
             self._watch()
@@ -111,17 +111,17 @@ class LiveRun:
         return 0.0 if self._began is None else self.time - self._began
 
     def wait_until_ready(self) -> None:
-        """Until all nodes and the viewer, if there is one, are up and the services answer.
+        """Wait until all nodes and the viewer, if any, are up and the services answer.
 
         Raises:
-            AbSimError: they do not come up, or one of them has ended.
+            AbSimError: they do not start in time, or one of them has exited.
             InputError: another simulator is running on this domain.
         """
 
         def ready() -> bool:
             self._refuse_company()
             recorder, controller = self.health(RECORDER), self.health(CONTROLLER)
-            # No command is to be lost because nobody listens yet: drive and recorder.
+            # Drive and recorder must be subscribed, so that no command is lost.
             listeners = len(self._nodes.keys() & {"drive_sim", RECORDER})
             return (
                 self._pause_drive.service_is_ready()
@@ -154,7 +154,7 @@ class LiveRun:
         self._heard = time.monotonic()
 
     def _profile_is_led(self) -> bool:
-        """Whether the drive has what the profile begins with."""
+        """Return whether the drive has received the beginning of the profile."""
         controller, drive = self.health(CONTROLLER), self.health("drive_sim")
         if controller.get("state", "idle") in ("idle", "waiting"):
             return False
@@ -163,11 +163,11 @@ class LiveRun:
         return drive.get(topics.TRAJECTORY_ANSWER) == topics.FOLLOWED
 
     def spin(self, seconds: float) -> None:
-        """Listen to the nodes for a while.
+        """Process messages of the nodes for a while.
 
         Raises:
-            AbSimError: one of them has ended, or the drive has fallen silent.
-            Interrupted: asked to end.
+            AbSimError: a node has exited, or the drive has become silent.
+            Interrupted: the run was interrupted.
         """
         until = time.monotonic() + seconds
         while (left := until - time.monotonic()) > 0:
@@ -187,14 +187,14 @@ class LiveRun:
             Figures of the run, ready to print.
 
         Raises:
-            AbSimError: a node did not end cleanly.
+            AbSimError: a node did not exit cleanly.
         """
-        self._stopping.clear()  # now it is done in order; asked again, it is done at once
+        self._stopping.clear()  # from now on in order; a further Ctrl-C ends at once
         wall = self._wall[1] - self._wall[0]
         factor = self.elapsed / wall if wall > 0 else math.nan
-        # First who sends, last who writes down: what is under way then still arrives.
+        # Publishers end first and the recorder last, so that messages in transit still arrive.
         self._end_nodes(*(name for name in self._nodes if name != RECORDER))
-        self._began = None  # nothing is heard from now on
+        self._began = None  # messages are ignored from now on
         self._spin_until(self._all_is_recorded, ANSWER)
         if not all(self.health(name) for name in self._nodes):
             raise AbSimError(f"a node sent no diagnostics; see {self._logs}")
@@ -213,10 +213,10 @@ class LiveRun:
         return figures
 
     def stop(self) -> None:
-        """End the nodes that still run, the recorder last.
+        """End the remaining nodes, the recorder last.
 
         Raises:
-            AbSimError: a node did not end cleanly.
+            AbSimError: a node did not exit cleanly.
         """
         self._stopping.clear()
         self._began = None
@@ -235,12 +235,12 @@ class LiveRun:
                 raise AbSimError(f"{name} ended with exit code {code}:\n{self._log_of(name)}")
 
     def _all_is_recorded(self) -> bool:
-        """Whether the recorder, if there is one, has the drive's last sample."""
+        """Return whether the recorder, if any, has the drive's last sample."""
         drive, recorder = self._health.get("/drive_sim"), self._health.get(f"/{RECORDER}")
         return recorder is None or drive is None or recorder.time >= drive.time
 
     def health(self, node: str) -> dict[str, str]:
-        """What a node says of itself, nothing before it does."""
+        """Return the diagnostics of a node; empty before the first."""
         health = self._health.get(f"/{node}")
         return {} if health is None else health.values
 
@@ -258,12 +258,12 @@ class LiveRun:
         self._pause_drive: Client[Any, Any] = self._node.create_client(SetBool, "drive_sim/pause")
 
     def _hear_joints(self, message: Any) -> None:
-        with contextlib.suppress(MalformedMessage):  # another robot's
+        with contextlib.suppress(MalformedMessage):  # from another robot
             sample = topics.JOINT_STATES.sample(message)
             before, self.time = self.time, sample.time * 1e-9
             self.speed, self.ball_angles = sample.spindle_speed, sample.ball_angles
             self._heard = time.monotonic()
-            if self.time < before and self._began is not None:  # somebody has reset the drive
+            if self.time < before and self._began is not None:  # the drive was reset
                 self._began, self._wall = self.time, [0.0, 0.0]
             if self._began is not None:
                 self._wall[1] = self._heard
@@ -285,13 +285,13 @@ class LiveRun:
         for name, values in self._nodes.items():
             settings = [part for k, v in values.items() for part in ("-p", f"{k}:={v}")]
             command = [sys.executable, "-m", f"ab_sim.nodes.{name}", "--ros-args", *settings]
-            # A node's first instructions know no other end than a traceback.
+            # In a node's first instructions, a signal would end it with a traceback.
             with (self._logs / f"{name}.log").open("wb") as log, interruption.kept_from_children():
                 self._processes[name] = subprocess.Popen(
                     command,
                     stdout=log,
                     stderr=subprocess.STDOUT,
-                    # Ctrl-C is for this process, which then ends them in order.
+                    # Ctrl-C is for this process, which then ends the nodes in order.
                     start_new_session=True,
                     preexec_fn=_end_with_parent,
                 )
@@ -305,7 +305,7 @@ class LiveRun:
             )
 
     def _listen(self, seconds: float) -> None:
-        """Until something is heard, at most so long."""
+        """Process the next message, waiting at most ``seconds``."""
         if self._stopping.is_set():
             raise Interrupted("interrupted")
         self._executor.spin_once(timeout_sec=seconds)
@@ -320,7 +320,7 @@ class LiveRun:
 
     def _ask(self, client: Client[Any, Any], request: Any) -> None:
         service = client.srv_name
-        # Nodes discover each other in their own time: what is refused now may soon be granted.
+        # Nodes discover each other gradually: a request that is refused now may soon be granted.
         end = time.monotonic() + ANSWER
         while True:
             future = client.call_async(request)
@@ -334,13 +334,13 @@ class LiveRun:
             self.spin(0.05)
 
     def _ask_to_end(self, name: str) -> None:
-        """Ask a node to end, and hear its last words, if it has any."""
+        """Ask a node to exit, and receive its last diagnostics."""
         process = self._processes[name]
         process.send_signal(signal.SIGINT)
         end = time.monotonic() + ANSWER
         while (health := self._health.get(f"/{name}")) is None or health.message != ENDED:
             if process.poll() is not None and end > time.monotonic() + 0.5:
-                end = time.monotonic() + 0.5  # what it said may still be on its way
+                end = time.monotonic() + 0.5  # its last message may still be in transit
             if time.monotonic() > end:
                 return
             self._listen(0.02)
@@ -350,8 +350,8 @@ class LiveRun:
         return "\n".join(text.splitlines()[-15:])
 
     def _end(self) -> None:
-        # Whatever happens now, no node is left running: no ROS here, and if there is not even time
-        # for this, they are told when this process has gone.
+        # No node is left running in any case. This does not use ROS, and if this process dies
+        # first, the nodes receive a signal (`_end_with_parent`).
         for process in self._processes.values():
             process.send_signal(signal.SIGINT)
         for process in self._processes.values():
@@ -371,6 +371,6 @@ class LiveRun:
 
 
 def _end_with_parent() -> None:
-    """In the new process: be told to end when the command dies, even of SIGKILL (Linux)."""
+    """Let the new process receive SIGINT when the command dies, even by SIGKILL (Linux)."""
     set_parent_death_signal = 1
     ctypes.CDLL(None).prctl(set_parent_death_signal, signal.SIGINT)

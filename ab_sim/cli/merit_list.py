@@ -10,21 +10,21 @@ from ab_sim.cli.outputs import PlainConsole
 
 console = PlainConsole()
 WHOLE = 2000
-"""Columns; more than any merit needs."""
+"""Width of the table for other programs [columns]; more than any metric needs."""
 LISTED = ("name", "unit", "better", "taken_by", "meaning", "equation")
 
 
 def print_merits(name: str | None, as_json: bool) -> None:
-    """What a run is judged by, or one of these.
+    """Print the metrics of runs, or one of them.
 
     Raises:
-        InputError: there is none of that name; names the nearest, and all.
+        InputError: there is no such metric; the message names the nearest and all.
     """
     found = described_merits(name)
     if as_json:
         print(json.dumps([each._asdict() for each in found], indent=1))
         return
-    if not console.is_terminal:  # another program reads it: a merit is one line
+    if not console.is_terminal:  # another program reads it: one line per metric
         console.width = WHOLE
     if name is not None:
         console.print(_one(found[0]))

@@ -1,4 +1,4 @@
-"""What a run is judged by, as a table: beside the same run without period, and without balls."""
+"""Table of a run's metrics, next to the run without variable-speed period, and without balls."""
 
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -17,13 +17,13 @@ from ab_sim.scene import Scene
 def merits_table(
     title: str, scene: Scene, runs: Mapping[str, Merits], comparison: Comparison
 ) -> Table:
-    """A column for each run, and for each that they are compared with.
+    """Return a table with a column for each run and each run that they are compared with.
 
     Args:
-        title: the table's.
-        scene: what was run.
-        runs: by the heads of their columns.
-        comparison: what stands beside them.
+        title: title of the table.
+        scene: scene of the runs.
+        runs: metrics of the runs by heading.
+        comparison: runs to compare with.
     """
     columns = dict(runs)
     notes = []
@@ -57,7 +57,7 @@ def _scale(scene: Scene) -> WhirlScale:
 
 
 def _rows() -> list[tuple[Merit[Any], Row]]:
-    """In the order of the table."""
+    """Return the reported metrics and their rows, in the order of the table."""
     rows = [(merit, merit.row) for merit in reported_merits() if merit.row is not None]
     return sorted(rows, key=lambda each: each[1].place)
 

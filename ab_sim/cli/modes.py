@@ -13,7 +13,7 @@ from ab_sim.scene import load_scene
 
 
 def modes_command(scene_name: str, changes: list[str], speed: float) -> Command:
-    """Where the deck vibrates, at a speed and over speeds."""
+    """Return the command that computes the deck's modes, at a speed and over speeds."""
     check_speed(speed)
     scene = load_scene(scene_name, changes)
 
@@ -26,7 +26,7 @@ def modes_command(scene_name: str, changes: list[str], speed: float) -> Command:
 
 
 def modes_table(found: NaturalVibration) -> Table:
-    """The table for people."""
+    """Return the table of modes."""
     table = Table(title=f"{found.scene}: modes at {found.speed:g} rad/s")
     for name in ("rad/s", "Hz", "damping ratio", "whirl", "what moves most"):
         table.add_column(name, justify="right" if name in ("rad/s", "Hz") else "left")

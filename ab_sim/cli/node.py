@@ -1,4 +1,4 @@
-"""`ab-sim node`: calls services of running nodes and commands drives, and prints the answers."""
+"""`ab-sim node`: calls services of running nodes, commands drives, and prints the answers."""
 
 import contextlib
 import json
@@ -18,7 +18,7 @@ from ab_sim.quoting import short, visible
 from ab_sim.scene.units import has_unit, in_si
 
 AGAIN = 0.5
-"""s after which an urgent request is repeated."""
+"""Time after which an urgent request is repeated [s]."""
 _EXPONENT = re.compile(r"[-+]?(\d+\.?\d*|\.\d+)[eE][-+]?\d+", re.ASCII)
 _NAME = re.compile(r"[A-Za-z_]\w*", re.ASCII)
 _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
@@ -27,11 +27,11 @@ _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 def call_service(
     command: ServiceCommand, words: Mapping[str, Any], namespace: str, name: str, wait: float
 ) -> None:
-    """Call a service, after its parameters were set.
+    """Set the parameters of a service, call it, and print the answer.
 
     Raises:
-        InputError: bad input, or nobody is there.
-        Refused: the node's answer.
+        InputError: bad input, or the node does not run.
+        Refused: the node refused; the text is its answer.
     """
     values = parameter_values(command, words)
     node = _full_name(namespace, name, wait)
@@ -54,19 +54,20 @@ def call_service(
             raise
         finally:
             if before and restore:
-                with contextlib.suppress(AbSimError):  # what has ended, has said why
+                with contextlib.suppress(AbSimError):  # an exited node has reported its reason
                     caller.set(before)
-    text = str(getattr(answer, "message", ""))  # those of ROS's life cycle have none
+    # answers of ROS's lifecycle services have no message
+    text = str(getattr(answer, "message", ""))
     if not answer.success:
         raise Refused(text or f"{node}/{command.service_name}: refused, without a reason")
     print(visible(text) or "done")
 
 
 def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[str, Any]:
-    """The parameters of the node that the command's arguments give.
+    """Return the node's parameters from the command's arguments.
 
     Raises:
-        InputError: one is not what it has to be.
+        InputError: an argument is invalid.
     """
     values = {}
     for argument in command.arguments:
@@ -82,11 +83,11 @@ def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[
 
 
 def set_command(values: Sequence[str], namespace: str, name: str, wait: float) -> None:
-    """Set parameters.
+    """Set parameters of a node.
 
     Raises:
-        InputError: bad input, or nobody is there.
-        Refused: the node's answer.
+        InputError: bad input, or the node does not run.
+        Refused: the node refused; the text is its answer.
     """
     wanted = {}
     for value in values:
@@ -106,12 +107,12 @@ def set_command(values: Sequence[str], namespace: str, name: str, wait: float) -
 
 
 def value_of(text: str) -> Any:
-    """The value of a word in YAML; `1e-4`, a text by YAML's rules, is a number here.
+    """Return the value of a word in YAML; `1e-4`, a text by YAML's rules, is a number here.
 
-    A profile in braces stays a text: no parameter is a mapping.
+    A profile in braces stays a text, because no parameter is a mapping.
 
     Raises:
-        InputError: it is no YAML.
+        InputError: the text is not YAML.
     """
     try:
         value = float(text) if _EXPONENT.fullmatch(text.strip()) else read_yaml(text)
@@ -121,10 +122,10 @@ def value_of(text: str) -> Any:
 
 
 def get_command(names: Sequence[str], namespace: str, name: str, wait: float) -> None:
-    """Print parameters.
+    """Print parameters of a node.
 
     Raises:
-        InputError: bad input, or nobody is there.
+        InputError: bad input, or the node does not run.
     """
     node = _full_name(namespace, name, wait)
     from ab_sim.nodes.caller import PARAMETERS, Caller
@@ -137,10 +138,10 @@ def get_command(names: Sequence[str], namespace: str, name: str, wait: float) ->
 
 
 def speed_command(text: str, namespace: str, name: str, wait: float) -> None:
-    """Command a drive's speed, and print what the drive does.
+    """Command a drive's speed, and print the drive's reaction.
 
     Raises:
-        InputError, CommandError: bad input, no drive is there, or the speed is beyond its limit.
+        InputError, CommandError: bad input, no drive is running, or the speed is beyond its limit.
         Refused: the drive does not follow commands now.
     """
     speed = _speed(text)
@@ -171,7 +172,7 @@ def _speed(text: str) -> float:
     """Return a speed [rad/s] from text such as `150` or `1500 rpm`.
 
     Raises:
-        InputError: it is no finite number, or its unit is not one of speed.
+        InputError: the text is not a finite number, or its unit is not one of speed.
     """
     if re.match(r"--?[A-Za-z]", text):
         raise InputError(f"{text}: `ab-sim node command` has no such option")
@@ -187,10 +188,10 @@ def _speed(text: str) -> float:
 
 
 def list_command(wait: float) -> None:
-    """Print the nodes that can be asked.
+    """Print the running nodes and their services.
 
     Raises:
-        InputError: bad input, or there is none.
+        InputError: bad input, or no node is running.
     """
     _check_wait(wait)
     require_ros("to ask nodes")
@@ -234,7 +235,7 @@ def _check_wait(wait: float) -> None:
 
 
 def _written(value: Any) -> str:
-    """In YAML, as a parameter file has it."""
+    """Return a value in YAML, as in a parameter file."""
     if isinstance(value, float) and not math.isfinite(value):
         return {math.inf: ".inf", -math.inf: "-.inf"}.get(value, ".nan")
     return "" if value is None else json.dumps(value, ensure_ascii=False)

@@ -1,4 +1,4 @@
-"""`ab-sim node`: a command for each service that running nodes can be asked for."""
+"""`ab-sim node`: a command for each service of running nodes."""
 
 import inspect
 from typing import Annotated, Any
@@ -28,7 +28,7 @@ def _add(service: ServiceCommand) -> None:
 
         call_service(service, words, namespace, node, wait)
 
-    # The signature that typer reads.
+    # typer reads this signature
     arguments = [
         _parameter(
             argument.parameter, _argument(argument), ... if argument.default is ... else None
@@ -43,7 +43,7 @@ def _add(service: ServiceCommand) -> None:
     whole = [*arguments, *options]
     command.__signature__ = inspect.Signature(whole)  # type: ignore[attr-defined]
     command.__annotations__ = {parameter.name: parameter.annotation for parameter in whole}
-    # A number may be negative, and is no option.
+    # A negative number is not an option.
     settings = {"ignore_unknown_options": True} if service.arguments else {}
     node_commands.command(service.name, help=service.meaning, context_settings=settings)(command)
 

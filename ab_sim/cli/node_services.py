@@ -24,7 +24,7 @@ def _whole(text: str) -> int:
 
 
 def _file(text: str) -> str:
-    """An absolute path: the node may run in another folder."""
+    """Return an absolute path, because the node may run in another folder."""
     return str(Path(text).expanduser().absolute())
 
 
@@ -74,7 +74,7 @@ class ServiceArgument(NamedTuple):
     metavar: str
     read: Callable[[str], Any] = str
     default: Any = ...
-    """Value without the argument; `...`: required, None: the parameter is left unchanged."""
+    """Default value; `...`: required, None: the parameter is left unchanged."""
     many: bool = False
     """Whether it takes all remaining words, as a list."""
 
@@ -90,9 +90,9 @@ class ServiceCommand(NamedTuple):
     service: str = ""
     """Name of the service, if it is another one."""
     request: Callable[[], tuple[Any, Any]] = _trigger
-    """Returns the service's type and the request."""
+    """Function that returns the service's type and the request."""
     timeout: float = 10.0
-    """s to wait for the answer."""
+    """Time to wait for the answer [s]."""
     restores_parameters: bool = False
     """Whether the parameters get their former values after the call."""
     urgent: bool = False
@@ -100,7 +100,7 @@ class ServiceCommand(NamedTuple):
 
     @property
     def service_name(self) -> str:
-        """The service's name."""
+        """Return the name of the service."""
         return self.service or self.name.replace("-", "_")
 
 

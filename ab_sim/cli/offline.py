@@ -19,7 +19,7 @@ from ab_sim.output_file import RECORDING
 from ab_sim.scene import load_scene
 
 INTERVALS = 100
-"""Between samples in the JSON, where no times are asked for."""
+"""Number of intervals between samples in the JSON, if no times are given."""
 
 
 def run_command(
@@ -30,7 +30,7 @@ def run_command(
     rrd: Path | None,
     every: int,
 ) -> Command:
-    """A run of a scene; ``sampled``: at evenly spaced times where none are asked for."""
+    """Return the command that runs a scene; ``sampled``: at evenly spaced times by default."""
     if every > 1 and rrd is None:
         raise InputError(f"--every {every}: is of a recording; add --rrd FILE")
     scene = load_scene(scene_name, changes)
@@ -80,10 +80,10 @@ def run_command(
 
 
 def parse_times(text: str | None) -> list[float]:
-    """Times out of ``2.5,3,6``.
+    """Parse times such as ``2.5,3,6``.
 
     Raises:
-        InputError: one is not a number.
+        InputError: a text is not a number.
     """
     if text is None:
         return []
@@ -119,7 +119,7 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
 
 
 def _believed(result: OfflineRun) -> str:
-    """What the controller of an adaptive start-up believed, and what is true."""
+    """Compare the estimates of an adaptive start-up's controller with the true values."""
     assert result.adaptive is not None
     belief, scene = result.adaptive.belief, result.scene
     length, symbol = scene.whirl_unit

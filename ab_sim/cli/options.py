@@ -1,4 +1,4 @@
-"""Options of commands: those that commands share, and those of commands with many."""
+"""Options of commands: shared ones, and those of commands with many options."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,8 +7,8 @@ import typer
 
 _FILES = Path(__file__).parents[1].joinpath("integrate", "steppers").glob("[a-z]*.py")
 STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
-"""Names of the steppers, from their files: importing the registry would slow down --help. A test
-compares."""
+"""Names of the steppers, from their files, because importing the registry would slow down --help. A
+test compares them."""
 
 SceneArgument = Annotated[
     str, typer.Argument(help="Name of a scene (see `ab-sim scenes`) or path of a YAML file.")

@@ -1,4 +1,4 @@
-"""Where a command's results go, tried before any work is done."""
+"""Destinations of a command's results, checked before any work is done."""
 
 import json
 from collections.abc import Iterable, Sequence
@@ -20,33 +20,33 @@ from ab_sim.quoting import visible
 
 
 class PlainConsole(Console):
-    """Text for people: nothing in it is markup, and nothing from outside acts on the terminal.
+    """Console for plain text, without markup or control characters from outside.
 
     Args:
-        aside: to standard error.
+        aside: write to standard error.
     """
 
     def __init__(self, aside: bool = False) -> None:
         super().__init__(stderr=aside, markup=False)
 
     def render_str(self, text: str, **how: Any) -> Text:
-        """As rich's, before it finds out how much room there is."""
+        """Make text visible before rich measures its width."""
         return super().render_str(visible(text), **how)
 
     def render(
         self, renderable: RenderableType, options: ConsoleOptions | None = None
     ) -> Iterable[Segment]:
-        """As rich's, of which all that is printed is made."""
+        """Make all rendered text visible; everything printed passes through here."""
         for part in super().render(renderable, options):
             yield part if part.control else Segment(visible(part.text), part.style)
 
 
 people = PlainConsole(aside=True)
-"""Results may go to standard output; everything that is only for people goes here."""
+"""Console on standard error for people; results may go to standard output."""
 
 
 def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
-    """Of files with their endings and options, those that were asked for, after trying them."""
+    """Check the requested files with their endings and options, and return those that are given."""
     files: list[Path] = []
     for path, endings, option in outputs:
         if path is not None:
@@ -57,16 +57,16 @@ def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
 
 
 def say_written(files: list[Path]) -> None:
-    """Name the files that were written."""
+    """Print the names of the written files."""
     for file in files:
         people.print(f"wrote {file}")
 
 
 def write_json(report: dict[str, Any], file: str) -> None:
-    """Write a report to a file, or with ``-`` to standard output; numbers not finite are null.
+    """Write a report to a file, or with ``-`` to standard output; non-finite numbers become null.
 
     Raises:
-        InputError: the file cannot be written; names it and the reason.
+        InputError: the file cannot be written; the message has the reason.
     """
     text = json.dumps(finite_or_none(report), indent=1, allow_nan=False)
     if file == "-":
@@ -82,7 +82,7 @@ def write_scene(text: str, file: Path) -> None:
     """Write a scene's text to the file of ``--scene``.
 
     Raises:
-        InputError: it cannot be written; names it and the reason.
+        InputError: the file cannot be written; the message has the reason.
     """
     try:
         write_whole(file, text.encode())

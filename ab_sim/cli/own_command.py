@@ -1,4 +1,4 @@
-"""How to type `ab-sim` in the terminal that it was called from, for hints."""
+"""Name of `ab-sim` in the terminal that called it, for hints."""
 
 import shlex
 import shutil
@@ -9,7 +9,7 @@ from pathlib import Path
 def own_command() -> str:
     """Return `ab-sim`, or its path, relative if it is below the working directory.
 
-    The path is for environments that are not activated: a shell would not find the name.
+    The path is for environments that are not activated, in which a shell would not find the name.
     """
     script = Path(sys.executable).with_name("ab-sim")
     if (found := shutil.which("ab-sim")) and (not script.exists() or script.samefile(found)):

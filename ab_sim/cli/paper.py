@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from gallery import page as pages
 
 DOCS = Path(ab_sim.__file__).parents[1] / "docs"
-"""In a checkout, from which ab_sim is installed editable or run."""
+"""Folder of the docs in a checkout from which ab_sim is installed editable, or run."""
 
 
 def gallery() -> ModuleType:
-    """The papers' package, which stands beside ab_sim in its sources.
+    """Return the package of papers, which is part of the sources of ab_sim.
 
     Raises:
         InputError: ab_sim was installed without its sources.
@@ -34,13 +34,13 @@ def gallery() -> ModuleType:
             f"{DOCS.parent}; in a checkout of them run `make demo` once, then "
             "`.venv/bin/ab-sim paper`. The pages that it writes are there, too: docs/papers"
         )
-    # First: another package of this name must not be found before it.
+    # At the front of the path, before any other package with this name.
     sys.path.insert(0, str(DOCS))
     return importlib.import_module("gallery")
 
 
 def papers_command() -> None:
-    """Print which papers there are."""
+    """Print the list of papers."""
     papers = Table("paper", "what it is about")
     for name, about in gallery().PAPERS.items():
         papers.add_row(name, about)
@@ -48,7 +48,7 @@ def papers_command() -> None:
 
 
 def paper_command(name: str, out: Path) -> Command:
-    """A paper, computed again; the work writes its pictures and its page."""
+    """Return the command that computes a paper again and writes its pictures and page."""
     papers = gallery()
     papers.check_known(name)
     page = out / f"{name}.md"
@@ -70,7 +70,7 @@ def paper_command(name: str, out: Path) -> Command:
 
 
 def _table(each: "pages.Table") -> Table:
-    """The table for people."""
+    """Return a table for display."""
     table = Table(*each.columns, title=each.title)
     for row in each.texts():
         table.add_row(*row)

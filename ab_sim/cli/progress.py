@@ -1,4 +1,4 @@
-"""A bar for work that takes a while; where there is no terminal, a line now and then."""
+"""Progress bar for long work; without a terminal, a line now and then."""
 
 import threading
 from collections.abc import Callable, Iterator
@@ -11,18 +11,18 @@ from ab_sim.errors import AbSimError, Interrupted
 from ab_sim.interruption import in_order
 
 EVERY = 10.0
-"""s between two lines."""
+"""Time between two lines [s]."""
 A_MOMENT = 0.3
-"""s that a signal may take to be heeded."""
+"""Time for a signal to be noticed [s]."""
 Tell = Callable[[str, int, int], None]
-"""What is done now, done, of all."""
+"""Callback that receives the present work, the finished count and the total."""
 
 
 @contextmanager
 def progress_bar(name: str) -> Iterator[Tell]:
-    """Shows a bar, gone at the end; call what it gives with (what is done now, done, of all).
+    """Show a bar that disappears at the end, and yield the callback for its progress.
 
-    Without a terminal a line says so every ``EVERY`` seconds.
+    Without a terminal, print a line every ``EVERY`` seconds.
     """
     if not people.is_terminal:
         with _lines(name) as update:
@@ -46,7 +46,7 @@ def progress_bar(name: str) -> Iterator[Tell]:
 
 @contextmanager
 def _lines(name: str) -> Iterator[Tell]:
-    """From a thread of its own: a kernel may take a minute to compile, and nothing is told then."""
+    """Print progress from a separate thread, because compiling a kernel reports nothing."""
     ended = threading.Event()
     newest: list[tuple[str, int, int]] = []
 
@@ -69,7 +69,7 @@ def _lines(name: str) -> Iterator[Tell]:
 
 @contextmanager
 def interruptible(name: str, left: str) -> Iterator[Tell]:
-    """A bar whose work ends in order at Ctrl-C, with ``left`` said of what is on disk then."""
+    """Show a bar whose work ends in order at Ctrl-C; ``left`` describes the files that remain."""
     with in_order() as stopping, progress_bar(name) as show:
 
         def tell(what: str, done: int, total: int) -> None:
@@ -80,8 +80,8 @@ def interruptible(name: str, left: str) -> Iterator[Tell]:
         try:
             yield tell
         except AbSimError as error:
-            # Who ends all processes of a command means the command. That another one is gone may be
-            # seen before the signal, which a thread of its own heeds.
+            # Ending all processes of a command means ending the command. The exit of another
+            # process may be noticed before the signal, which a separate thread handles.
             if stopping.wait(A_MOMENT):
                 raise Interrupted(f"interrupted; {left}") from error
             raise

@@ -1,4 +1,4 @@
-"""Commands for what was recorded: look at it, turn it into something else, run it again."""
+"""Commands for recordings: view, convert, repeat."""
 
 from pathlib import Path
 from typing import Annotated
@@ -44,9 +44,8 @@ def export(
     Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
     in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
     `ab_sim`. `whirl` [m], which is not recorded, is written as well: how far the deck's centre is,
-    across the shaft's axis, from where it hangs at rest (frames and signs:
-    docs/conventions.md). Recordings of any length are read in
-    blocks; those that were not finished as far as they go.
+    across the shaft's axis, from where it hangs at rest (frames and signs: docs/conventions.md).
+    Recordings of any length are read in blocks; the readable part of unfinished ones is used.
 
     A bag has the whole of it, as the messages that a live drive publishes, stamped with simulated
     time: every sample in vibration/block, the state in joint_states, vibration, whirl and
@@ -142,7 +141,7 @@ def report(
     Speed, whirl, driving force, ball angles, tilt and motor torque over time, as far as there are;
     the deck's path, of the whole run and of the last turns; the spectrum of the vibration at the
     end; and its amplitude over frequency and spindle speed. Curves hold every peak. Recordings of
-    any length are read in blocks; those that were not finished as far as they go.
+    any length are read in blocks; the readable part of unfinished ones is used.
 
     The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
     missing, complete, events, merits (see `ab-sim merits`; null if what was run is not known),

@@ -19,11 +19,11 @@ from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 
 MOST = 1000
-"""Drags at once."""
+"""Largest number of drags."""
 
 
 def recovery_command(scene_name: str, changes: list[str], drags: str) -> Command:
-    """How a scene recovers from its change of speed, over drags."""
+    """Return the command that computes the recovery from a scene's change of speed, over drags."""
     values = drags_of(drags)
     scene = load_scene(scene_name, changes)
 
@@ -36,10 +36,10 @@ def recovery_command(scene_name: str, changes: list[str], drags: str) -> Command
 
 
 def drags_of(text: str) -> tuple[float, ...]:
-    """From ``first:last:count``, evenly spaced [N s/m].
+    """Parse ``first:last:count`` to evenly spaced drags [N s/m].
 
     Raises:
-        InputError: it is not that.
+        InputError: the text has another form.
     """
     try:
         first, last, count = text.split(":")
@@ -55,7 +55,7 @@ def drags_of(text: str) -> tuple[float, ...]:
 
 
 def recovery_table(found: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
-    """The table for people, of the scene's own drag and the others; with all balls or with one."""
+    """Return the table for the scene's own drag and the others, with all balls or with one."""
     several = "1 ball" if balls == 1 else f"{balls} balls"
     table = Table(
         title=f"{found.scene}, {several}: from {found.from_speed:g} to {found.to_speed:g} rad/s, "

@@ -14,11 +14,11 @@ from ab_sim.reports.gather import RunData, gather
 from ab_sim.reports.summary import CAPTION, summary_rows
 
 MOST_RUNS = 8
-"""Side by side; more would be too small to see."""
+"""Largest number of runs side by side; more would be too small to see."""
 
 
 def report_command(recordings: Sequence[Path], png: Path | None, html: Path | None) -> Command:
-    """What recorded runs come to."""
+    """Return the command that reports on recorded runs."""
     if len(recordings) > MOST_RUNS:
         raise InputError(f"{len(recordings)} recordings: at most {MOST_RUNS} side by side")
 
@@ -40,7 +40,7 @@ def report_command(recordings: Sequence[Path], png: Path | None, html: Path | No
 
 
 def report_table(runs: Sequence[RunData]) -> Table:
-    """The table for people."""
+    """Return the table of runs."""
     table = Table(caption=CAPTION, caption_justify="left")
     table.add_column("", no_wrap=True)
     for data in runs:
@@ -51,7 +51,7 @@ def report_table(runs: Sequence[RunData]) -> Table:
 
 
 def _names(recordings: Sequence[Path]) -> list[str]:
-    """Of files, with as much of their folders as it takes to tell them apart."""
+    """Return the names of files, with as much of their folders as distinguishes them."""
     stems = [path.stem for path in recordings]
     if len(set(stems)) == len(stems):
         return stems

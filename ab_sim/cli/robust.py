@@ -27,12 +27,12 @@ from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
 FINER = (0.01, 0.001)
-"""Half widths of which it is said how many runs they take."""
+"""Half-widths for which the necessary number of runs is printed."""
 HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
 
 
 class RobustOptions(NamedTuple):
-    """What `ab-sim robust` was given."""
+    """Options of `ab-sim robust`."""
 
     runs: int
     seed: int
@@ -52,7 +52,7 @@ class RobustOptions(NamedTuple):
 def robust_command(
     scene_name: str, changes: list[str], spread: list[str], given: RobustOptions
 ) -> Command:
-    """Runs of drives as they are built.
+    """Return the command that runs drives with manufacturing tolerances.
 
     Args:
         scene_name, changes: see ``load_scene``.
@@ -102,7 +102,7 @@ def robust_command(
 
 
 def _named_by_file(scene: Scene, *words: str) -> Scene:
-    """To tell it from another one of its name."""
+    """Return the scene with a name that distinguishes it from another one of the same name."""
     return changed_scene(scene, {"name": f"{scene.name} ({' '.join(words)})"}, "against")
 
 

@@ -1,16 +1,16 @@
-"""Commands that need ROS 2 say so, where it is missing."""
+"""Check for ROS 2 in commands that need it."""
 
 from ab_sim.errors import InputError
 
 
 def require_ros(purpose: str) -> None:
-    """Refuse to go on without ROS 2.
+    """Refuse to continue without ROS 2.
 
     Args:
-        purpose: what it is needed for, as "to replay".
+        purpose: purpose of ROS 2, such as "to replay".
 
     Raises:
-        InputError: says how to get it.
+        InputError: ROS 2 is missing; the message tells how to install it.
     """
     try:
         import rclpy  # noqa: F401

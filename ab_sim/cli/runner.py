@@ -1,4 +1,4 @@
-"""The order that holds for commands with results: try outputs, work, write, show."""
+"""Order of the steps of commands with results: check outputs, work, write, print."""
 
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import AbstractContextManager, nullcontext
@@ -17,48 +17,49 @@ from ab_sim.presentation import Presented
 
 Draw = Callable[[Path], None]
 DOTS = 110
-"""Per inch, of pictures."""
+"""Resolution of pictures [dots per inch]."""
 
 
 class WholeLine(str):
-    """A line to be copied: it is not wrapped."""
+    """Line that is not wrapped, so that it can be copied."""
 
 
 class Outcome(NamedTuple):
-    """What a command's work came to."""
+    """Result of a command's work."""
 
     shown: Iterable[Table | str]
-    """For people; it is gone through after everything has been written."""
+    """Output for people; it is generated after everything has been written."""
     report: Callable[[], dict[str, Any]] = dict
-    """Makes what the JSON has."""
+    """Function that returns the content of the JSON."""
     draw: Draw | None = None
-    """Draws into a picture; None: there is nothing to draw."""
+    """Function that draws the picture; None: there is nothing to draw."""
     writes: Sequence[Callable[[], None]] = ()
-    """Writers of the command's ``outputs``; none: the work has written them."""
+    """Functions that write the command's ``outputs``; empty: the work has written them."""
     written: Sequence[Path] = ()
-    """What else the work has written."""
+    """Other files that the work has written."""
     missing: Sequence[Path] = ()
-    """Of the command's ``outputs``, what there was nothing to write to."""
+    """Those of the command's ``outputs`` for which there was nothing to write."""
     failure: str | None = None
-    """Why a search has found nothing, and what to do: the error that the command ends with."""
+    """Reason and remedy if a search found nothing: the error with which the command exits."""
 
 
 class Command(NamedTuple):
-    """A command whose words have been checked."""
+    """A command whose arguments have been checked."""
 
     work: Callable[[Tell], Outcome]
-    """Is given what to call with (what is done now, done, of all)."""
+    """Function that does the work; its argument is a progress callback."""
     bar: str | None = None
-    """Name at the progress bar; None: there is no bar."""
+    """Name at the progress bar; None: no bar."""
     left: str | None = None
-    """What Ctrl-C leaves, if the work is to end in order; else it ends at once."""
+    """Text on the files that remain after Ctrl-C, if the work ends in order; None: it ends at
+    once."""
     outputs: Sequence[tuple[Path | None, Sequence[str], str]] = ()
-    """Beside JSON and picture: file, endings, option."""
+    """Files other than JSON and picture, with their endings and options."""
     aside: bool = False
-    """What is for people never goes to standard output."""
+    """Whether output for people never goes to standard output."""
 
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
-        """Run it, with what was given to ``--json`` and ``--plot``."""
+        """Run the command, with the values of ``--json`` and ``--plot``."""
         report = None if json in (None, "-") else Path(str(json))
         files = check_files((report, REPORT, "--json"), (plot, PICTURE, "--plot"), *self.outputs)
         with self._progress() as tell:
@@ -70,7 +71,7 @@ class Command(NamedTuple):
             writes.insert(0, partial(draw, plot))
         if json is not None:
             writes.insert(0, lambda: write_json(found.report(), json))
-        # Work of hours is not lost because one file of several cannot be written.
+        # Hours of work must not be lost because one of several files cannot be written.
         failures: list[Exception] = []
         for write in writes:
             try:
@@ -94,9 +95,9 @@ class Command(NamedTuple):
 
 
 def picture(function: str, *shown: Any) -> Draw:
-    """What draws into a file with ``module:function``, called with what is shown and the file.
+    """Return a function that draws with ``module:function``, called with the results and the file.
 
-    It is imported when it is called, as matplotlib takes long.
+    The module is imported on the call, because matplotlib takes long to import.
     """
 
     def draw(file: Path) -> None:
@@ -107,7 +108,7 @@ def picture(function: str, *shown: Any) -> Draw:
 
 
 def plotted(found: Presented) -> Draw:
-    """What draws into a file what the result's ``plot()`` shows."""
+    """Return a function that draws the result's ``plot()`` into a file."""
 
     def draw(file: Path) -> None:
         from ab_sim.figures.saved import save

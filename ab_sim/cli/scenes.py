@@ -14,7 +14,7 @@ console = PlainConsole()
 
 
 def print_scenes() -> None:
-    """A line for each scene in the package: its name, and how its description begins."""
+    """Print a line for each scene in the package: name and beginning of the description."""
     names = scene_names()
     widest = max(map(len, names))
     for name in names:
@@ -27,7 +27,7 @@ def print_scenes() -> None:
 
 
 def print_scene(name: str) -> None:
-    """All that a scene's file says in words.
+    """Print the description of a scene's file.
 
     Raises:
         SceneError: there is no such scene, or it cannot be read.

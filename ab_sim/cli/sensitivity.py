@@ -15,13 +15,13 @@ from ab_sim.errors import InputError
 from ab_sim.scene import Scene, load_scene
 
 ROUNDING = 1e-10
-"""Share of a merit that a number of the scene has to move, to be there."""
+"""Least relative change of a metric that counts as a dependence."""
 
 
 def sensitivity_command(
     scene_name: str, changes: list[str], merits: str, keys: str | None
 ) -> Command:
-    """Derivatives of merits of a scene's run by its numbers."""
+    """Return the command that computes derivatives of metrics by numbers of a scene."""
     names = _listed("--of", merits)
     differentiable_merits(names)
     scene = load_scene(scene_name, changes)
@@ -41,7 +41,7 @@ def sensitivity_command(
 
 
 def _run(scene: Scene, keys: list[str] | None, tell: Tell) -> tuple[Sensitivities, list[str]]:
-    """The run, and of which numbers it has no derivative, if all are asked for."""
+    """Return the run, and with all numbers requested, those without a derivative."""
 
     def progress(time: float, end: float) -> None:
         tell("running", round(100 * time / end), 100)
@@ -63,10 +63,10 @@ def _run(scene: Scene, keys: list[str] | None, tell: Tell) -> tuple[Sensitivitie
 
 
 def _listed(option: str, text: str) -> list[str]:
-    """Names with commas between.
+    """Split names at commas.
 
     Raises:
-        InputError: one is missing, or there twice.
+        InputError: a name is missing or repeated.
     """
     names = [name.strip() for name in text.split(",")]
     if not all(names) or len(set(names)) < len(names):
@@ -112,14 +112,14 @@ def _shown(run: Sensitivities, found: MeritSensitivities) -> Iterator[Table | st
 
 
 def _is_nothing(found: MeritSensitivities, merit: int, key: int) -> bool:
-    """Whether it is 0, or rounding."""
+    """Return whether the derivative is 0 apart from rounding."""
     real = RealKey(found.keys[key], float(found.values[key]), found.key_units[key])
     moves = abs(found.derivatives[merit, key]) * 100.0 * scale_of(real)
     return bool(moves <= ROUNDING * abs(found.merit_values[merit]))
 
 
 def _order(found: MeritSensitivities, merit: int) -> list[int]:
-    """Keys that do most per percent first; then those that are 0 themselves."""
+    """Return the keys by decreasing elasticity; keys with the value 0 come last."""
     sizes = np.abs(found.elasticities[merit])
     order = np.lexsort((np.arange(len(sizes)), -np.nan_to_num(sizes)))
     return [int(k) for k in order]

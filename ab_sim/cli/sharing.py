@@ -1,4 +1,4 @@
-"""Where the work of a command is done: processes here, or a cluster."""
+"""Executors of a command's work: local processes, or a cluster."""
 
 import os
 from contextlib import AbstractContextManager
@@ -12,14 +12,14 @@ from ab_sim.workers import Workers
 def executor_of(
     workers: int | None, scheduler: str | None = None
 ) -> AbstractContextManager[Executor]:
-    """What ``--workers`` and ``--scheduler`` ask for.
+    """Return the executor for ``--workers`` and ``--scheduler``.
 
     Args:
-        workers: processes; None: as many as there are processors.
-        scheduler: its address; None: there is none.
+        workers: number of processes; None: the number of processors.
+        scheduler: address of a cluster's scheduler; None: no cluster.
 
     Raises:
-        InputError: there are both, or no workers; or see ``Cluster``.
+        InputError: both are given, or no workers; or see ``Cluster``.
     """
     if scheduler is not None:
         if workers is not None:
@@ -29,10 +29,10 @@ def executor_of(
 
 
 def processes(workers: int | None) -> int:
-    """How many processes to use.
+    """Return the number of processes to use.
 
     Raises:
-        InputError: fewer than one.
+        InputError: the number is less than one.
     """
     count = len(os.sched_getaffinity(0)) if workers is None else workers
     if count < 1:

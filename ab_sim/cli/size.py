@@ -27,14 +27,15 @@ def size_command(
     shared: tuple[int | None, str | None],
     file: Path | None,
 ) -> Command:
-    """A balancer's numbers.
+    """Return the command that sizes a balancer.
 
     Args:
-        given: what it is for, without the shares.
-        shares: wanted, left and the drag's tolerance, in % or as numbers, by option.
+        given: specification without the shares.
+        shares: wanted share, residual share and tolerance of the drag, in % or as numbers, by
+            option.
         drawn: runs and seed.
         shared: workers and scheduler, see ``executor_of``.
-        file: for the scene.
+        file: file for the scene.
     """
     executors = functools.partial(executor_of, *shared)
     executors()

@@ -37,7 +37,7 @@ def map_command(
     coarse: int,
     against: int | None,
 ) -> Command:
-    """A map, or two of different numbers of balls."""
+    """Return the command that computes a map, or two for different numbers of balls."""
     _check_coarse(coarse)
     plane = _plane(scene_name, changes, speed, axes)
     planes = [plane] if against is None else [plane, plane_with_balls(plane, against)]
@@ -74,12 +74,12 @@ def map_command(
 
 
 def check_combination(given: Set[str], maps: bool, basin: bool) -> None:
-    """Refuse options that do not go together.
+    """Refuse options that exclude each other.
 
     Args:
-        given: names of the options that were given.
-        maps: whether a map is asked for.
-        basin: whether a basin is asked for.
+        given: names of the given options.
+        maps: whether a map is requested.
+        basin: whether a basin is requested.
     """
     if maps and basin:
         raise InputError("--map and --basin: one at a time")
@@ -96,7 +96,7 @@ def check_combination(given: Set[str], maps: bool, basin: bool) -> None:
 def family_command(
     scene_name: str, changes: list[str], speed: float | None, axes: str, coarse: int, each: str
 ) -> Command:
-    """A map for each value of another key."""
+    """Return the command that computes a map for each value of another key."""
     _check_coarse(coarse)
     key, values = values_of(each)
     plane = _plane(scene_name, changes, speed, axes)
@@ -111,7 +111,7 @@ def family_command(
 
 
 def basin_command(scene_name: str, changes: list[str], count: int) -> Command:
-    """How runs end, over start angles of two balls."""
+    """Return the command that computes the final states of runs over start angles of two balls."""
     scene = load_scene(scene_name, changes)
 
     def work(tell: Tell) -> Outcome:
@@ -123,7 +123,7 @@ def basin_command(scene_name: str, changes: list[str], count: int) -> Command:
 
 
 def map_table(found: StabilityMap) -> Table:
-    """Shares of a map, for people."""
+    """Return the table of a map's shares."""
     plane = found.plane
     rows, columns = plane.shape
     balls = plane.scene.balls.count
@@ -138,7 +138,7 @@ def map_table(found: StabilityMap) -> Table:
 
 
 def circulation_line(found: StabilityMap) -> str:
-    """What a map says of balls that circulate, for people."""
+    """Return a line on circulating balls in a map."""
     reason = found.circulation_not_looked_for
     if reason is not None:
         return f"balls that circulate are not looked for: {reason}"
@@ -157,7 +157,7 @@ def _of_which(found: StabilityMap) -> str | None:
 
 
 def family_table(found: Family) -> Table:
-    """Shares of the maps in which balance is stable, for people."""
+    """Return the table of the shares of the maps in which balance is stable."""
     table = Table(title=f"{found.maps[0].plane.scene.name}: where balance is stable")
     for name in (found.key, "at some positions at least", "at every position"):
         table.add_column(name, justify="right")
@@ -169,7 +169,7 @@ def family_table(found: Family) -> Table:
 
 
 def against_table(found: BallCountComparison) -> Table:
-    """Two numbers of balls beside each other, for people."""
+    """Return the table that compares two numbers of balls."""
     ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
     table = Table(title=f"balance of {ours} and of {other} balls, together as heavy")
     for name in ("stable", "for both", f"only for {ours}", f"only for {other}"):
@@ -184,7 +184,7 @@ def against_table(found: BallCountComparison) -> Table:
 
 
 def basin_table(found: basins.Basin) -> Table:
-    """Shares of the starts, for people."""
+    """Return the table of the shares of starts."""
     table = Table(title=f"{found.scene.name}: how runs end, of {len(found.angles)}^2 starts")
     table.add_column("the run ends")
     table.add_column("share of the starts", justify="right")
@@ -198,7 +198,7 @@ def basin_table(found: basins.Basin) -> Table:
 
 
 def _plane(scene_name: str, changes: list[str], speed: float | None, axes: str) -> Plane:
-    """At the speed that was asked for, or at which the scene's profile ends."""
+    """Return the plane of the map, at the given speed or the final speed of the scene's profile."""
     across, up = axes_of(axes)
     scene = load_scene(scene_name, changes)
     return Plane(scene, last_speed(scene) if speed is None else check_speed(speed), across, up)

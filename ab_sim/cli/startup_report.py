@@ -1,4 +1,4 @@
-"""What a live start-up came to: a table beside offline runs, and the figure."""
+"""Report on a live start-up: a table with offline runs, and the figure."""
 
 from pathlib import Path
 
@@ -16,7 +16,7 @@ from ab_sim.scene import Scene
 from ab_sim.spindle import SpeedSchedule
 
 LOSSES = ("commands lost", "messages dropped by the recorder")
-"""Figures of the live run that count, with missing samples, as messages lost."""
+"""Figures of the live run that count as lost messages, together with missing samples."""
 
 console = PlainConsole()
 
@@ -24,14 +24,14 @@ console = PlainConsole()
 def report_startup(
     scene: Scene, recording: Path, picture: Path, figures: dict[str, str], hint: str
 ) -> None:
-    """Sum a recorded start-up up beside an offline run of its scene, and draw it.
+    """Compare a recorded start-up with an offline run of its scene, and draw it.
 
     Args:
-        scene: what was run.
-        recording: the .rrd file of it.
-        picture: file to draw into.
-        figures: label and value of what only the live run knows.
-        hint: how to look at the recording again.
+        scene: scene of the run.
+        recording: its .rrd file.
+        picture: file for the figure.
+        figures: labels and values that only the live run has.
+        hint: text on how to view the recording again.
     """
     recorded = read_recording(recording)
     whole = Trajectory(recorded.channels, recorded.samples)
@@ -57,9 +57,9 @@ def report_startup(
 
 
 def _difference(live: Trajectory, offline: Trajectory) -> str:
-    """Return how far apart two runs are, at the steps that both have.
+    """Return the difference between two runs at the steps that both have.
 
-    The sample at the start is left out: a live drive took it before it was commanded.
+    The first sample is left out: a live drive takes it before it is commanded.
     """
     _, ours, theirs = np.intersect1d(live["step"][1:], offline["step"][1:], return_indices=True)
     ours, theirs = ours + 1, theirs + 1
@@ -70,11 +70,11 @@ def _difference(live: Trajectory, offline: Trajectory) -> str:
 
 
 def _from_profile_start(whole: Trajectory, duration: float) -> Trajectory:
-    """The part in which the profile ran, with the time counted from its start."""
+    """Return the part in which the profile ran, with the time counted from its start."""
     moved = np.flatnonzero(whole["command"] != whole["command"][0])
     if len(moved) == 0:
         raise AbSimError("the recording holds no command: the profile controller was not heard")
-    # A sample carries the command in force during the step that it ends.
+    # A sample has the command in force during the step that it ends.
     first = max(moved[0] - 1, 0)
     samples = whole.samples[first:].copy()
     samples[:, 1] -= samples[0, 1]

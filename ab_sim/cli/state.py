@@ -11,10 +11,10 @@ from ab_sim.recording import open_recording
 
 
 def state_command(recording: Path, time: float | None) -> None:
-    """Print the state of the last sample until a time [s].
+    """Print the state of the last sample up to a time [s].
 
     Raises:
-        InputError: there is none, or it shows no whole state.
+        InputError: there is no sample, or it lacks parts of the state.
     """
     run = open_recording(recording)
     first, last = run.extent.first[1], run.extent.last[1]

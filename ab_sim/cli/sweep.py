@@ -25,17 +25,17 @@ from ab_sim.workers import KEPT
 
 
 class SweepOptions(NamedTuple):
-    """What `ab-sim sweep` was given, as it is written."""
+    """Options of `ab-sim sweep`, as texts."""
 
     over: list[str]
-    """See ``variable_of``."""
+    """Variables, see ``variable_of``."""
     design: str | None
-    """See ``points_of``."""
+    """Design, see ``points_of``."""
     seed: int
     merits: str | None
-    """Keys with commas between; None: some."""
+    """Names of metrics, separated by commas; None: the default ones."""
     units: str
-    """In which they are shown, see ``shown_units``."""
+    """Units for display, see ``shown_units``."""
 
 
 def sweep_command(
@@ -45,13 +45,13 @@ def sweep_command(
     shared: tuple[int | None, str | None],
     files: tuple[Path | None, Path | None],
 ) -> Command:
-    """Runs over values of keys.
+    """Return the command that runs a scene over values of keys.
 
     Args:
         scene_name, changes: see ``load_scene``.
-        given: what varies, and what runs are judged by.
+        given: variables, design and metrics.
         shared: workers and scheduler, see ``executor_of``.
-        files: for Parquet and CSV.
+        files: files for Parquet and CSV.
     """
     shown_units(given.units)
     executor = executor_of(*shared)

@@ -21,15 +21,15 @@ from ab_sim.scene.probes import ProximityProbe
 from ab_sim.scene.registry import effect_parameters
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
 
-# Scenes hold other people's text, and units stand in brackets: nothing here is markup.
+# Scenes contain texts of other authors, and units are in brackets, so there is no markup here.
 console = PlainConsole()
 
 
 def print_effects(only: str | None = None) -> None:
-    """Every effect, or only one, with its meaning, equation, source and parameters.
+    """Print every effect, or only one, with its meaning, equation, source and parameters.
 
     Raises:
-        InputError: there is none of that name; names the known ones and the nearest.
+        InputError: there is no such effect; the message names the known and the nearest ones.
     """
     for name, effect in chosen_effects(only).items():
         table = _described(name, effect, effect_parameters(effect))
@@ -39,7 +39,7 @@ def print_effects(only: str | None = None) -> None:
 
 
 def print_sensors() -> None:
-    """Accelerometer and proximity probe: meaning, equation, source and parameters."""
+    """Print meaning, equation, source and parameters of accelerometer and proximity probe."""
     for name, kind in (("accelerometer", Accelerometer), ("proximity probe", ProximityProbe)):
         console.print(_described(name, kind, kind.model_json_schema()["properties"]))
 
@@ -64,13 +64,13 @@ def _short(value: float | list[float] | None) -> str:
 
 
 def print_check(name: str, changes: list[str]) -> None:
-    """What a scene would simulate."""
+    """Print a summary of a scene without running it."""
     scene = load_scene(name, changes)
     work_precision = None
     if scene.accuracy is not None:
         with progress_bar(f"accuracy of {scene.name}") as tell:
             scene, work_precision = resolve_accuracy(scene, tell=tell)
-    # Not a Drive: making one compiles its kernel, which takes half a minute the first time.
+    # A Drive would compile its kernel, which takes half a minute the first time.
     system = system_of(scene)
     choice = choose_stepper(scene, system)
     table = Table(title=f"{scene.name} is a valid scene", show_header=False)
@@ -128,7 +128,7 @@ def _balls(scene: Scene) -> str:
 
 
 def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
-    """What its model is, what it hangs on, and where."""
+    """Yield rows on the deck's model and mounts."""
     if scene.deck_model is not None:
         yield "deck model", scene.deck_model
     if scene.deck is not None:
@@ -158,7 +158,7 @@ def _named(names: Iterable[str], values: Iterable[float], unit: str) -> str:
 
 
 def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
-    """What the motor can give, and what the profile and the whirl ask of it."""
+    """Yield rows on the motor's limits, and on the demands of profile and whirl."""
     motor = scene.effects.get("motor")
     if motor is None:
         return

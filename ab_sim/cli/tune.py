@@ -32,7 +32,7 @@ from ab_sim.workers import KEPT
 
 
 class Wanted(NamedTuple):
-    """What a user asks for, as it is written."""
+    """Options of `ab-sim tune`, as texts."""
 
     vary: list[str]
     minimise: str | None
@@ -53,13 +53,13 @@ def tune_command(
     shared: tuple[int | None, str | None],
     files: tuple[Path | None, Path | None],
 ) -> Command:
-    """The best values of keys.
+    """Return the command that finds the best values of keys.
 
     Args:
         scene_name, changes: see ``load_scene``.
-        wanted: what to look for.
+        wanted: objective, limits and effort.
         shared: workers and scheduler, see ``executor_of``.
-        files: for the best scene, and for all runs.
+        files: files for the best scene, and for all runs.
     """
     shown_units(wanted.units)
     executor = executor_of(*shared)
@@ -159,7 +159,7 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
 
 
 def _left_out(found: Tuning) -> Iterator[str]:
-    """Say which candidates do not count, and why."""
+    """Yield lines on candidates that do not count, with reasons."""
     for name, (count, better) in found.left_out.items():
         ahead = f", {better} of them better at their end than the best" if better else ""
         yield f"left out: {count} candidates, {name}{ahead}"
@@ -181,7 +181,7 @@ def _nothing_found(found: Tuning, scene_name: str) -> str:
     share = f"no {100 * task.standard.share:g} % of drives"
     drives = share if task.spreading.draws > 1 else "no run"
     said = f"nothing found: {drives} settled within all bounds; widen the ranges or the bounds"
-    if len(found.candidates) >= task.effort.candidates:  # else it has ended by itself
+    if len(found.candidates) >= task.effort.candidates:  # otherwise the search has ended by itself
         said += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
         command = f"{own_command()} equilibria {shlex.quote(scene_name)}"

@@ -1,4 +1,4 @@
-"""Errors in the words of a command line."""
+"""Usage errors of the command line."""
 
 import contextlib
 from collections.abc import Iterator
@@ -11,13 +11,13 @@ from ab_sim.cli.contents import CONTENTS
 from ab_sim.quoting import visible
 
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
-"""Typer has no name for it."""
+"""Typer's class of usage errors, for which it has no name."""
 
 
 class CommandGroup(TyperGroup):
-    """Lists commands under the headings of ``CONTENTS``, and makes errors safe to print.
+    """Group that lists commands under the headings of ``CONTENTS``, and makes errors safe to print.
 
-    An error names a word, such as a file's name, without its control characters.
+    Control characters are removed from words that an error quotes, such as names of files.
     """
 
     def __init__(self, **settings: Any) -> None:
@@ -28,16 +28,16 @@ class CommandGroup(TyperGroup):
                 self.commands[name].rich_help_panel = heading  # type: ignore[attr-defined]
 
     def list_commands(self, ctx: Any) -> list[str]:
-        """Names of all commands, in the order of the contents; others last."""
+        """Return the names of all commands, in the order of the contents; others come last."""
         return [*self._names, *(name for name in self.commands if name not in self._names)]
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:
-        """As Typer's."""
+        """Make errors visible in Typer's method."""
         with _visible_errors():
             return super().make_context(*arguments, **more)
 
     def invoke(self, ctx: Any) -> Any:
-        """As Typer's."""
+        """Make errors visible in Typer's method."""
         with _visible_errors():
             return super().invoke(ctx)
 

@@ -1,4 +1,4 @@
-"""`ab-sim view`: recordings in Rerun's viewer, finished ones and such as still grow."""
+"""`ab-sim view`: finished and growing recordings in Rerun's viewer."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,7 +10,8 @@ from ab_sim.output_file import RECORDING, check_ending
 from ab_sim.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
 MEMORY = "50%"
-"""Of this machine's: nothing of a long recording is to be left out."""
+"""Memory limit of the viewer, relative to this machine's, so that long recordings are shown
+whole."""
 console = PlainConsole()
 
 
@@ -18,12 +19,12 @@ def run_view(files: Sequence[Path], web: bool, port: int) -> None:
     """Show recordings until Ctrl-C, or until the window is closed.
 
     Args:
-        files: to be shown side by side, and followed as they grow.
-        web: in a browser, instead of a window.
-        port: where the page for the browser is; 0: any that is free.
+        files: recordings to show side by side, followed as they grow.
+        web: show them in a browser instead of a window.
+        port: port of the page for the browser; 0: any free port.
 
     Raises:
-        InputError: a file is not there, there is no screen, the port is taken.
+        InputError: a file is missing, there is no screen, or the port is taken.
         AbSimError: the viewer has failed.
     """
     for file in files:

@@ -1,4 +1,4 @@
-"""What `ab-sim live` and `ab-sim demo` say and wait for while somebody watches a run."""
+"""Messages and waits of `ab-sim live` and `ab-sim demo` with a viewer."""
 
 import os
 import select
@@ -16,16 +16,16 @@ if TYPE_CHECKING:
     from ab_sim.cli.live_run import LiveRun
 
 NOWHERE = "none"
-"""To ``--view``: nobody watches."""
+"""Value of ``--view`` without a viewer."""
 GLANCE = 0.1
-"""Time between two looks for a page or for Enter [s]."""
+"""Time between two checks for a page or for Enter [s]."""
 
 
 def check_wish(view: str) -> None:
-    """Refuse a ``--view`` that nothing can be shown in.
+    """Refuse a ``--view`` that cannot show anything.
 
     Raises:
-        InputError: says what is allowed.
+        InputError: the viewer is not available; the message lists the allowed ones.
     """
     if view == NOWHERE:
         return
@@ -36,7 +36,7 @@ def check_wish(view: str) -> None:
 
 
 def say_where(console: PlainConsole, live: "LiveRun") -> None:
-    """Print where to watch, or why that is not possible."""
+    """Print the address of the viewer, or why there is none."""
     recorder = live.health("recorder")
     if "viewer" in recorder:
         state = recorder["viewer state"]
@@ -48,7 +48,7 @@ def wait_for_page(console: PlainConsole, live: "LiveRun") -> None:
     """Wait until a browser shows the page, or until Enter.
 
     Raises:
-        Interrupted: asked to end; the recording, which holds no run, is removed.
+        Interrupted: interrupted; the empty recording is removed.
     """
     console.print("the run starts when the page is open, or with Enter   (Ctrl-C ends it)")
     try:
@@ -62,7 +62,7 @@ def wait_for_page(console: PlainConsole, live: "LiveRun") -> None:
 
 
 def serve_page(console: PlainConsole, live: "LiveRun") -> None:
-    """Keep the page, with the whole run, until Ctrl-C."""
+    """Keep serving the page, with the whole run, until Ctrl-C."""
     console.print("the run is over; the page shows all of it until Ctrl-C", soft_wrap=True)
     try:
         while True:
@@ -72,18 +72,18 @@ def serve_page(console: PlainConsole, live: "LiveRun") -> None:
 
 
 def replay_hint(file: Path, view: str) -> str:
-    """Return how to look at a recording again: a command that works from here."""
+    """Return a hint with a command that shows a recording again."""
     web = ["--web"] if view == WEB or not screens() else []
     return f"(look at it: {own_command()} {shlex.join(['view', str(file), *web])})"
 
 
 def _enter_pressed() -> bool:
-    """Whether a line came from standard input; its end is none."""
+    """Return whether a line came from standard input; its end does not count."""
     try:
         descriptor = sys.stdin.fileno()
-        # A background job that reads from its terminal is stopped.
+        # A background job that reads from its terminal would be stopped.
         if sys.stdin.isatty() and os.tcgetpgrp(descriptor) != os.getpgrp():
             return False
         return bool(select.select([descriptor], [], [], 0.0)[0] and os.read(descriptor, 4096))
-    except (AttributeError, OSError, ValueError):  # there is none, or it is closed
+    except (AttributeError, OSError, ValueError):  # no standard input, or closed
         return False

@@ -1,4 +1,4 @@
-"""What several commands read from the words of their options, and say in the same words."""
+"""Parsing of options and texts that several commands share."""
 
 from collections.abc import Iterator
 
@@ -19,7 +19,7 @@ _NOTES = {
 
 
 def outcome_notes(found: Sweep) -> Iterator[str]:
-    """Say what outcomes mean, of those that there are; and if balls never part."""
+    """Yield the meanings of the outcomes that occur, and a note if balls never part."""
     for verdict, note in _NOTES.items():
         if verdict.value in found.outcomes:
             yield f"{verdict.value}: {note}"
@@ -28,10 +28,10 @@ def outcome_notes(found: Sweep) -> Iterator[str]:
 
 
 def wanted_merits(text: str | None) -> tuple[str, ...]:
-    """Keys of merits with commas between; None: those of a sweep.
+    """Parse names of metrics separated by commas; None: those of a sweep.
 
     Raises:
-        InputError: there is no such merit; names the nearest, and all.
+        InputError: there is no such metric; the message names the nearest and all.
     """
     if text is None:
         return DEFAULT_MERITS
@@ -41,15 +41,15 @@ def wanted_merits(text: str | None) -> tuple[str, ...]:
 
 
 def share_of(option: str, text: str, must: str) -> float:
-    """A share, as a number or in %.
+    """Parse a share, given as a number or in %.
 
     Args:
-        option: without its dashes.
-        text: as it is written.
-        must: what it must be, for the error.
+        option: name without its dashes.
+        text: text of the option.
+        must: allowed values, for the error.
 
     Raises:
-        InputError: it is no number.
+        InputError: the text is not a number.
     """
     plain = text.strip()
     try:

@@ -1,6 +1,6 @@
-"""An adaptive start-up: how the spindle finds its way up to speed. It knows no scene, no ROS.
+"""An adaptive start-up: the spindle finds its speed profile itself. Without scenes and ROS.
 
-What decides is imported when it is first asked for: each scene needs the settings, and few run one.
+The controller is imported on first use: each scene needs the settings, but few run a controller.
 """
 
 from typing import TYPE_CHECKING, Any

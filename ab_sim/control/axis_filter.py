@@ -6,13 +6,14 @@ Along one axis the deck moves as
 
 with K the square of the critical speed, D = damping / mass, q the offset of the mass centre of
 rotor and balls on axes that turn with the rotor, psi, w and al the spindle's angle, speed and
-acceleration, the angle counted from the axis. The state is x, x', Re q, Im q, K, D and the
-sensor's offset; q, K, D and the offset are random walks. A reading is x + offset, or x'' + offset.
+acceleration, the angle counted from the axis. The state is x, x', Re q, Im q, K, D and the sensor's
+offset; q, K, D and the offset are random walks. A reading is x + offset, or x'' + offset.
 
 For an accelerometer the state holds X = K x and X' instead, for which the equation has the same
-form, with K q in place of q. A reading is then -X - (D/K) X' + Re[...] + offset: linear, but for
-what D/K adds. With x and K apart it would be a product of two unknowns, and the filter fell for
-wrong critical speeds. A low-pass of the sensor only turns q, which nobody minds.
+form, with K q in place of q. A reading is then -X - (D/K) X' + Re[...] + offset, which is linear
+except for D/K. With separate x and K it would contain a product of two unknowns, and the filter
+then converged to wrong critical speeds. A low-pass of the sensor only turns q, which does not
+matter.
 
 ``axis`` in examples/firmware_prototype/c/adaptive.c is the same, operation by operation.
 """
@@ -23,7 +24,7 @@ from ab_sim.control import chosen
 
 SIZE = 7
 NUMBERS = SIZE + SIZE * SIZE + 11
-"""Of its state."""
+"""Length of its state in numbers."""
 
 
 class AxisFilter:
@@ -34,9 +35,9 @@ class AxisFilter:
     acceleration : bool
         Whether readings are accelerations; else displacements.
     final_speed : float
-        rad/s; the critical speed is taken to lie below.
+        rad/s; the critical speed is assumed to be lower.
     noise : float
-        Standard deviation of a reading, or 0: not known.
+        Standard deviation of a reading; 0: unknown.
     """
 
     __slots__ = (
@@ -53,26 +54,27 @@ class AxisFilter:
         self.covariance[4][4] = (chosen.FIRST_STIFFNESS_DEVIATION * stiffness) ** 2
         self.covariance[5][5] = damping * damping
         self.known = 0.0
-        """1 once there is an estimate; else readings are collected, for their noise."""
+        """1 once there is an estimate; before, readings are collected to estimate their noise."""
         self.variance = self.size = 0.0
-        """Of a reading, as the innovations say; mean square without the offset, forgetting."""
+        """Variance of a reading from the innovations; mean square without the offset, with
+        forgetting."""
         self._first = self._sum = self._squares = self._rough = self._last = self._before = 0.0
         self._count = self._wild = 0.0
 
     def restart(self) -> None:
-        """Find the motion anew; what is known of the suspension stays."""
+        """Estimate the motion again; the estimate of the suspension is kept."""
         if self.known == 1.0:
             self.known = self._count = self._wild = 0.0
 
     def begin_anew(self, critical: float, damping: float) -> None:
-        """Find the motion anew; of the suspension this is known, and not well.
+        """Estimate the motion again, from an uncertain estimate of the suspension.
 
         Parameters
         ----------
         critical : float
             Critical speed [rad/s].
         damping : float
-            1/s.
+            Damping over mass [1/s].
         """
         self.restart()
         stiffness = critical * critical
@@ -81,7 +83,10 @@ class AxisFilter:
         self.covariance[5][5] = damping * damping
 
     def collect(self, reading: float, speed: float) -> None:
-        """A reading before there is an estimate; the last one of them makes one."""
+        """Collect a reading before there is an estimate.
+
+        The last of them gives the first estimate.
+        """
         if self._count == 0.0 or self._count > 400.0:
             self._first, self._sum, self._squares, self._rough = reading, 0.0, 0.0, 0.0
             self._count = 0.0
@@ -99,7 +104,7 @@ class AxisFilter:
     def _begin(self, speed: float) -> None:
         count, mean = self._count, self._sum / self._count
         spread = math.sqrt(max(self._squares / count - mean * mean, 0.0))
-        # What is told may be too little; what is seen has spikes in it.
+        # The given noise may be too small, and the observed one contains spikes.
         found = math.sqrt(self._rough / (6.0 * (count - 2.0)))
         if self._noise > 0.0:
             found = min(found, 10.0 * self._noise)
@@ -125,14 +130,14 @@ class AxisFilter:
         self.variance, self.size, self.known = noise * noise, spread * spread, 1.0
 
     def predict(self, h: float, p0: float, r0: float, p1: float, r1: float) -> None:
-        """Go on by ``h`` seconds.
+        """Predict the state ``h`` seconds ahead.
 
         Parameters
         ----------
         h : float
-            s.
+            Step [s].
         p0, r0, p1, r1 : float
-            Force per mass of a net unbalance of 1 and of i, at the beginning and at the end.
+            Force per mass for a net unbalance of 1 and of i, at the beginning and at the end.
         """
         x, v, a, b, K, D, offset = self.state
         u0, u1 = a * p0 + b * r0, a * p1 + b * r1
@@ -184,7 +189,10 @@ class AxisFilter:
         self.state = [x1, v + half * (start + end), a, b, K, D, offset]
 
     def update(self, reading: float, p: float, r: float) -> None:
-        """Take a reading, with the force per mass of a net unbalance of 1 and of i."""
+        """Update the state with a reading.
+
+        P, r: force per mass for a net unbalance of 1 and of i.
+        """
         P, state = self.covariance, self.state
         noise = self.variance + chosen.SCALE_ERROR * chosen.SCALE_ERROR * self.size
         x, v, a, b, K, D, offset = state
@@ -233,19 +241,19 @@ class AxisFilter:
             self._lose()
 
     def _lose(self) -> None:
-        """Forget everything: numbers have gone beyond all bounds."""
+        """Restart without any estimate, because numbers have gone out of bounds."""
         fresh = AxisFilter(self._acceleration, self._final, self._noise)
         self.restore(fresh.numbers())
 
     def numbers(self) -> list[float]:
-        """Its state, for ``restore``."""
+        """Return the state, for ``restore``."""
         own = [self.known, self.variance, self.size, self._first, self._sum, self._squares]
         own += [self._rough, self._last, self._before, self._count]
         own.append(self._wild)
         return [*self.state, *(value for row in self.covariance for value in row), *own]
 
     def restore(self, numbers: list[float]) -> None:
-        """Go on from there."""
+        """Continue from a state of ``numbers``."""
         self.state = numbers[:SIZE]
         for i in range(SIZE):
             self.covariance[i] = numbers[SIZE * (i + 1) : SIZE * (i + 2)]

@@ -1,11 +1,11 @@
-"""What the adaptive start-up does and believes, as its callers see it."""
+"""State and estimates of the adaptive start-up, for its callers."""
 
 import enum
 from typing import NamedTuple
 
 
 class State(enum.IntEnum):
-    """What it is doing; the same numbers in C."""
+    """State of the start-up; the same numbers in C."""
 
     WAITING = 0
     RUN_UP = 1
@@ -20,38 +20,38 @@ class State(enum.IntEnum):
 
     @property
     def text(self) -> str:
-        """In lower case, with spaces."""
+        """Name in lower case, with spaces."""
         return self.name.lower().replace("_", " ")
 
     @property
     def over(self) -> bool:
-        """Whether nothing more will be decided."""
+        """Whether there are no further decisions."""
         return self in (State.DONE, State.GAVE_UP, State.ABORTED)
 
 
 class Belief(NamedTuple):
-    """What it believes of the drive; NaN while it does not know."""
+    """Estimates of the drive's parameters; NaN while unknown."""
 
     critical_speed: float
     critical_speed_deviation: float
-    """rad/s; the second is a standard deviation."""
+    """Critical speed and its standard deviation [rad/s]."""
     net_unbalance: complex
     """Offset of the rotor's centre of mass, balls included, from the shaft [m], on axes that turn
     with the spindle."""
     net_unbalance_deviation: float
-    """m; a standard deviation."""
+    """Standard deviation of the net unbalance [m]."""
     without_balls: float
-    """The largest its magnitude has been since the critical speed was known [m]: the scale that it
-    is compared with. It stands for the unbalance before balls moved, and is rarely below that of
-    the rotor alone, or above twice that."""
+    """Largest magnitude of the net unbalance since the critical speed was known [m]: the scale for
+    comparison. It stands for the unbalance before balls moved, and is rarely below that of the
+    rotor alone, or above twice that."""
     dwells: int
     retries: int
-    """How many so far."""
+    """Number of dwells and of retries so far."""
 
 
 class Decision(NamedTuple):
-    """The latest change of mind."""
+    """The latest decision."""
 
     number: int
-    """How many there were so far: a caller that keeps it says each once."""
+    """Number of decisions so far, with which a caller reports each one once."""
     text: str

@@ -1,7 +1,7 @@
-"""The numbers of the adaptive start-up; how they were found: docs/adaptive.md.
+"""Constants of the adaptive start-up; docs/adaptive.md describes how they were chosen.
 
-Times are in units of ``UNIT / final_speed`` seconds, so that a drive twice as fast is decided about
-in half the time. Net unbalances q are relative to the largest that was seen, the *scale*. A *ratio*
+Times are in units of ``UNIT / final_speed`` seconds, so that a drive twice as fast has half the
+time for decisions. Net unbalances q are relative to the largest one so far, the *scale*. A *ratio*
 is speed over critical speed.
 """
 
@@ -11,9 +11,9 @@ UNIT = 200.0
 # --- the estimator
 FIRST_RATIO = 0.5
 FIRST_STIFFNESS_DEVIATION = 0.6
-"""Critical speed over final speed, to begin with, and relative deviation of K."""
+"""Initial critical speed over final speed, and relative deviation of K."""
 FIRST_DAMPING = 0.03
-"""D over critical speed, to begin with, and its deviation."""
+"""Initial D over critical speed, and its deviation."""
 NET_WALK = 0.5
 STIFFNESS_WALK = 0.001
 DAMPING_WALK = 0.02
@@ -21,102 +21,103 @@ DAMPING_WALK = 0.02
 OFFSET_WALK = 10.0
 """Random walk of the sensor's offset, in deviations of a reading per square root of a second."""
 SCALE_ERROR = 0.002
-"""Error of a reading that grows with the reading."""
+"""Part of a reading's error that is proportional to the reading."""
 NOISE_GAIN = 0.002
-"""How fast the variance of a reading follows the innovations, per sample."""
+"""Gain per sample with which the variance of a reading follows the innovations."""
 WILD = 9.0
-"""Square of the innovation over its deviation, beyond which a reading counts less."""
+"""Square of innovation over deviation beyond which a reading has less weight."""
 LOST = 20
-"""Such readings in a row show that the filter has lost the motion, and finds it anew."""
+"""Number of such readings in a row after which the motion is estimated again."""
 LONGEST_GAP = 0.25
-"""s between samples, beyond which the motion is found anew."""
+"""Time between samples beyond which the motion is estimated again [s]."""
 STEP_ANGLE = 0.3
-"""rad: the final speed times the longest step of the prediction."""
+"""Final speed times the longest step of the prediction [rad]."""
 
 # --- what is made of its beliefs
 FAST = 0.075
 SLOW = 0.38
-"""Time constants of two averages of |q|: their difference is its rate of change."""
+"""Time constants of two averages of |q|, whose difference gives the rate of change."""
 CERTAIN = 0.25
-"""Deviation over magnitude, below which a net unbalance may become the scale."""
+"""Deviation over magnitude below which a net unbalance may become the scale."""
 KNOWN_CRITICAL = 0.025
-"""Relative deviation of the critical speed, below which a dwell is aimed at."""
+"""Relative deviation of the critical speed below which a dwell is planned."""
 
 # --- dwells
 FIRST_WHIRL = 16.0
 LATER_WHIRL = 20.0
-"""Largest whirl that is aimed at, over the scale; in the first dwell, in later ones."""
+"""Largest target whirl over the scale, in the first dwell and in later ones."""
 LARGEST_LAG = 1.0
-"""Tangent of the whirl's phase lag behind 180 degrees: nearer to the critical speed it drives balls
-astray."""
+"""Largest tangent of the whirl's phase lag behind 180 degrees: closer to the critical speed, the
+whirl drives balls in the wrong direction."""
 LAG_STEP = 0.25
-"""Relative change of that from one dwell to another."""
+"""Relative change of that tangent from one dwell to another."""
 LEAST_DISTANCE = 0.06
 MOST_DISTANCE = 0.3
-"""Of ratio^2 from 1; the first for a critical speed of half the final speed."""
+"""Least and largest distance of ratio^2 from 1; the least for a critical speed of half the final
+speed."""
 RISING = 0.09
-"""Rate of |q| beyond which balls are driven astray: the speed goes up ..."""
+"""Rate of |q| beyond which balls are driven in the wrong direction: the speed then rises ..."""
 UP = 0.55
 DOWN = 0.1
-"""... by so much ratio per time, and down again while it falls."""
+"""... by this ratio per time, and falls again while |q| falls."""
 AWAY = 0.3
-"""Ratio by which it may have gone up; then the dwell is over."""
+"""Largest rise of the ratio, after which the dwell ends."""
 FALLING = 0.5
-"""Rate with which |q| must fall, or it counts as stagnant; for a critical speed of half the final
+"""Rate at which |q| must fall, or it counts as stagnant; for a critical speed of half the final
 speed."""
 STAGNANT = 0.25
 STAGNANT_PER_NET = 5.5
-"""How long it may be: the larger q, the longer. Balls on opposite sides stay there for a while."""
+"""Longest stagnation, which grows with |q|: balls on opposite sides stay there for a while."""
 NEARER = 0.7
-"""While it is stagnant it goes nearer, at the end by this share of the least distance: a larger
-whirl frees balls that friction holds."""
+"""Share of the least distance by which a stagnant dwell finally approaches the critical speed: a
+larger whirl frees balls that friction holds."""
 LONGEST_DWELL = 10.0
 SMALL = 0.125
-"""A dwell is over when |q| is that small."""
+"""Value of |q| that ends a dwell."""
 LATE = 1.5
-"""s after ``patience``, when any dwell is over."""
+"""Time after ``patience`` at which any dwell ends [s]."""
 LEAVING = 0.9
-"""Away from the critical speed by at most this times (distance)^2: a change that slow leaves no
-free whirl behind, which would take seconds to die away."""
+"""Largest ratio per time, over (distance)^2, with which the speed leaves a dwell: such a slow
+change excites no free whirl, which would take seconds to decay."""
 
 # --- judging
 SETTLE = 0.35
-"""At the final speed before it is judged; twice that before it is called balanced."""
+"""Time at the final speed before it is judged; twice that before it counts as balanced."""
 BALANCED = 0.15
-"""|q| that is called balanced."""
+"""Largest |q| that counts as balanced."""
 ACCEPTED = 0.25
 GAIN = 0.85
-"""|q| that is accepted after a dwell that has left more than this share of it."""
+"""Share of |q| left by a dwell above which |q| is accepted."""
 WAIT = 8.0
-"""It waits at the final speed if |q| will be balanced by then."""
+"""Time within which |q| must be predicted to be balanced for a wait at the final speed."""
 UNSURE = 0.5
-"""Deviation over magnitude of q, beyond which nothing is known."""
+"""Deviation over magnitude of q beyond which q counts as unknown."""
 CIRCULATING = 0.7
-"""Magnitude of the average q over the average magnitude, below which balls circulate."""
+"""Magnitude of the average q over the average magnitude below which balls circulate."""
 
 # --- what ends it
 FIRST_SAMPLES = 5.0
-"""s that it waits for the first samples."""
+"""Time to wait for the first samples [s]."""
 BACK = 0.1
-"""s by which time may go back; such samples are passed over."""
+"""Time by which samples may go back [s]; such samples are ignored."""
 REPEATS = 5
 REPEATED = 0.3
-"""So many equal readings in a row count, and so much time of them is too much."""
+"""Number of equal readings in a row that count, and largest total time of them."""
 MEAN = 0.25
 DRIFTED = 2.0
-"""Time constant of a reading's mean; so many times the largest distance of a reading from it, it
-may go away from where it began."""
+"""Time constant of a reading's mean, and its largest drift in multiples of the largest deviation of
+a reading from the mean."""
 CONTRADICTING = 0.5
-"""rad by which angle and speed may contradict each other from one sample to the next."""
+"""Largest contradiction of angle and speed from one sample to the next [rad]."""
 AGREEING = 0.3
-"""How alike two axes must see q: 2 Re(q1 q2*) / (|q1|^2 + |q2|^2)."""
+"""Least agreement of two axes on q: 2 Re(q1 q2*) / (|q1|^2 + |q2|^2)."""
 AXES_AVERAGE = 0.3
 DOUBT = 2.0
-"""Time constant of that; time within which they must contradict each other a second time, after
-their filters have begun anew."""
+"""Time constant of that agreement, and time within which a second contradiction counts, after the
+filters have restarted."""
 DOUBTED_STIFFNESS_DEVIATION = 0.1
-"""Relative deviation of K that they begin anew with."""
+"""Relative deviation of K with which the filters restart."""
 LEAD = 0.15
-"""Of the final speed: so far the command goes ahead of the spindle."""
+"""Largest lead of the command over the spindle, relative to the final speed."""
 NOT_FOLLOWING = 3.0
-"""Time that the spindle may stand off the command without coming nearer to it."""
+"""Time for which the spindle may be off the command without approaching it."""

@@ -1,4 +1,4 @@
-"""What the readings say of the drive: critical speed, damping, net unbalance and how it changes."""
+"""Estimates from the readings: critical speed, damping, net unbalance and its change."""
 
 import math
 
@@ -8,19 +8,19 @@ from ab_sim.control.settings import StartUpSettings
 from ab_sim.control.watch import Reason, Watch
 
 LARGEST = 1e9
-"""Numbers beyond this are none."""
+"""Magnitude beyond which numbers are invalid."""
 
 
 class Observer:
-    """From samples to beliefs; ``axes`` filters beside each other, whose results are averaged.
+    """Observer with a filter per axis, whose results are averaged.
 
-    Axes need not be equally stiff, each has a critical speed of its own. The net unbalance is
-    common to them, and if they do not agree on it, one of them is wrong.
+    Axes may differ in stiffness, so each has its own critical speed. The net unbalance is common to
+    them: if they disagree on it, one of them is wrong.
 
     Parameters
     ----------
     settings : StartUpSettings
-        Checked.
+        Checked settings.
     """
 
     __slots__ = (
@@ -42,13 +42,14 @@ class Observer:
         self.samples = 0.0
         self.time = self._angle = self.speed = self._slope = 0.0
         self._p = self._r = 0.0
-        """Force per mass of a net unbalance of 1 and of i, along the first axis."""
+        """Force per mass for a net unbalance of 1 and of i, along the first axis."""
         self.re = self.im = self.deviation = 0.0
         """Net unbalance and its standard deviation [m]."""
         self.fast = self.slow = self.average_re = self.average_im = self.scale = 0.0
-        """Averages of its magnitude and of itself; the largest average magnitude so far [m]."""
+        """Averages of the magnitude of the net unbalance and of itself, and largest average
+        magnitude [m]."""
         self.critical = self.critical_deviation = self.damping = 0.0
-        """rad/s, rad/s, 1/s."""
+        """Critical speed and its deviation [rad/s], and damping [1/s]."""
         self.known = 0.0
 
     @property
@@ -58,12 +59,12 @@ class Observer:
 
     @property
     def doubt(self) -> float:
-        """Time for which a contradiction of the axes would be their second [s]."""
+        """Time within which a further contradiction of the axes would be their second [s]."""
         return self._watch.doubt
 
     @property
     def circulating(self) -> bool:
-        """Whether the net unbalance turns against the rotor: balls that go round."""
+        """Whether the net unbalance turns relative to the rotor: balls circulate."""
         square = self.average_re * self.average_re + self.average_im * self.average_im
         certain = self.deviation < chosen.CERTAIN * self.slow
         return certain and math.sqrt(square) < chosen.CIRCULATING * self.slow
@@ -71,8 +72,8 @@ class Observer:
     def take(
         self, time: float, angle: float, speed: float, first: float, second: float
     ) -> tuple[bool, Reason]:
-        """A sample; whether it was good, and whether it shows that something is wrong."""
-        # NaN and infinity are not less.
+        """Process a sample; return whether it was valid, and the reason for an abort, if any."""
+        # NaN and infinity fail this comparison.
         if not abs(time) + abs(angle) + abs(speed) + abs(first) + abs(second) < LARGEST:
             return False, Reason.NONE
         settings = self._settings
@@ -113,7 +114,7 @@ class Observer:
     def _filter(
         self, dt: float, angle: float, speed: float, p: float, r: float, first: float, second: float
     ) -> None:
-        """Prediction over ``dt`` in steps that are short enough, and the readings."""
+        """Predict over ``dt`` in short enough steps, and update with the readings."""
         fastest = max(self._settings.final_speed, speed)
         parts = 1 + int(dt * fastest / chosen.STEP_ANGLE)
         h, slope = dt / parts, self._slope
@@ -128,7 +129,7 @@ class Observer:
                 p1, r1 = square * c + slope * s, slope * c - square * s
             if axes[0].known == 1.0:
                 axes[0].predict(h, p0, r0, p1, r1)
-            # The second axis is 90 degrees ahead: angles counted from it are that much smaller.
+            # The second axis is 90 degrees ahead, so angles from it are smaller by that.
             if len(axes) == 2 and axes[1].known == 1.0:
                 axes[1].predict(h, -r0, p0, -r1, p1)
             p0, r0 = p1, r1
@@ -143,7 +144,7 @@ class Observer:
                 axes[1].collect(second, speed)
 
     def _combine(self, dt: float) -> Reason:
-        """What the axes say together, each with the weight that it deserves."""
+        """Combine the results of the axes, weighted by their certainty."""
         weight = re = im = stiff_weight = stiffness = damping = count = 0.0
         for axis in self._axes:
             if axis.known == 1.0:
@@ -171,7 +172,7 @@ class Observer:
         return self._compare(dt)
 
     def _compare(self, dt: float) -> Reason:
-        """Of two axes: whether they agree."""
+        """Compare two axes; return a reason for an abort if they disagree."""
         if len(self._axes) == 1:
             return Reason.NONE
         (first, second) = self._axes
@@ -188,7 +189,7 @@ class Observer:
         return Reason.NONE
 
     def numbers(self) -> list[float]:
-        """Its state, for ``restore``."""
+        """Return the state, for ``restore``."""
         own = [self.samples, self.time, self._angle, self.speed, self._slope, self._p, self._r]
         own += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
         own += [self.average_im, self.scale, self.critical, self.critical_deviation]
@@ -198,7 +199,7 @@ class Observer:
         return own
 
     def restore(self, numbers: list[float]) -> None:
-        """Go on from there."""
+        """Continue from a state of ``numbers``."""
         self.samples, self.time, self._angle, self.speed, self._slope = numbers[:5]
         self._p, self._r = numbers[5:7]
         self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[7:13]

@@ -1,4 +1,4 @@
-"""What the adaptive start-up is told: the drive's limits and its sensor."""
+"""Settings of the adaptive start-up: the drive's limits and its sensor."""
 
 import math
 from typing import Literal, NamedTuple
@@ -10,45 +10,47 @@ QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")
 
 
 class SensorFacts(NamedTuple):
-    """The vibration sensor on the deck."""
+    """Properties of the vibration sensor on the deck."""
 
     quantity: Quantity
-    """What a reading is: m, or m/s^2."""
+    """Quantity of a reading: displacement [m] or acceleration [m/s^2]."""
     axes: int
-    """Readings per sample: 1, or 2 on axes 90 degrees apart."""
+    """Number of readings per sample: 1, or 2 on axes 90 degrees apart."""
     axis_angle: float = 0.0
-    """rad, of the first axis from the deck's x axis, where angle 0 of the spindle points."""
+    """Angle of the first axis from the deck's x axis, to which the spindle's angle 0 points
+    [rad]."""
     noise: float = 0.0
-    """Standard deviation of a reading [m or m/s^2]; 0: not known, it is estimated."""
+    """Standard deviation of a reading [m or m/s^2]; 0: unknown, it is estimated."""
 
 
 class StartUpSettings(NamedTuple):
-    """The drive's limits, its sensor, and when to give up."""
+    """The drive's limits, its sensor, and the limits for giving up."""
 
     final_speed: float
-    """rad/s, above the critical speed."""
+    """Final speed, above the critical speed [rad/s]."""
     acceleration: float
-    """rad/s^2: the largest rate of change of the commanded speed."""
+    """Largest rate of change of the commanded speed [rad/s^2]."""
     sensing: SensorFacts
     period: float
-    """s between two calls of ``StartUp.command``."""
+    """Time between two calls of ``StartUp.command`` [s]."""
     most_retries: int = 8
-    """After the first passage of the critical speed; then it gives up, at the final speed."""
+    """Largest number of retries after the first passage of the critical speed; then it gives up, at
+    the final speed."""
     patience: float = 14.5
-    """s after the start, after which no further retry begins."""
+    """Time after the start beyond which no further retry begins [s]."""
     silence: float = 0.5
-    """s without a good sample after which the start-up is aborted."""
+    """Time without a valid sample after which the start-up is aborted [s]."""
     limit: float = math.inf
-    """Largest magnitude of a reading [m or m/s^2]; one beyond it aborts the start-up."""
+    """Largest magnitude of a reading [m or m/s^2]; a larger one aborts the start-up."""
 
 
 def checked(settings: StartUpSettings) -> StartUpSettings:
-    """The settings, if they can be used.
+    """Return the settings, if they are valid.
 
     Raises
     ------
     InputError
-        Names the field, its value, and what is allowed.
+        A setting is invalid; the message names field, value and allowed range.
     """
     sensing = settings.sensing
     if sensing.quantity not in QUANTITIES:
@@ -70,7 +72,7 @@ def checked(settings: StartUpSettings) -> StartUpSettings:
 
 
 def _within(field: str, value: float, least: float, most: float, unit: str) -> None:
-    if not least <= value <= most:  # NaN too
+    if not least <= value <= most:  # NaN fails, too
         _refuse(field, exact(value), f"from {least:g} to {most:g} {unit}")
 
 

@@ -1,4 +1,4 @@
-"""A start-up that finds its own way: sensor and spindle in, speed commands out."""
+"""A start-up without a given profile: sensor and spindle in, speed commands out."""
 
 import math
 
@@ -11,17 +11,18 @@ from ab_sim.control.words import words_of
 
 OWN_NUMBERS = 16
 LAGS = (0.0, 1.0, -1.0, 2.0)
-"""Steps of the largest lag, one dwell after another."""
+"""Steps of the largest lag, in successive dwells."""
 
 
 class StartUp:
-    """Runs a drive up so that its balls balance it, without knowing the drive.
+    """Start-up of an unknown drive so that its balls balance it.
 
-    A little above the critical speed the whirl is large and drives the balls to where they balance.
-    It *dwells* there while the net unbalance q of rotor and balls falls; the smaller q, the nearer,
-    so that the whirl stays large. If q rises, balls circulate, and it goes away a little. Then it
-    goes to the final speed, at first so slowly that no free whirl is left behind, judges q there,
-    and comes back if q is still large and has stopped falling.
+    Slightly above the critical speed the whirl is large and drives the balls to the balanced
+    position. The controller *dwells* there while the net unbalance q of rotor and balls falls. The
+    smaller q is, the closer it dwells, so that the whirl stays large. If q rises, balls circulate,
+    and the speed moves away a little. Then the speed rises to the final speed, slowly at first so
+    that no free whirl is excited. There q is judged; if it is still large and no longer falls, the
+    controller returns for another dwell.
 
     It has no clock, allocates nothing that grows, and is deterministic: the same calls give the
     same commands to the bit. ``examples/firmware_prototype/c/adaptive.c`` is the same in C.
@@ -52,16 +53,17 @@ class StartUp:
     def sample(
         self, time: float, angle: float, speed: float, first: float, second: float = 0.0
     ) -> None:
-        """One reading of the sensor; one that is no number or comes twice is passed over.
+        """Process a reading of the sensor; invalid and repeated ones are ignored.
 
         Parameters
         ----------
         time : float
-            On the sensor's clock [s].
+            Time by the sensor's clock [s].
         angle, speed : float
-            Of the spindle at that time [rad, rad/s]; the angle may be wrapped or not.
+            Angle and speed of the spindle at that time [rad, rad/s]; the angle may be wrapped or
+            not.
         first, second : float
-            The reading along each axis [m or m/s^2]; the second counts with two axes only.
+            Reading along each axis [m or m/s^2]; the second is used with two axes only.
         """
         good, wrong = self.observer.take(time, angle, speed, first, second)
         if good:
@@ -70,18 +72,18 @@ class StartUp:
             self._abort(wrong)
 
     def command(self, time: float) -> float:
-        """Once a period: decide.
+        """Decide, once per period, on the speed to command.
 
         Parameters
         ----------
         time : float
-            On the caller's clock [s].
+            Time by the caller's clock [s].
 
         Returns
         -------
         float
-            The speed to command now [rad/s]; it changes by at most the acceleration times the
-            period, unless the drive was reset and stands still already: then it is 0 at once.
+            Speed to command now [rad/s]. It changes by at most the acceleration times the period,
+            except for a drive that was reset and stands still: then it is 0 at once.
         """
         settings = self.settings
         passed = time - self._time
@@ -101,7 +103,7 @@ class StartUp:
             return self._command
         self._elapsed += passed
         if state is State.ABORTING:
-            # A drive that was reset stands still: a ramp down would first set it going.
+            # A drive that was reset stands still: a ramp down would first start it.
             stands = self.observer.speed < 0.01 * settings.final_speed
             if self._reason is Reason.TIME_BACK and stands:
                 self._command = 0.0
@@ -128,14 +130,14 @@ class StartUp:
         return self._command
 
     def abort(self, time: float, why: str) -> None:
-        """Run down to standstill; nothing new if that is under way.
+        """Ramp down to standstill; if that is in progress, do nothing.
 
         Parameters
         ----------
         time : float
-            On the caller's clock [s].
+            Time by the caller's clock [s].
         why : str
-            For people.
+            Reason, for people.
         """
         if self.state not in (State.ABORTING, State.ABORTED):
             self._time = time
@@ -144,7 +146,7 @@ class StartUp:
 
     @property
     def belief(self) -> Belief:
-        """What it believes of the drive."""
+        """Estimates of the drive's parameters."""
         seen = self.observer
         if seen.known == 0.0:
             nan = math.nan
@@ -161,28 +163,28 @@ class StartUp:
 
     @property
     def dwells(self) -> int:
-        """So far."""
+        """Number of dwells so far."""
         return int(self._dwells)
 
     @property
     def retries(self) -> int:
-        """So far."""
+        """Number of retries so far."""
         return int(self._retries)
 
     @property
     def reason(self) -> str:
-        """Why it was aborted, or nothing."""
+        """Reason of an abort; empty if there was none."""
         if self._reason is Reason.ASKED and self._asked:
             return self._asked
         return TEXTS.get(self._reason, "")
 
     @property
     def words(self) -> str:
-        """What it does, and why, in plain words."""
+        """Present action and its reason, in plain words."""
         return words_of(self.state, self.reason, self.settings, self.belief, self.observer)
 
     def state_numbers(self) -> tuple[float, ...]:
-        """Its whole state, to go on from with ``restore``; in C the same numbers in this order."""
+        """Return the complete state, for ``restore``; in C the same numbers in this order."""
         own = [float(self.state), float(self._reason), float(self.decision.number)]
         own += [self._command, self._time, self._elapsed, self._in_state, self._calls, self._heard]
         own += [self._standing, self._distance, self._nudge, self._stagnant, self._before]
@@ -194,7 +196,7 @@ class StartUp:
         Raises
         ------
         ValueError
-            It is no such state; nothing has changed.
+            The numbers are not such a state; nothing has changed.
         """
         expected = len(self.state_numbers())
         if len(numbers) != expected:
@@ -215,7 +217,10 @@ class StartUp:
     # --- what it does in each state
 
     def _approach(self) -> None:
-        """Up, or down again, to where it dwells; without knowing where, on to the final speed."""
+        """Approach the dwell speed from either side.
+
+        Without an estimate, continue to the final speed.
+        """
         settings, seen = self.settings, self.observer
         goal = self._goal()
         if self.state is State.RUN_UP:
@@ -236,14 +241,14 @@ class StartUp:
                 self._enter(State.DWELL)
 
     def _dwell(self, passed: float) -> None:
-        """Let the whirl drive the balls; closer as q gets smaller, away when it rises."""
+        """Let the whirl drive the balls: closer as q gets smaller, away if q rises."""
         seen, unit = self.observer, self._unit
         rate, passed = seen.rate, passed / unit
         if rate > chosen.RISING:
             self._nudge += chosen.UP * passed
         else:
             self._nudge = max(self._nudge - chosen.DOWN * passed, 0.0)
-        # What drives the balls goes with the square of the critical speed.
+        # The driving force on the balls grows with the square of the critical speed.
         relative = 2.0 * seen.critical / self.settings.final_speed
         if rate > -(chosen.FALLING * relative * relative):
             self._stagnant += passed
@@ -272,7 +277,7 @@ class StartUp:
                 self._enter(State.JUDGING)
 
     def _judge(self) -> None:
-        """At the final speed: balanced, or wait, or come back, or leave it at that."""
+        """Judge q at the final speed: balanced, wait, retry, or give up."""
         seen, settings = self.observer, self.settings
         settle = chosen.SETTLE * self._unit
         if self._in_state <= settle:
@@ -303,19 +308,19 @@ class StartUp:
     # --- what that needs
 
     def _net(self, size: float) -> float:
-        """Of the scale; 1 while there is none."""
+        """Return a net unbalance relative to the scale; 1 without a scale."""
         scale = self.observer.scale
         return size / scale if scale > 0.0 else 1.0
 
     def _patience(self) -> float:
-        """How long it may be stagnant."""
+        """Return the longest allowed stagnation."""
         return chosen.STAGNANT + chosen.STAGNANT_PER_NET * self._net(self.observer.fast)
 
     def _goal(self) -> float:
-        """The speed to dwell at [rad/s].
+        """Return the speed to dwell at [rad/s].
 
-        At the ratio r the whirl is |q| r^2 / (r^2 - 1), and it lags behind 180 degrees by
-        atan(D r / (wn (r^2 - 1))).
+        At the ratio r the whirl is |q| r^2 / (r^2 - 1), and it lags behind 180 degrees by atan(D r
+        / (wn (r^2 - 1))).
         """
         seen, final = self.observer, self.settings.final_speed
         if seen.known == 0.0:
@@ -333,10 +338,10 @@ class StartUp:
         return min(ratio * critical, final)
 
     def _ramp(self, goal: float, slope: float) -> bool:
-        """A step of the command towards a speed; whether it is there.
+        """Move the command one step towards a speed; return whether it is reached.
 
-        It does not run away from a spindle that is slower, nor follow what its speed is said to be
-        backwards or beyond the final speed.
+        The command does not run away from a slower spindle, nor follow a reported speed backwards
+        or beyond the final speed.
         """
         settings = self.settings
         change = slope * settings.period
@@ -349,7 +354,7 @@ class StartUp:
         return self._command == goal
 
     def _stands_off(self, passed: float) -> bool:
-        """Whether the spindle has been off the command for long, coming no nearer."""
+        """Return whether the spindle has been off the command for long without approaching it."""
         speed, final = self.observer.speed, self.settings.final_speed
         off, moved = self._command - speed, speed - self._distance
         nearer = (moved if off > 0.0 else -moved) > 0.02 * final

@@ -1,4 +1,4 @@
-"""What cannot be true of a sensor: reasons for ending the start-up."""
+"""Plausibility checks of a sensor: reasons for an abort."""
 
 import enum
 import math
@@ -9,7 +9,7 @@ TURN = 6.283185307179586
 
 
 class Reason(enum.IntEnum):
-    """Why it was aborted; the same numbers in C."""
+    """Reason of an abort; the same numbers in C."""
 
     NONE = 0
     ASKED = 1
@@ -38,14 +38,14 @@ TEXTS = {
 
 
 class Watch:
-    """Follows the readings of a sensor with one or two axes.
+    """Monitor of the readings of a sensor with one or two axes.
 
     Parameters
     ----------
     axes : int
         1 or 2.
     unit : float
-        s; the unit of time of ``chosen``.
+        Unit of time of ``chosen`` [s].
     limit : float
         Largest magnitude of a reading.
     """
@@ -60,18 +60,22 @@ class Watch:
         self._last, self._peak, self._run = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
         self._mean, self._origin, self._swing = [0.0, 0.0], [0.0, 0.0], [0.0, 0.0]
         self.stuck = [0.0, 0.0]
-        """Time for which readings repeated each other [s], of each axis."""
+        """Time with repeated readings on each axis [s]."""
         self.agreement = 1.0
-        """How alike the axes see the net unbalance, averaged: 1 the same, 0 across, -1 opposite."""
+        """Averaged agreement of the axes on the net unbalance: 1 equal, 0 perpendicular, -1
+        opposite."""
         self.doubt = 0.0
-        """Time for which a contradiction of the axes would be their second [s]."""
+        """Time within which a further contradiction of the axes would be their second [s]."""
         self.slip = 0.0
         """Share of samples whose angle contradicts the speed."""
 
     def readings(
         self, readings: tuple[float, float], dt: float, turning: bool, first: bool
     ) -> Reason:
-        """Look at a sample, ``dt`` after the last; ``first``: there is nothing to compare with."""
+        """Check a sample, ``dt`` after the last.
+
+        ``first``: there is no earlier one to compare with.
+        """
         for i in range(self._axes):
             reading = readings[i]
             size = abs(reading)
@@ -99,7 +103,7 @@ class Watch:
         return Reason.NONE
 
     def angle(self, change: float, expected: float) -> Reason:
-        """Look at a change of the spindle's angle and the one that its speed makes [rad]."""
+        """Check a change of the spindle's angle against the change from its speed [rad]."""
         if abs(expected) > 1.0:
             return Reason.NONE
         off = change - expected
@@ -109,15 +113,15 @@ class Watch:
         return Reason.ANGLE if self.slip > 0.5 else Reason.NONE
 
     def axes(self, likeness: float, dt: float) -> tuple[bool, Reason]:
-        """Look at how alike both axes see the net unbalance: 1 the same, 0 across, -1 opposite.
+        """Check the agreement of both axes: 1 equal, 0 perpendicular, -1 opposite.
 
         Returns
         -------
         bool
             Whether they contradict each other for the first time. One filter may have followed a
-            net unbalance wrongly that turned faster than it believes: both are to begin anew.
+            net unbalance wrongly that turned faster than it estimates, so both should restart.
         Reason
-            They have begun anew, and contradict each other again.
+            Reason of an abort, if they contradict each other again after a restart.
         """
         time = chosen.AXES_AVERAGE * self._unit
         self.agreement += (likeness - self.agreement) * (dt / (dt + time))
@@ -130,12 +134,12 @@ class Watch:
         return True, Reason.NONE
 
     def numbers(self) -> list[float]:
-        """Its state, for ``restore``."""
+        """Return the state, for ``restore``."""
         own = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
         return [*own, *self.stuck, self.agreement, self.slip, self.doubt]
 
     def restore(self, numbers: list[float]) -> None:
-        """Go on from there."""
+        """Continue from a state of ``numbers``."""
         self._last, self._peak, self._run = numbers[0:2], numbers[2:4], numbers[4:6]
         self._mean, self._origin, self._swing = numbers[6:8], numbers[8:10], numbers[10:12]
         self.stuck, (self.agreement, self.slip, self.doubt) = numbers[12:14], numbers[14:]

@@ -1,4 +1,4 @@
-"""The adaptive start-up in plain words."""
+"""State of the adaptive start-up in plain words."""
 
 from ab_sim.control.belief import Belief, State
 from ab_sim.control.observer import Observer
@@ -8,7 +8,7 @@ from ab_sim.control.settings import StartUpSettings
 def words_of(
     state: State, reason: str, settings: StartUpSettings, belief: Belief, seen: Observer
 ) -> str:
-    """What it does, and why."""
+    """Return the present action and its reason."""
     critical = (
         f"critical speed {belief.critical_speed:.1f} +- {belief.critical_speed_deviation:.2g} rad/s"
     )

@@ -1,7 +1,7 @@
-"""One running drive, and what it shows: samples, observations, a description.
+"""One running drive, its samples, observations and description.
 
-``Drive`` itself is imported when it is first asked for: it needs the compiler, which what only
-reads samples, as a recorder does, need not wait for.
+``Drive`` is imported on first use: it needs the compiler, which modules that only read samples,
+such as a recorder, do not wait for.
 """
 
 from typing import TYPE_CHECKING, Any

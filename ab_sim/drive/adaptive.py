@@ -1,4 +1,4 @@
-"""A drive's adaptive start-up: what its controller is told, when, and what it decided."""
+"""The adaptive start-up of a drive: inputs of its controller, their times, and its decisions."""
 
 import math
 from collections.abc import Iterable
@@ -20,7 +20,7 @@ from ab_sim.sensing import digits, noise_variance
 
 
 def settings_of(scene: Scene) -> StartUpSettings:
-    """What the controller of a scene's adaptive start-up is told.
+    """Return the settings of the controller of a scene's adaptive start-up.
 
     Raises:
         SceneError: the scene's profile is of another kind.
@@ -30,39 +30,41 @@ def settings_of(scene: Scene) -> StartUpSettings:
         has = "none" if profile is None else profile.kind
         raise SceneError(f"{scene.name}: profile.kind = {has}: must be adaptive")
     sensor = scene.pickups[profile.sensor]
-    # While an accuracy is asked for there is no step; the noise hardly depends on it.
+    # With an accuracy instead of a step, the sample period stands in; the noise hardly depends on
+    # it.
     step = scene.solver.step if scene.accuracy is None else 1.0 / sensor.sample_rate
     noise = math.sqrt(noise_variance(sensor, step))
     turned = math.remainder(sensor.axis_angle, 2.0 * math.pi)
     most = float(digits(sensor, np.array(sensor.range)))
-    # A reading that is clipped does not say how large the vibration is.
+    # A clipped reading does not show how large the vibration is.
     quantity: Quantity = "displacement" if profile.sensor in scene.probes else "acceleration"
     return profile.settings(SensorFacts(quantity, 2, turned, noise), math.nextafter(most, 0.0))
 
 
 class BeliefAt(NamedTuple):
-    """What the controller did and believed after a command; NaN while it does not know."""
+    """Action and estimates of the controller after a command; NaN while an estimate is unknown."""
 
     time: float
-    """s."""
+    """Time [s]."""
     state: State
     critical_speed: float
     critical_speed_deviation: float
-    """rad/s; the second is a standard deviation."""
+    """Critical speed and its standard deviation [rad/s]."""
     net_unbalance: float
     net_unbalance_deviation: float
-    """m; of the rotor's centre of mass, balls included; the second is a standard deviation."""
+    """Eccentricity of the rotor's centre of mass, balls included, and its standard deviation
+    [m]."""
 
 
 class AdaptiveRun:
-    """The controller of a drive's adaptive start-up, hearing and commanding it; see ``Leader``.
+    """Controller of a drive's adaptive start-up, between sensors and commands; see ``Leader``.
 
-    The first sample that it hears is that of the sensor's first period; until then it commands
-    nothing. Live in lock step it is the same.
+    Its first sample is that of the sensor's first period; until then it commands nothing, as a live
+    drive in lock step.
 
     Args:
         scene: with an adaptive profile.
-        faults: of the drive; those of the sensor and of the spindle's speed change what it hears.
+        faults: faults of the drive; those of the sensor and of the spindle's speed alter the input.
     """
 
     def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
@@ -72,7 +74,7 @@ class AdaptiveRun:
         self.decisions: list[Decided] = []
         self.aborted: Decided | None = None
         self.beliefs: list[BeliefAt] = []
-        """One for each command, since it was made."""
+        """Estimates at each command so far."""
         self._decided = 0
         self._sensor, self._heard = profile.sensor, {profile.sensor, SPINDLE}
         self._step_ns = round(step * 1e9)
@@ -82,11 +84,11 @@ class AdaptiveRun:
 
     @property
     def state(self) -> tuple[float, ...]:
-        """As of ``Leader``."""
+        """Return the state; see ``Leader``."""
         return self.controller.state_numbers()
 
     def restore(self, state: Any) -> None:
-        """As of ``Leader``."""
+        """Restore a state; see ``Leader``."""
         try:
             self.controller.restore(tuple(map(float, state)))
         except NOT_AS_WRITTEN as error:
@@ -94,11 +96,11 @@ class AdaptiveRun:
         self._decided, self.aborted = self.controller.decision.number, None
 
     def next(self, step: int) -> int:
-        """As of ``Leader``."""
+        """Return the step of the next command; see ``Leader``."""
         return step - step % self._per_command + self._per_command
 
     def command(self, newest: Trajectory, step: int) -> float | None:
-        """As of ``Leader``."""
+        """Return the command of a step; see ``Leader``."""
         if len(newest):
             self._hear(newest)
         return None if step % self._per_command else self._decide(stamp(step, self._step_ns))

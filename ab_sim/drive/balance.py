@@ -1,8 +1,8 @@
-"""Where balls balance a rotor: closed forms, of the unbalance M0 e and the balls' m_i R alone.
+"""Ball positions that balance a rotor, in closed form from the unbalance M0 e and the balls' m_i R.
 
-The sum of m_i R exp(i theta_i) is to be -M0 e: three-ball (25)-(36), relative-stability (23), (24).
-One or two balls have one way to do it, or two that mirror each other; n >= 3 have a manifold of
-dimension n - 2.
+Condition: the sum of m_i R exp(i theta_i) is -M0 e; three-ball (25)-(36), relative-stability (23),
+(24). One or two balls have one solution, or two that mirror each other; n >= 3 balls have a
+manifold of dimension n - 2.
 """
 
 import math
@@ -12,22 +12,22 @@ from typing import NamedTuple
 import numpy as np
 
 BALANCED = 1e-12
-"""Sides of a polygon that are this near to closing it, relative, are taken to close it."""
+"""Relative gap at which the sides of a polygon are taken to close it."""
 
 
 class Balance(NamedTuple):
-    """Where balls balance, or come nearest to it."""
+    """Positions in which balls balance the rotor, or leave the least unbalance."""
 
     angles: tuple[float, ...]
     """theta_i [rad], from 0 to 2 pi."""
     residual: float
-    """What is left of unbalance [kg m]; 0 where they balance."""
+    """Residual unbalance [kg m]; 0 if the balls balance the rotor."""
     many: bool
-    """Whether it is one of a continuum of such positions."""
+    """Whether the position is one of a continuum of such positions."""
 
 
 def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """The balls' part of the unbalance, sum m_i R exp(i theta_i) [kg m], complex.
+    """Return the balls' part of the unbalance, sum m_i R exp(i theta_i) [kg m], complex.
 
     Args:
         moments: m_i R [kg m], shape (balls,).
@@ -37,21 +37,21 @@ def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:
 
 
 def can_balance(unbalance: float, moments: Sequence[float]) -> bool:
-    """Whether balls can cancel the unbalance: the vectors close to a polygon."""
+    """Return whether balls can cancel the unbalance: whether the vectors can close a polygon."""
     sides = [unbalance, *moments]
     longest = max(sides)
     return longest <= (math.fsum(sides) - longest) * (1.0 + BALANCED)
 
 
 def completed(unbalance: float, moments: Sequence[float], given: np.ndarray) -> np.ndarray | None:
-    """Positions with the last n - 2 balls at given angles; None where no place is left.
+    """Complete positions whose last n - 2 balls are given; return None if no solution exists.
 
-    Three-ball (27)-(34): the other two balance what rotor and given balls leave.
+    The first two balls balance the rest of rotor and given balls: three-ball (27)-(34).
 
     Args:
         unbalance: M0 e [kg m].
         moments: m_i R of at least two balls [kg m].
-        given: angles [rad], shape (n - 2,).
+        given: angles of the last n - 2 balls [rad], shape (n - 2,).
     """
     one, two, *rest = moments
     need = -unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(given, float)))
@@ -67,18 +67,19 @@ def completed(unbalance: float, moments: Sequence[float], given: np.ndarray) -> 
 
 
 def acos_of(x: float) -> float:
-    """Of a cosine that is 1 or -1 but for rounding, exactly 0 or pi."""
+    """Return the arc cosine, exactly 0 or pi if x is 1 or -1 apart from rounding."""
     if 1.0 - abs(x) <= BALANCED:
         return 0.0 if x > 0.0 else math.pi
     return math.acos(x)
 
 
 def balance_of(unbalance: float, moments: Sequence[float]) -> Balance | None:
-    """Where balls balance the rotor, or leave the least unbalance; None without balls.
+    """Return positions that balance the rotor or leave the least unbalance; None without balls.
 
-    The two heaviest balls complete what the others, in line with the unbalance, leave: each is put
-    on the side that brings the rest nearer to the heaviest ball's m_1 R. The others being no
-    heavier than the second, the rest cannot leap over what those two can balance.
+    The lighter balls are put in line with the unbalance, each on the side that brings the remaining
+    unbalance nearer to m_1 R of the heaviest ball. The two heaviest balls then cancel the
+    remainder. No other ball is heavier than the second, so the remainder cannot jump past the range
+    of these two.
 
     Args:
         unbalance: M0 e [kg m], at least 0.

@@ -1,4 +1,4 @@
-"""What a run of a scene consists of, to be kept with its results."""
+"""Description of a scene's run, kept with its results."""
 
 import math
 from collections.abc import Mapping
@@ -13,14 +13,14 @@ from ab_sim.scene.model import Scene
 
 
 def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[str, Any]:
-    """What a run of the scene consists of, as JSON-able values.
+    """Describe the components of a scene's run as JSON-able values.
 
-    ``check_scene(describe(scene)["scene"], "a recording")`` gives the scene back.
+    ``check_scene(describe(scene)["scene"], "a recording")`` returns the scene.
 
     Args:
-        scene: with its solver, as a drive has it: whoever runs it again measures nothing, and gets
-            the same bits.
-        accuracy: how that solver was found, ``Price.report``, if an accuracy was asked for.
+        scene: with its solver as in a drive, so that a repetition measures nothing and gives the
+            same bits.
+        accuracy: origin of that solver, ``Price.report``, if an accuracy was requested.
     """
     radii, system = scene.balls.radii, system_of(scene)
     return {
@@ -42,7 +42,7 @@ def describe(scene: Scene, accuracy: Mapping[str, Any] | None = None) -> dict[st
 
 
 def _in_space(scene: Scene) -> dict[str, Any]:
-    """Of a deck in space: where its parts are on deck axes [m]."""
+    """Return the positions of a deck's parts in space, on deck axes [m]."""
     heights = scene.race.heights
     return {
         "mounts": [list(mount.position) for mount in scene.mounts],

@@ -1,8 +1,8 @@
-"""Another disc on a drive: an unbalance of another size, in another direction.
+"""Replacement of the disc of a drive: an unbalance of another size and direction.
 
-Rotating axis 1 points at the unbalance, and balls' angles are from there. A disc whose unbalance
-lies further by an angle turns that axis, and nothing else moves: what was counted from it is less
-by the angle, and the spindle's angle, which is the axis' from the ground, is more.
+Rotating axis 1 points at the unbalance, and ball angles count from it. A disc whose unbalance lies
+ahead by an angle turns that axis and moves nothing: ball angles decrease by the angle, and the
+spindle's angle, which is that of the axis from the ground, increases by it.
 """
 
 import math
@@ -25,16 +25,16 @@ from ab_sim.scene.model import Scene
 def with_disc(
     scene: Scene, eccentricity: float, further: float
 ) -> tuple[Scene, Callable[[Snapshot], Snapshot]]:
-    """A scene with another disc, and what takes a drive's snapshot over to it.
+    """Return a scene with another disc, and the function that converts a drive's snapshot to it.
 
     Args:
-        scene: of the disc before.
-        eccentricity: of the rotor with the disc [m].
+        scene: scene with the previous disc.
+        eccentricity: eccentricity of the rotor with the new disc [m].
         further: direction of the new unbalance from that of the old one [rad].
 
     Raises:
-        SceneError: the eccentricity is none, the rotor's inertia would have to be turned, or so
-            would the states of a deck model that is not a built-in one.
+        SceneError: the eccentricity is invalid, or the rotor's inertia or the states of a deck
+            model that is not built in would have to be turned.
     """
     if further:
         require_built_in(scene, f"another disc with disc_angle = {further:g} rad")
@@ -55,7 +55,7 @@ def with_disc(
 
 
 def turns_alike(scene: Scene) -> bool:
-    """Whether a turn about the shaft changes nothing of the rotor but the unbalance's direction."""
+    """Return whether a turn about the shaft changes only the unbalance's direction of a rotor."""
     if scene.rotor.inertia is None:
         return True
     own = inertia_matrix(scene.rotor.inertia)
@@ -63,9 +63,9 @@ def turns_alike(scene: Scene) -> bool:
 
 
 def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapshot]:
-    """What takes a drive's snapshot over to rotating axes that lie further by an angle [rad].
+    """Return the function that converts snapshots to rotating axes further by an angle [rad].
 
-    Nothing moves by it, as seen from the ground.
+    Nothing moves as seen from the ground.
     """
     layout, balls = layout_of(system), len(system.balls)
 
@@ -83,7 +83,7 @@ def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapsh
             psi, turns = reduced(float(state[layout.spindle][0]) + further)
             state[layout.spindle.start] = psi
             discrete_state[balls, TURNS] += int(turns)
-        # What a stepper remembers is on the old axes.
+        # The stepper's memory refers to the old axes.
         return kept._replace(
             state=state,
             discrete_state=discrete_state,

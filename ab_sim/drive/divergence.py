@@ -1,4 +1,4 @@
-"""What a state that went beyond all bounds says about the scene and its step."""
+"""The error for a state out of bounds, with its likely cause in the scene or the step."""
 
 from collections.abc import Sequence
 
@@ -6,17 +6,17 @@ from ab_sim.errors import DivergedError
 from ab_sim.integrate.stepper import Stepper
 
 MOST_NAMED = 3
-"""Variables that the message names; it counts the others."""
+"""Number of variables that the message names; it counts the others."""
 
 
 def diverged(beyond: Sequence[str], stepper: Stepper, step: float, time: float) -> DivergedError:
-    """The error that names what went beyond, its likely cause, and a step to try.
+    """Return the error that names the variables out of bounds, the likely cause, and a step to try.
 
     Args:
-        beyond: variables of the state.
-        stepper: that was used.
-        step: its length [s].
-        time: at the end of the step that went there [s].
+        beyond: variables of the state that are out of bounds.
+        stepper: stepper in use.
+        step: its step [s].
+        time: end of the step that went out of bounds [s].
     """
     wrong = list(beyond)
     cause = "the step is too long for the scene's masses, stiffness and drag"

@@ -1,4 +1,4 @@
-"""One running drive: give it a scene, command it, advance it, look at it. No ROS in here."""
+"""One running drive: create it from a scene, command it, advance it, observe it. Without ROS."""
 
 import math
 
@@ -27,12 +27,12 @@ from ab_sim.spindle.set_points import TimedSpeeds, joined
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, same_instant, segment_after
 
 AT_ONCE = 10_000
-"""Steps between two thinnings of what need not all be kept."""
-ONE = 1  # what is this object is no float, no bool, and need not be looked at
+"""Steps between two decimations of a run whose samples are not all kept."""
+ONE = 1  # an argument that is this object needs no check of its type
 
 
 class Drive:
-    """A drive in motion: to be commanded, advanced step by step, and looked at.
+    """A running drive that can be commanded, advanced step by step, and observed.
 
     It follows the scene's profile from t = 0 until a command takes over. The same scene and the
     same commands at the same steps give bit-identical outputs, however the steps are grouped.
@@ -40,21 +40,21 @@ class Drive:
     Parameters
     ----------
     scene : Scene
-        What to simulate, with its solver.
+        Scene to simulate, with its solver.
     commanded : bool, default False
         Hold the scene's start speed until commanded, instead of its profile.
     energy_balance : bool, default False
         Also integrate motor work and losses, for ``energy()``.
     faults : tuple of Fault, optional
-        What of it is broken; see ``drive.faults``.
+        Faults of the drive; see ``drive.faults``.
 
     Raises
     ------
     InputError
-        The scene has nothing that could be broken so.
+        A fault does not apply to the scene.
     SceneError
-        Unknown stepper, a step beyond the stability limit, or the scene still asks for an accuracy:
-        see ``ab_sim.resolve_accuracy``.
+        Unknown stepper, a step beyond the stability limit, or the scene has an accuracy instead of
+        a step: see ``ab_sim.resolve_accuracy``.
 
     Examples
     --------
@@ -92,7 +92,7 @@ class Drive:
         sound = system_of(scene, energy_balance)
         self.system = faulty_system(sound, scene, faults) if faults else sound
         self._stable_to = top_speed(scene, commanded)
-        # Faults make nothing stiffer or lighter that limits a step; the kernel is the same.
+        # Faults add no stiffness and remove no mass that limits a step; the kernel is the same.
         self.choice = choose_stepper(scene, sound, self._stable_to)
         self.stepper = self.choice.stepper
         self.step = scene.solver.step
@@ -120,22 +120,25 @@ class Drive:
 
     @property
     def time(self) -> float:
-        """Simulated time [s]: whole steps times the step."""
+        """Return the simulated time [s]: number of steps times the step."""
         return self.steps * self.step
 
     @property
     def events(self) -> int:
-        """Events located so far: reversals, sticking, release, impacts, limits of the motor."""
+        """Return the number of events: reversals, sticking, release, impacts, motor limits."""
         return int(self._work.counts[0])
 
     @property
     def steps_with_unresolved_events(self) -> int:
-        """Steps so far with too many events to locate them all; their results are less accurate."""
+        """Return the number of steps with too many events to locate.
+
+        Their results are less accurate.
+        """
         return int(self._work.counts[1])
 
     @property
     def profile(self) -> SpeedSchedule:
-        """The spindle's speed over time, as far as it is known; another one holds from now on."""
+        """Return the known spindle speed over time; setting another one applies it from now on."""
         return self._profile
 
     @profile.setter
@@ -144,7 +147,7 @@ class Drive:
         self._step_plan = StepPlan.along(profile, self._grid(), self.steps)
 
     def reset(self) -> None:
-        """Back to t = 0 and the scene's start state; commands are forgotten."""
+        """Return to t = 0 and the scene's start state; commands are forgotten."""
         self._to_start()
         self._take(self._step_plan, 0, self._room_for(0))
         self._start_energy = self.system.mechanical_energy(self._state, *self._spindle())
@@ -155,7 +158,8 @@ class Drive:
         self.steps = 0
         self._profile, self._step_plan = self._first_profile, self._first_step_plan
         self.leader = leader_of(self.scene, self.faults) if self._led else None
-        """What commands it, if its profile decides while it runs; None once a command has."""
+        """Controller of the drive, if its profile decides while it runs; None once a command has
+        come."""
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
         self._state[:] = start_state(self.scene, self.system)
@@ -166,34 +170,34 @@ class Drive:
         self._work.smooth[0] = math.nan
 
     def command(self, speed: float, acceleration: float | None = None) -> None:
-        """Ask for a spindle speed from the present instant on.
+        """Command a spindle speed from the present instant on.
 
-        The servo goes there at a constant acceleration and holds it. A command equal to the one in
-        force changes nothing.
+        The servo approaches the speed at constant acceleration and holds it. A command equal to the
+        one in force changes nothing.
 
         Parameters
         ----------
         speed : float
-            In rad/s.
+            Speed [rad/s].
         acceleration : float, optional
-            In rad/s^2; default: the scene's ``spindle.max_acceleration``.
+            Acceleration [rad/s^2]; default: the scene's ``spindle.max_acceleration``.
 
         Raises
         ------
         CommandError
-            Not finite, beyond ``spindle.max_speed`` or ``max_acceleration``, or, of a drive that
-            was not made ``commanded``, so much faster than its profile that the step is too long
-            for it; nothing has changed.
+            Not finite, beyond ``spindle.max_speed`` or ``max_acceleration``, or, unless the drive
+            was created with ``commanded``, too fast for the step that suits its profile; nothing
+            has changed.
         """
         self._approach(speed, self.servo.max_acceleration if acceleration is None else acceleration)
         self.leader = None
 
     def follow(self, speeds: TimedSpeeds, acceleration: float) -> None:
-        """Follow speeds over time from their start on; until then the present schedule holds.
+        """Follow speeds over time from their start on; keep the present schedule until then.
 
         Args:
-            speeds: a trajectory within the limits, whose start is not past.
-            acceleration: largest [rad/s^2] on the way to its first point.
+            speeds: a trajectory within the limits, whose start is not in the past.
+            acceleration: largest acceleration up to its first point [rad/s^2].
 
         Raises:
             CommandError: as ``command``; nothing has changed.
@@ -223,29 +227,30 @@ class Drive:
         self._stable_to = abs(speed)
 
     def advance(self, steps: int = 1, every: int = 1) -> Trajectory:
-        """Take whole integration steps.
+        """Advance by whole integration steps.
 
         Parameters
         ----------
         steps : int, default 1
-            How many.
+            Number of steps.
         every : int, default 1
-            Keep each so-many-th sample, counted from now on, of a run too long to keep them all.
+            Keep every ``every``-th sample, counted from now on.
 
         Returns
         -------
         Trajectory
-            One sample per step, or per so many, taken at its end. Where the spindle's acceleration
-            jumps just there, the sample's deck acceleration is the one before the jump.
+            One sample per step, or per ``every`` steps, taken at its end. If the spindle's
+            acceleration jumps at that instant, the deck acceleration is the one before the jump.
 
         Raises
         ------
         TypeError
-            One of the two is no whole number.
+            An argument is not an integer.
         ValueError
-            ``steps`` is negative, ``every`` is less than 1, or samples would be too many to keep.
+            ``steps`` is negative, ``every`` is less than 1, or there would be too many samples to
+            keep.
         DivergedError
-            The state went beyond all bounds; the drive keeps its last good one.
+            The state went beyond all bounds; the drive keeps its last valid state.
         """
         if steps is every is ONE and self.leader is None:  # live, a thousand times a second
             self._take(self._step_plan, 1, self._row)
@@ -269,40 +274,40 @@ class Drive:
         return Trajectory(self.channels, samples)
 
     def _go_on(self, samples: np.ndarray) -> Trajectory:
-        """Take as many steps as there are samples to be written."""
+        """Take one step for each row of ``samples`` and write the samples to it."""
         if steps := len(samples):
             self._take(self._step_plan, steps, samples)
             self.steps += steps
         return self._reader.trajectory(samples)
 
     def _obey(self, newest: Trajectory) -> None:
-        """Follow what leads it, if its profile decides, which hears of the newest steps."""
+        """Pass the newest samples to the profile controller, if any, and apply its command."""
         speed = None if self.leader is None else self.leader.command(newest, self.steps)
-        if speed is not None and self.servo.accepts(speed):  # as a live drive does
+        if speed is not None and self.servo.accepts(speed):  # a live drive applies this check, too
             self._approach(speed, self.servo.max_acceleration)
 
     def present(self) -> Trajectory:
-        """The present as a trajectory of one sample."""
+        """Return the present state as a trajectory of one sample."""
         sample = self._room_for(1)
         self._take(self._step_plan, 0, sample)
         return self._reader.present(sample)
 
     def observe(self) -> Observation:
-        """The drive now."""
+        """Return an observation of the present state."""
         return self._reader.observation(self.present(), self.time, self._discrete_state)
 
     def observe_at(self, time: float) -> Observation:
-        """The drive at a time within the next step, which is not taken by this.
+        """Return an observation at a time within the next step, without taking that step.
 
         Parameters
         ----------
         time : float
-            In s, from now to one step later.
+            Time [s], from now to one step later.
 
         Raises
         ------
         ValueError
-            It is outside that range.
+            ``time`` is outside that range.
         """
         if not self.time <= time <= self.time + self.step * (1 + 1e-9):
             raise ValueError(
@@ -320,12 +325,12 @@ class Drive:
             return self._reader.observation(present, time, self._discrete_state)
 
     def energy(self) -> EnergyBalance:
-        """The energy balance since the start.
+        """Return the energy balance since the start.
 
         Raises
         ------
         ValueError
-            The drive was made without ``energy_balance=True``.
+            The drive was created without ``energy_balance=True``.
         """
         if not self.system.energy_balance:
             raise ValueError("this drive keeps no energy balance: make it with energy_balance=True")
@@ -334,11 +339,11 @@ class Drive:
         return EnergyBalance(stored, self._start_energy, float(work), float(dissipated))
 
     def vector_field(self) -> VectorField:
-        """f of y' = f(t, y) along the present segment, with the branches in force."""
+        """Return f of y' = f(t, y) along the present segment, with the active branches."""
         return VectorField(self.system, self._segment_at(self.time), self._discrete_state)
 
     def snapshot(self) -> Snapshot:
-        """The present, to return to with ``restore``."""
+        """Return the present state for ``restore``."""
         memory = self._work.memory.copy()
         if self._work.smooth[0] != self._segment_at(self.time).start:
             memory[:] = 0.0
@@ -361,7 +366,7 @@ class Drive:
         Raises
         ------
         ValueError
-            It does not fit; nothing has changed.
+            The snapshot does not fit; nothing has changed.
         """
         self.leader = self.check(snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
@@ -386,7 +391,7 @@ class Drive:
         Raises
         ------
         ValueError
-            Says what does not fit.
+            The snapshot does not fit; the message states the difference.
         """
         snapshot.check_like(self.snapshot())
         return restored_leader(self.scene, self.faults, snapshot)
@@ -398,11 +403,11 @@ class Drive:
         return segment_after(self.profile, time, self.step)
 
     def _room_for(self, steps: int) -> np.ndarray:
-        """Samples that are still to be written."""
+        """Return an uninitialised array for samples."""
         return np.empty((steps, len(self.channels)))
 
     def _take(self, step_plan: StepPlan, steps: int, samples: np.ndarray | KeptArray) -> None:
-        """Take steps along a plan, from the present on; they do not count yet."""
+        """Take steps along a plan from the present on, without counting them yet."""
         command = math.nan if self._command is None else self._command
         taken = step_plan.walk(self._steps.along, self.steps, steps, command, samples)
         if taken < 0:
@@ -413,7 +418,7 @@ class Drive:
             raise diverged(beyond, self.stepper, self.step, self.time + self.step)
 
     def _spindle(self) -> tuple[float, float]:
-        """psi [rad], unwrapped, and w [rad/s]."""
+        """Return psi [rad], unwrapped, and w [rad/s]."""
         if self._has_motor:
             psi, omega, _ = self._state[self.layout.spindle].tolist()
             return psi + 2.0 * math.pi * float(self._discrete_state[-1, TURNS]), omega

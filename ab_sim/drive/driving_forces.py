@@ -1,4 +1,4 @@
-"""The thesis' driving force on the balls: a figure of merit, not a term of the equations."""
+"""The driving force of the thesis on the balls: a figure of merit, not a term of the equations."""
 
 from typing import NamedTuple
 
@@ -11,20 +11,20 @@ from ab_sim.scene.model import Scene
 
 
 class DrivenBalls(NamedTuple):
-    """What the driving force depends on of balls and race."""
+    """Parameters of balls and race on which the driving force depends."""
 
     masses: tuple[float, ...]
-    """m_i [kg]."""
+    """Ball masses m_i [kg]."""
     friction: tuple[float, ...]
-    """mu, coefficient of friction of each ball: beta_b/a where it rolls (beta_b is a length)."""
+    """Friction coefficients mu of the balls; beta_b/a if they roll (beta_b is a length)."""
     heights: tuple[float, ...]
-    """Of each ball's race above C [m]; without meaning in the plane."""
+    """Heights of the balls' races above C [m]; unused in the plane."""
     race_radius: float
-    """R [m]."""
+    """Race radius R [m]."""
 
     @classmethod
     def of(cls, scene: Scene) -> "DrivenBalls":
-        """Those of a scene."""
+        """Return the parameters of a scene."""
         effects, balls = tuple(scene.effects.values()), scene.balls
         each = map(Ball, balls.masses, balls.radii)
         return cls(
@@ -35,9 +35,10 @@ class DrivenBalls(NamedTuple):
         )
 
     def forces(self, trajectory: Trajectory) -> np.ndarray:
-        """Driving force on each ball [N], shape (samples, balls): thesis (2-15), signed.
+        """Return the driving force on each ball [N], shape (samples, balls): thesis (2-15), signed.
 
-        Of a deck in space: with the displacement of the centre of the ball's race, on deck axes.
+        For a deck in space, the displacement is that of the centre of the ball's race, on deck
+        axes.
         """
         centre = _race_centres(trajectory, self.heights)
         return self.force(
@@ -50,19 +51,19 @@ class DrivenBalls(NamedTuple):
     def force(
         self, x: np.ndarray, y: np.ndarray, angle: np.ndarray, speed: np.ndarray
     ) -> np.ndarray:
-        """Driving force on balls [N], shape (samples, balls). Arguments broadcast to that.
+        """Return the driving force on balls [N], shape (samples, balls); arguments broadcast to it.
 
-        Positive is the thesis' forward: the way to -180 deg, of *falling* theta. As a force along
-        the race in the direction of growing theta it is -f_d,i.
+        Positive is the thesis' forward direction, towards -180 deg, of *decreasing* theta. As a
+        force along the race in the direction of increasing theta it is -f_d,i.
 
         f_d,i = m psi_i'^2 (W sin gamma_i - mu (R - W cos gamma_i)) with gamma_i = pi + phi -
-        theta_i (thesis (2-15), (2-16), whose phi is the lag, -phi here), *signed*: the print has
-        abs(sin gamma), but its figures'
-        values are the signed form's first forward peak.
+        theta_i (thesis (2-15), (2-16), whose phi is the lag, -phi here), *signed*. The thesis
+        prints abs(sin gamma), but the values in its figures are those of the first forward peak of
+        the signed form.
 
         Args:
-            x, y: displacement of the race's centre [m]: in the plane the deck's on inertial axes.
-            angle: the balls' angles psi_i on the same axes [rad].
+            x, y: displacement of the race's centre [m]; in the plane: the deck's on inertial axes.
+            angle: angles psi_i of the balls on the same axes [rad].
             speed: their absolute speeds psi_i' [rad/s].
         """
         # sin gamma = sin(psi_i - delta), cos gamma = -cos(psi_i - delta), delta the whirl's
@@ -74,16 +75,16 @@ class DrivenBalls(NamedTuple):
 
 
 def driving_forces(trajectory: Trajectory, scene: Scene) -> np.ndarray:
-    """Driving force on each ball of a scene's run [N], shape (samples, balls)."""
+    """Return the driving force on each ball of a scene's run [N], shape (samples, balls)."""
     return DrivenBalls.of(scene).forces(trajectory)
 
 
 def _race_centres(trajectory: Trajectory, heights: tuple[float, ...]) -> np.ndarray:
-    """How far each ball's race has moved [m], shape (samples, balls, 2 or 3)."""
+    """Return the displacement of each ball's race [m], shape (samples, balls, 2 or 3)."""
     place = trajectory.position[:, None, :]
     if not trajectory.tilts:
         return place
     lift = np.zeros((len(heights), 3))
     lift[:, 2] = heights
-    # A row times the matrix that turns to the ground's axes is a column turned the other way.
+    # A row times the matrix from deck axes to inertial axes is a column turned the other way.
     return (place - lift) @ trajectory.turned + lift

@@ -1,4 +1,4 @@
-"""What pictures of a scene's run need to explain it, as JSON-able values."""
+"""Quantities that pictures of a scene's run show as explanation, as JSON-able values."""
 
 import math
 from typing import Any
@@ -12,12 +12,13 @@ from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule, top_speed_of
 
 _PEAK = 0.15
-"""A drawing need not show the whirl at the critical speed as large as the usual one."""
+"""Factor on the whirl at the critical speed in the scale of a drawing, which need not show all of
+it."""
 _MOVES_THE_DECK = ("deck_force", "space_force")
 
 
 def explain(scene: Scene) -> dict[str, Any]:
-    """What pictures of a run explain it by; each is None where it has no meaning.
+    """Return the quantities that explain a run; each is None if it has no meaning.
 
     Returns:
         ``motion``, how large the deck's motion is [m], to choose the scale of a drawing;
@@ -42,7 +43,7 @@ def explain(scene: Scene) -> dict[str, Any]:
 
 
 def _listed(values: Any) -> dict[str, Any]:
-    """A named tuple, and the tuples in it, as JSON has them."""
+    """Return a named tuple, and the tuples in it, as JSON-able values."""
     fields = values._asdict()
     return {name: list(v) if isinstance(v, tuple) else v for name, v in fields.items()}
 
@@ -52,7 +53,7 @@ def _unbalance(scene: Scene) -> float:
 
 
 def _motion(scene: Scene) -> float:
-    # As far above all critical speeds, without balls: the unbalance pushes, the inertia gives way.
+    # Far above all critical speeds, without balls: the inertia yields to the unbalance.
     whirl, deck = _unbalance(scene) / scene.total_mass, scene.deck
     if deck is None:
         return max(whirl, _PEAK * _peak(scene))
@@ -62,7 +63,10 @@ def _motion(scene: Scene) -> float:
 
 
 def _peak(scene: Scene) -> float:
-    """Whirl at the critical speed without balls [m]; 0 if no closed form or no damping gives it."""
+    """Return the whirl at the critical speed without balls [m].
+
+    Without a closed form or damping, return 0.
+    """
     alone, top = _alone(scene), top_speed_of(scene)
     if "left_out" in alone or not alone["damping"] > 0.0:
         return 0.0
@@ -81,7 +85,7 @@ def _balance(scene: Scene) -> dict[str, Any] | None:
 
 
 def _alone(scene: Scene) -> dict[str, Any]:
-    """Of what else moves the deck, the closed form knows nothing."""
+    """Return the fields of the rotor without balls, or why the closed form does not hold."""
     if scene.deck is not None:
         return {"left_out": "the deck moves in space"}
     others = {name: effect for name, effect in scene.effects.items() if name != "suspension"}
@@ -106,7 +110,7 @@ def _period(scene: Scene) -> dict[str, float] | None:
         return None
     profile = SpeedSchedule.of_scene(scene)
     begins = profile.variable_speed_period
-    if begins is None:  # It lies behind the speed at which the scene begins.
+    if begins is None:  # The speed lies below the scene's start speed.
         return None
     middle = begins + 0.5 * asked.variable_speed_period.duration
     scheduled = profile.segment_at(middle)

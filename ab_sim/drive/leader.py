@@ -1,4 +1,4 @@
-"""What commands a drive whose profile decides while it runs, from what is measured."""
+"""Controllers of drives whose profile depends on measurements during the run."""
 
 from typing import Any, NamedTuple, Protocol
 
@@ -6,49 +6,49 @@ from ab_sim.drive.trajectory import Trajectory
 
 
 class Decided(NamedTuple):
-    """A decision, and when it fell."""
+    """A decision and its time."""
 
     time: float
-    """s."""
+    """Time [s]."""
     text: str
-    """For people: what is done from now on, and why."""
+    """Action from now on and its reason, for people."""
 
 
 class Leader(Protocol):
-    """It hears the drive's sensors, as their faults let it, and commands the drive.
+    """Controller that receives sensor readings, faults included, and commands the drive.
 
-    At every period, from t = 0 on, it is asked for a speed, after it has heard all samples up to
-    then, that one included.
+    It is called every period from t = 0 on for a speed, after it has received all samples up to and
+    including that instant.
     """
 
     decisions: list[Decided]
-    """Since it was made."""
+    """Decisions so far."""
     aborted: Decided | None
-    """Its decision to run down, with why, if it fell since then."""
+    """Decision to ramp down, with its reason; None if there was none."""
 
     @property
     def state(self) -> Any:
-        """All that it needs to go on, as JSON-able values."""
+        """Return the complete state as JSON-able values."""
 
     def restore(self, state: Any) -> None:
-        """Go on from a state of one of the same scene.
+        """Continue from a state of a controller of the same scene.
 
         Raises:
-            ValueError: it is none.
+            ValueError: the state is not valid.
         """
 
     def next(self, step: int) -> int:
-        """The first step after this one at which a command is due."""
+        """Return the first step after this one at which a command is due."""
 
     def command(self, newest: Trajectory, step: int) -> float | None:
-        """The speed [rad/s] to be commanded at a step; None: none is due, or it waits.
+        """Return the speed to command at a step [rad/s]; None if none is due, or while it waits.
 
         Args:
-            newest: every step since it was last asked, this one included; none at the start.
-            step: the present one.
+            newest: all steps since the last call, this one included; empty at the start.
+            step: the present step.
         """
 
 
 def stamp(step: int, step_ns: int) -> float:
-    """The time of a step [s], to the bit as what hears a message with its stamp [ns] has it."""
+    """Return the time of a step [s], with the bits that a receiver of its stamp [ns] computes."""
     return step * step_ns * 1e-9

@@ -1,4 +1,4 @@
-"""Which leader a scene's profile has."""
+"""Choice of the profile controller of a scene."""
 
 from collections.abc import Iterable
 
@@ -12,7 +12,10 @@ from ab_sim.scene.model import Scene
 
 
 def leader_of(scene: Scene, faults: Iterable[Fault] = ()) -> Leader | None:
-    """What commands a drive of a scene from its start on; None: its profile is known beforehand."""
+    """Return the controller of a drive from its start on.
+
+    None if its profile is known in advance.
+    """
     if not scene.is_led:
         return None
     adaptive = isinstance(scene.profile, AdaptiveProfile)
@@ -20,10 +23,10 @@ def leader_of(scene: Scene, faults: Iterable[Fault] = ()) -> Leader | None:
 
 
 def restored_leader(scene: Scene, faults: Iterable[Fault], snapshot: Snapshot) -> Leader | None:
-    """What commands a drive of a scene from a snapshot on; None: nothing does.
+    """Return the controller of a drive from a snapshot on; None if there is none.
 
     Raises:
-        ValueError: the snapshot is of a drive with another profile.
+        ValueError: the snapshot belongs to a drive with another profile.
     """
     if snapshot.leader is None:
         return None

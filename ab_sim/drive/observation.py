@@ -1,4 +1,4 @@
-"""What a drive shows of itself at one instant, and what is kept to return to it."""
+"""Observation of a drive at one instant, and the snapshot to return to it."""
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
@@ -15,7 +15,7 @@ class Observation:
     """The drive at one instant, in SI units; rotating axis 1 points at the unbalance."""
 
     time: float
-    """s."""
+    """Time [s]."""
     steps: int
     """Whole integration steps taken."""
     psi: float
@@ -23,23 +23,23 @@ class Observation:
     omega: float
     """Spindle speed [rad/s]."""
     command: float
-    """Spindle speed asked for [rad/s]."""
+    """Commanded spindle speed [rad/s]."""
     u: np.ndarray
     """Deck displacement on rotating axes [m], shape (2,)."""
     v: np.ndarray
     """Deck velocity, inertial, on rotating axes [m/s], shape (2,)."""
     position: np.ndarray
-    """Deck displacement on inertial axes [m]: x, y; and z where it moves in space."""
+    """Deck displacement on inertial axes [m]: x, y; and z in space."""
     velocity: np.ndarray
     """Deck velocity on inertial axes [m/s], shape as ``position``."""
     acceleration: np.ndarray
     """Deck acceleration on inertial axes [m/s^2], shape as ``position``."""
     turn: np.ndarray
-    """Quaternion (w, x, y, z) from deck axes to inertial ones; no turn in the plane."""
+    """Quaternion (w, x, y, z) from deck axes to inertial axes; the identity in the plane."""
     angular_velocity: np.ndarray
-    """Of the deck on inertial axes [rad/s], shape (3,); 0 in the plane."""
+    """Angular velocity of the deck on inertial axes [rad/s], shape (3,); 0 in the plane."""
     angular_acceleration: np.ndarray
-    """Of the deck on inertial axes [rad/s^2], shape (3,); 0 in the plane."""
+    """Angular acceleration of the deck on inertial axes [rad/s^2], shape (3,); 0 in the plane."""
     theta: np.ndarray
     """Ball angles from the unbalance [rad], unwrapped, shape (balls,)."""
     theta_rate: np.ndarray
@@ -47,26 +47,29 @@ class Observation:
     stuck: np.ndarray
     """Whether friction holds a ball on the race, shape (balls,)."""
     driving_force: np.ndarray
-    """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; positive
-    drives towards falling theta."""
+    """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; a positive force
+    drives towards decreasing theta."""
     motor_torque: float
-    """N m; NaN where the speed is prescribed."""
+    """Motor torque [N m]; NaN if the speed is prescribed."""
     readings: dict[str, np.ndarray]
-    """What each sensor shows, by its name: on its axes [m/s^2], shape (2,), or 3 in space."""
+    """Reading of each sensor by name, on its axes [m/s^2], shape (2,), or (3,) in space."""
 
     @property
     def whirl(self) -> float:
-        """Whirl radius W = |u| [m]."""
+        """Return the whirl radius W = |u| [m]."""
         return float(np.hypot(*self.u))
 
     @property
     def tilt(self) -> np.ndarray:
-        """The deck's angles alpha, beta, gamma [rad], shape (3,); see ``orientation.tilt_of``."""
+        """Return the deck's angles alpha, beta, gamma [rad], shape (3,).
+
+        See ``orientation.tilt_of``.
+        """
         return tilt_of(self.turn)
 
     @property
     def ball_rate(self) -> np.ndarray:
-        """Absolute angular speeds of the balls [rad/s]."""
+        """Return the absolute angular speeds of the balls [rad/s]."""
         return self.omega + self.theta_rate
 
 
@@ -80,28 +83,29 @@ class EnergyBalance(NamedTuple):
 
 
 class Snapshot(NamedTuple):
-    """Everything that a drive's future depends on, besides its scene."""
+    """Everything on which a drive's future depends, except its scene."""
 
     steps: int
     step: float
     state: np.ndarray
     discrete_state: np.ndarray
     memory: np.ndarray
-    """What the stepper carries from one step to the next."""
+    """Values that the stepper carries from one step to the next."""
     profile: SpeedSchedule
     command: float | None
-    """rad/s; None before the first."""
+    """Commanded speed [rad/s]; None before the first command."""
     acceleration: float
-    """rad/s^2, with which it is approached."""
+    """Acceleration towards the commanded speed [rad/s^2]."""
     pickups: dict[str, PickupState]
     leader: Any = None
-    """State of what commands it, JSON-able, if its profile decides while it runs; else None."""
+    """State of the profile controller, JSON-able, if the profile decides while it runs; else
+    None."""
 
     def check_like(self, other: "Snapshot") -> None:
-        """Refuse what is not of a drive with the same scene as another one's.
+        """Refuse a snapshot that is not of a drive with the same scene as another snapshot's.
 
         Raises:
-            ValueError: says what does not fit.
+            ValueError: the message states the difference.
         """
         if self.state.shape != other.state.shape or self.step != other.step:
             raise ValueError("the snapshot is of a drive with other balls, step or energy balance")

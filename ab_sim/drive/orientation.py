@@ -1,16 +1,16 @@
-"""How a deck in space is turned: quaternions (w, x, y, z) from its axes to the ground's.
+"""Orientation of a deck in space: quaternions (w, x, y, z) from its axes to the ground's.
 
-They need not be of unit length; the last axis of every array is that of the numbers.
+They need not have unit length; the last axis of every array is that of the four numbers.
 """
 
 import numpy as np
 
 NONE = (1.0, 0.0, 0.0, 0.0)
-"""No turn."""
+"""Identity rotation."""
 
 
 def matrix_of(turn: np.ndarray) -> np.ndarray:
-    """As matrices that turn vectors, shape (..., 3, 3)."""
+    """Return rotation matrices, shape (..., 3, 3)."""
     unit = turn / np.sqrt(np.sum(turn * turn, axis=-1, keepdims=True))
     w, x, y, z = unit[..., 0], unit[..., 1], unit[..., 2], unit[..., 3]
     xx, yy, zz, xy, xz, yz = x * x, y * y, z * z, x * y, x * z, y * z
@@ -24,10 +24,10 @@ def matrix_of(turn: np.ndarray) -> np.ndarray:
 
 
 def tilt_of(turn: np.ndarray) -> np.ndarray:
-    """Angles alpha, beta, gamma [rad], each within +-pi, and alpha within +-pi/2.
+    """Return the angles alpha, beta, gamma [rad], each within +-pi, and alpha within +-pi/2.
 
     The deck is turned by gamma about Z, then by alpha about the new x, then by beta about the last
-    y: Kim and Chung's order, Rz(gamma) Rx(alpha) Ry(beta), whose elements these are.
+    y. This is the order of Kim and Chung, Rz(gamma) Rx(alpha) Ry(beta), with their matrix elements.
     """
     turned = matrix_of(turn)
     alpha = np.arcsin(np.clip(turned[..., 2, 1], -1.0, 1.0))

@@ -1,7 +1,7 @@
-"""Balls that have a size but no contact: which of them are in one place, and from when on.
+"""Overlaps of balls that have a radius but no contact: the pairs and their first times.
 
-Without the effect ``ball_contact`` balls pass through each other, whatever their radius, which then
-is only for their spin and friction. What such a run shows of them no real drive does.
+Without the effect ``ball_contact`` balls pass through each other, whatever their radius, which is
+then used for spin and friction only. A run with overlaps shows a motion that no real drive has.
 """
 
 import math
@@ -21,28 +21,28 @@ WHAT_CHANGES = (
 
 
 class Overlap(NamedTuple):
-    """Two balls that were in one place."""
+    """Two balls that overlapped."""
 
     balls: tuple[int, int]
-    """Their numbers, the lower one first."""
+    """Numbers of the balls, the lower one first."""
     since: float
-    """When they first were [s]."""
+    """Time of the first overlap [s]."""
 
 
 class OverlapWatch:
-    """Looks for overlaps in samples, as they come.
+    """Detector of overlaps in successive samples.
 
-    Two balls overlap where the chord between their centres is shorter than a_i + a_j, the race
-    taken as round. Between two samples they did, too, if one has passed the other.
+    Two balls overlap if the chord between their centres is shorter than a_i + a_j, with a round
+    race. They also overlapped if one has passed the other between two samples.
 
     Args:
-        scene: of which the samples are.
+        scene: scene of the samples.
     """
 
     def __init__(self, scene: Scene) -> None:
         balls, radius = scene.balls, scene.race.radius
         self.watches = False
-        """Whether balls can overlap: two or more of a known size in one race, and no contact."""
+        """Whether balls can overlap: two or more of known radius in one race, and no contact."""
         if "ball_contact" in scene.effects:
             return
         pairs = [
@@ -59,20 +59,23 @@ class OverlapWatch:
 
     @property
     def found(self) -> tuple[Overlap, ...] | None:
-        """What was found, each pair once, in the order of time; None if it does not watch."""
+        """Return the overlaps so far, each pair once, in order of time.
+
+        None if balls cannot overlap.
+        """
         return tuple(self._found) if self.watches else None
 
     def take(self, piece: Trajectory) -> None:
-        """The next samples."""
+        """Process the next samples of a trajectory."""
         if len(piece):
             self.look(piece["time"], piece.ball_angles)
 
     def look(self, time: np.ndarray, angles: np.ndarray) -> None:
-        """The next samples.
+        """Process the next samples.
 
         Args:
             time: s, shape (samples,), at least one.
-            angles: of the balls, unwrapped [rad], shape (samples, balls).
+            angles: angles of the balls, unwrapped [rad], shape (samples, balls).
         """
         if not self.watches or len(self._pairs) == 0:
             return
@@ -90,13 +93,13 @@ class OverlapWatch:
         for k in sorted(np.flatnonzero(new), key=lambda k: (firsts[k], k)):
             i, j = self._pairs[k].tolist()
             self._found.append(Overlap((i, j), float(time[firsts[k]])))
-        # Of each pair only the first time counts.
+        # Only the first overlap of each pair counts, so the pair is dropped.
         self._pairs, self._apart = self._pairs[~new], self._apart[~new]
         self._before = self._before[:, ~new]
 
 
 def overlaps_at_start(scene: Scene) -> str:
-    """Whether balls overlap where a scene starts, in words; empty where none ever can."""
+    """Describe whether balls overlap at a scene's start; return an empty text if they never can."""
     watch = OverlapWatch(scene)
     if not watch.watches:
         return ""
@@ -105,7 +108,7 @@ def overlaps_at_start(scene: Scene) -> str:
 
 
 def together_at_start(scene: Scene) -> str:
-    """Warn of equal balls that start at one angle; empty where there are none."""
+    """Return a warning of equal balls that start at one angle; empty if there are none."""
     pairs = never_part(scene)
     if not pairs:
         return ""
@@ -119,7 +122,10 @@ def together_at_start(scene: Scene) -> str:
 
 
 def overlaps_text(overlaps: tuple[Overlap, ...] | None) -> str:
-    """The first overlap in words, and of how many; a dash where balls cannot overlap."""
+    """Describe the first overlap and the number of the others.
+
+    Return a dash if there can be none.
+    """
     if overlaps is None:
         return "-"
     if not overlaps:

@@ -1,6 +1,7 @@
 """The topics of a drive's state, and the numbers of their messages.
 
-Nodes publish them at every wake-up; exported bags have them. A further topic is a further function.
+Nodes publish them at every wake-up, and exported bags contain them. A further topic needs one
+further function here.
 """
 
 import math
@@ -12,9 +13,9 @@ from ab_msgs_py.samples import HOUSING, frame_of
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION
 
 CONSTANTS = {"zero": 0.0, "one": 1.0, "none": math.nan}
-"""Numbers of messages that no channel has."""
+"""Numbers of messages that are in no channel."""
 TURNING = ("turning x", "turning y", "turning z")
-"""The deck's angular acceleration, inertial axes. No channel has a blank in its name."""
+"""Names of the deck's angular acceleration on inertial axes; unlike channels, they have a blank."""
 AXES, NO_TURN = (0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0)
 """Initial numbers of messages; they are overwritten."""
 
@@ -27,39 +28,39 @@ class Template(NamedTuple):
     numbers: Sequence[str]
     """Names of their numbers, in the order of the message's fields."""
     sensor: str = ""
-    """The sensor that reports it; empty: the true state."""
+    """Sensor that reports it; empty: the true state."""
 
 
 class StateChannels(NamedTuple):
-    """Names of the numbers that messages of a drive's state are made of."""
+    """Names of the numbers in the messages of a drive's state."""
 
     namespace: str
-    """The drive's, part of its frames' names."""
+    """Namespace of the drive, part of its frames' names."""
     channels: Sequence[str]
     balls: int
     sensors: Sequence[str]
-    """Accelerometers."""
+    """Names of the accelerometers."""
 
     @property
     def names(self) -> list[str]:
-        """Names of all numbers: channels, constants, efforts, the deck's angular acceleration."""
+        """Return the names of all numbers: channels, constants, efforts, angular acceleration."""
         return [*self.channels, *CONSTANTS, *map(effort, range(self.balls)), *TURNING]
 
     @property
     def tilts(self) -> bool:
-        """Whether the deck moves in space."""
+        """Return whether the deck moves in space."""
         return "qw" in self.channels
 
     def has(self, *channels: str) -> bool:
-        """Whether there are these channels."""
+        """Return whether all these channels exist."""
         return {*channels} <= {*self.channels}
 
     def known(self, *channels: str) -> list[str]:
-        """These names, with zero for channels that are missing: a deck in the plane has no z."""
+        """Return these names, with zero for missing channels: a deck in the plane has no z."""
         return [name if name in self.channels else "zero" for name in channels]
 
     def frame(self, name: str) -> str:
-        """A frame's full name."""
+        """Return a frame's full name."""
         return frame_of(self.namespace, name)
 
 
@@ -69,7 +70,7 @@ STATE_TOPICS: dict[Topic, TemplatesOf] = {}
 
 
 def state_topic(topic: Topic) -> Callable[[TemplatesOf], TemplatesOf]:
-    """Decorator: register the function that returns the templates of a topic."""
+    """Return a decorator that registers the function with the templates of a topic."""
 
     def register(function: TemplatesOf) -> TemplatesOf:
         STATE_TOPICS[topic] = function
@@ -79,7 +80,7 @@ def state_topic(topic: Topic) -> Callable[[TemplatesOf], TemplatesOf]:
 
 
 def effort(ball: int) -> str:
-    """Name of the torque that drives a ball about the shaft."""
+    """Return the name of the torque that drives a ball about the shaft."""
     return f"effort of ball {ball}"
 
 
@@ -96,7 +97,7 @@ def _joints(shown: StateChannels) -> Iterator[Template]:
 
 @state_topic(topics.VIBRATION)
 def _vibration(shown: StateChannels) -> Iterator[Template]:
-    """Of each accelerometer, or of the deck if there is none."""
+    """Yield a template for each accelerometer, or one for the deck if there is none."""
     sensors = [name for name in shown.sensors if shown.has(f"{name}_1")]
     for name in sensors:
         read = shown.known(f"{name}_1", f"{name}_2", f"{name}_3")
@@ -115,7 +116,7 @@ def _whirl(shown: StateChannels) -> Iterator[Template]:
 
 @state_topic(topics.DECK_POSE)
 def pose(shown: StateChannels) -> Iterator[Template]:
-    """The deck's, also for tf."""
+    """Yield the template of the deck's pose, also for tf."""
     if shown.has("x", "y"):
         turn = ["qx", "qy", "qz", "qw"] if shown.tilts else ["zero", "zero", "zero", "one"]
         sample = PoseSample(0, AXES, NO_TURN, shown.frame(HOUSING))

@@ -1,4 +1,4 @@
-"""A drive without its balls: its whirl at a speed that is held, and along a run's speed."""
+"""A drive without its balls: its whirl at constant speed, and along a run's speed."""
 
 from typing import NamedTuple
 
@@ -9,19 +9,19 @@ class RotorWithoutBalls(NamedTuple):
     """Rotor and deck on a linear, isotropic suspension, in the plane of the disc."""
 
     mass: float
-    """M - sum m_i [kg]: the balls' mass is taken out, too."""
+    """Mass M - sum m_i, without the balls [kg]."""
     unbalance: float
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     stiffness: float
-    """k [N/m]; 0 without a suspension."""
+    """Stiffness k [N/m]; 0 without a suspension."""
     damping: float
-    """c [N s/m]."""
+    """Damping c [N s/m]."""
 
     def whirl(self, speed: np.ndarray) -> np.ndarray:
-        """Steady whirl radius W [m] at speeds [rad/s]: M0 e w^2 / |k - M w^2 + i c w|.
+        """Return the steady whirl W [m] at speeds [rad/s]: M0 e w^2 / |k - M w^2 + i c w|.
 
         Thesis (2-9), (2-10) without balls, at rest on the rotating axes. Infinite at the critical
-        speed of a suspension that does not damp.
+        speed of a suspension without damping.
         """
         square = np.square(speed)
         pull = self.unbalance * square
@@ -31,12 +31,12 @@ class RotorWithoutBalls(NamedTuple):
 
 
 class WhirlWithoutBalls:
-    """Computes the whirl without balls along the speed of a run, from rest at its first sample.
+    """Whirl without balls along the speed of a run, from rest at its first sample.
 
-    On axes that turn with the rotor the displacement u changes slowly:
-    ``M (u'' + 2 i w u' + (i w' - w^2) u) + c (u' + i w u) + k u = M0 e (w^2 - i w')``. Each step
-    takes the mean speed and acceleration as constant and is exact for them: steps of 10 ms come to
-    within 0.2 % of the peak of a simulation.
+    On axes that turn with the rotor the displacement u changes slowly: ``M (u'' + 2 i w u' + (i w'
+    - w^2) u) + c (u' + i w u) + k u = M0 e (w^2 - i w')``. Each step takes the mean speed and
+    acceleration as constant and is exact for them. Steps of 10 ms are within 0.2 % of the peak of a
+    simulation.
 
     Args:
         rotor: the drive without balls.
@@ -50,7 +50,7 @@ class WhirlWithoutBalls:
     def along(self, time: np.ndarray, speed: np.ndarray) -> np.ndarray:
         """Return the whirl W [m] at the next times [s] of a run with these speeds [rad/s].
 
-        After a speed that is no finite number it is NaN.
+        It is NaN from the first speed that is not finite.
         """
         speed = np.where(np.isfinite(speed), speed, np.nan)
         if self._last is None:
@@ -77,10 +77,11 @@ class WhirlWithoutBalls:
 def _exponentials(matrices: np.ndarray) -> np.ndarray:
     """Return the exponentials of matrices, shape (rows, n, n), by scaling and squaring.
 
-    To 1e-11 of their size, all rows at once, in some 7 us each; ``scipy.linalg.expm`` takes 1 ms.
+    The relative error is 1e-11. All rows are computed at once, in about 7 us each;
+    ``scipy.linalg.expm`` takes 1 ms.
     """
     size = np.fmax.reduce(np.abs(matrices).sum(axis=2), axis=None, initial=1.0)
-    # The same for all usual steps, so that blocks of any size give the same bits.
+    # The same number for all usual steps, so that the bits do not depend on the size of a block.
     halvings = max(int(np.ceil(np.log2(size))) + 1, 16)
     scaled = matrices / 2.0**halvings
     total = term = np.broadcast_to(np.eye(matrices.shape[1], dtype=complex), matrices.shape)

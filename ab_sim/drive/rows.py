@@ -1,4 +1,4 @@
-"""From the rows that a kernel writes to trajectories and observations."""
+"""Conversion of the rows that a kernel writes to trajectories and observations."""
 
 import math
 
@@ -17,23 +17,23 @@ from ab_sim.stepping.fixed_step import DECK, STEP
 
 
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:
-    """Names of a scene's channels."""
+    """Return the names of a scene's channels."""
     kind, balls = type(system.deck_model), scene.balls.count
     sensors = [f"{name}_{axis + 1}" for name in scene.pickups for axis in range(kind.AXES)]
     return channels_for(kind.CHANNELS, balls, has_motor(system.effects), sensors)
 
 
 class RowReader:
-    """How a scene's rows are read.
+    """Reader of the rows of a scene.
 
     Args:
-        scene: what the rows are of.
-        system: the same as a system.
+        scene: scene of the rows.
+        system: the same scene as a system.
     """
 
     def __init__(self, scene: Scene, system: System) -> None:
         self._scene, self._system, self._step = scene, system, scene.solver.step
-        # Nothing drives a ball that is lost.
+        # No force drives a lost ball.
         masses = tuple(system.balls[:, MASS].tolist())
         self._driven = DrivenBalls.of(scene)._replace(masses=masses)
         self._deck_model, self._layout = system.deck_model, layout_of(system)
@@ -49,19 +49,20 @@ class RowReader:
         self.reset()
 
     def reset(self) -> None:
-        """Back to t = 0."""
+        """Reset the sensors to t = 0."""
         start = start_state(self._scene, self._system)[self._layout.deck]
         at_rest = self._deck_model.at_rest(start)
         for name, pickup in self.pickups.items():
-            # As if the drive had hung there at rest for ever.
+            # The sensors have settled, as if the drive had been at rest for ever.
             pickup.reset(self.felt(name, at_rest)[0])
 
     def trajectory(self, samples: np.ndarray) -> Trajectory:
-        """The trajectory of some steps; readings of sensors go on from the last.
+        """Return the trajectory of some steps; sensor readings continue from the last call.
 
         Args:
-            samples: shape (steps, channels), with sensors one after the other, but for the
-                readings: see ``fixed_step.record``. They are written, and become the trajectory's.
+            samples: shape (steps, channels), with the sensors one after the other, and without
+                their readings: see ``fixed_step.record``. The readings are written here; the
+                trajectory owns the array.
         """
         if self.pickups and len(samples):
             first = int(samples[0, STEP])
@@ -71,10 +72,10 @@ class RowReader:
         return Trajectory(self.channels, samples)
 
     def present(self, sample: np.ndarray) -> Trajectory:
-        """One sample; the readings of sensors are those that they hold.
+        """Return the trajectory of one sample, with the readings that the sensors hold.
 
         Args:
-            sample: shape (1, channels), as of ``trajectory``.
+            sample: shape (1, channels), as in ``trajectory``.
         """
         for pickup, at in zip(self.pickups.values(), self._readings(), strict=True):
             sample[:, at] = pickup.reading
@@ -83,12 +84,12 @@ class RowReader:
     def observation(
         self, present: Trajectory, time: float, discrete_state: np.ndarray
     ) -> Observation:
-        """One sample with what follows from it.
+        """Return the observation of one sample with derived quantities.
 
         Args:
-            present: as ``present`` gives it.
+            present: as returned by ``present``.
             time: s.
-            discrete_state: then.
+            discrete_state: discrete state at that time.
         """
         row = present.samples[0]
         psi, omega, command = (float(x) for x in row[2:5])
@@ -118,20 +119,21 @@ class RowReader:
         )
 
     def _stuck(self, discrete_state: np.ndarray) -> np.ndarray:
-        """Whether friction holds a ball on the race, shape (balls,)."""
+        """Return whether friction holds each ball on the race, shape (balls,)."""
         held = (discrete_state[:, DIRECTION] == 0) & (discrete_state[:, LOADED] == 1)
         stuck: np.ndarray = held & self._friction
         return stuck
 
     def _readings(self) -> list[slice]:
-        """Columns of each sensor's readings."""
+        """Return the columns of each sensor's readings."""
         ways, first = self._ways, len(self.channels) - self._ways * len(self.pickups)
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
     def felt(self, name: str, shown: np.ndarray) -> np.ndarray:
-        """What a sensor senses, shape (samples, ways).
+        """Return the quantity that a sensor measures, shape (samples, ways).
 
-        That is specific force on the deck's axes [m/s^2], or a probe's displacement [m].
+        For an accelerometer: specific force on the deck's axes [m/s^2]. For a probe: displacement
+        [m].
         """
         point, effects = self._points[name], self._system.effects
         if name in self._scene.probes:
@@ -139,7 +141,7 @@ class RowReader:
         return np.column_stack(self._deck_model.specific_force(effects, shown.T, point))
 
     def _displaced(self, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
-        """How far a point of the deck has moved, on inertial axes [m], shape (samples, ways)."""
+        """Return the displacement of a deck point on inertial axes [m], shape (samples, ways)."""
         names = type(self._deck_model).CHANNELS
         moved: np.ndarray = shown[:, [names.index(axis) for axis in "xyz"[: self._ways]]]
         if "qw" in names:

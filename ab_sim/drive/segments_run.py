@@ -1,4 +1,4 @@
-"""A drive's segments that end on conditions, led as ``profile_controller`` leads them live."""
+"""Profiles with segments that end on conditions, as ``profile_controller`` runs them live."""
 
 import copy
 from collections.abc import Iterable
@@ -20,11 +20,11 @@ from ab_sim.spindle.segments_course import PERIOD, SILENCE, SegmentsCourse
 
 
 class SegmentsRun:
-    """The segments under way; see ``Leader``.
+    """Controller of the segments of a profile; see ``Leader``.
 
     Args:
-        scene: with segments of which one ends on a condition.
-        faults: of the drive; those of sensors change what it hears.
+        scene: with segments of which at least one ends on a condition.
+        faults: faults of the drive; those of sensors alter the input.
     """
 
     def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
@@ -47,11 +47,11 @@ class SegmentsRun:
 
     @property
     def state(self) -> Any:
-        """As of ``Leader``."""
-        return copy.deepcopy(self._run.state_values())  # which goes on changing
+        """Return the state; see ``Leader``."""
+        return copy.deepcopy(self._run.state_values())  # the run continues to change its values
 
     def restore(self, state: Any) -> None:
-        """As of ``Leader``."""
+        """Restore a state; see ``Leader``."""
         try:
             self._run.restore(state, self._course)
         except NOT_AS_WRITTEN as error:
@@ -59,11 +59,11 @@ class SegmentsRun:
         self.aborted = None
 
     def next(self, step: int) -> int:
-        """As of ``Leader``."""
+        """Return the step of the next command; see ``Leader``."""
         return step - step % self._per_command + self._per_command
 
     def command(self, newest: Trajectory, step: int) -> float | None:
-        """As of ``Leader``."""
+        """Return the command of a step; see ``Leader``."""
         if len(newest):
             for name, every in (self._sensors or {VIBRATION: 1}).items():
                 self._hear(newest, name, every)

@@ -1,4 +1,4 @@
-"""Bounds on the numbers of a snapshot that comes from a file: those of a run of its scene."""
+"""Bounds on the numbers of a snapshot from a file: those that a run of its scene can reach."""
 
 import math
 
@@ -14,27 +14,27 @@ from ab_sim.spindle.speed_laws import RaisedCosine
 from ab_sim.stored_numbers import MOST_TIME
 
 MOST_TURNS = 2**53
-"""Whole turns of an angle; doubles count no further."""
+"""Largest number of whole turns of an angle that a double represents exactly."""
 MOST_MODE = 2
-"""Magnitude of the other whole numbers that a run keeps of a ball."""
+"""Largest magnitude of the other whole numbers that a run keeps of a ball."""
 MOST_SLOPE = 1e12
-"""rad/s^2; a scene's own limit does not hold for all commands of one step."""
+"""Largest slope of a segment [rad/s^2]; commands within one step may exceed the scene's limit."""
 ROUNDING = 1e-6
-"""Relative; speeds and angles that are computed exceed the scene's limits by less."""
+"""Relative margin for rounding of computed speeds and angles."""
 
 
 def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
     """Refuse a snapshot with a number that no run of its scene reaches.
 
     Raises:
-        ValueError: names the first number out of bounds, and its bounds.
+        ValueError: a number is out of bounds; the message names it and its bounds.
     """
     system = system_of(scene)
     if snapshot.state.size > layout_of(system).size:
         system = system_of(scene, energy_balance=True)
     layout, top = layout_of(system), scene.spindle.max_speed
     bounds = state_bounds(system, scene.solver.step)
-    bounds[layout.angles] = 2.0 * math.pi  # whole turns are counted apart
+    bounds[layout.angles] = 2.0 * math.pi  # whole turns are counted separately
     if has_motor(system.effects):
         bounds[layout.spindle.start] = 2.0 * math.pi
     if snapshot.state.shape != bounds.shape:
@@ -73,6 +73,6 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
 
 def _within(name: str, value: float, most: float, least: float | None = None) -> None:
     low = -most if least is None else least
-    # A NaN is within no bounds.
+    # A NaN fails this comparison.
     if not low * (1.0 + ROUNDING) <= value <= most * (1.0 + ROUNDING):
         raise ValueError(f"{name} = {short(float(value))}: must be {low:g} to {most:g}")

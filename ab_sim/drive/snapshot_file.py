@@ -1,4 +1,4 @@
-"""A snapshot of a drive in a file, for another process to go on from, to the bit."""
+"""A snapshot of a drive in a file, from which another process continues with identical bits."""
 
 import hashlib
 import json
@@ -29,14 +29,14 @@ SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
 def write_snapshot(
     path: Path, scene: Scene, snapshot: Snapshot, beside: Mapping[str, Any], *modules: str
 ) -> None:
-    """Write one; a file that is there is replaced at once, or stays whole.
+    """Write a snapshot; an existing file is replaced atomically.
 
     Args:
-        path: ends in .json.
-        scene: the drive's.
-        snapshot: the drive's.
-        beside: whatever else is to be kept, as JSON-able values.
-        modules: names of those that go on from that.
+        path: file that ends in .json.
+        scene: the drive's scene.
+        snapshot: the drive's state.
+        beside: further JSON-able values to keep.
+        modules: names of the modules that continue from these values.
 
     Raises:
         InputError: the file cannot be written.
@@ -54,15 +54,15 @@ def write_snapshot(
 
 
 def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, dict[str, Any]]:
-    """Read one, and what was kept beside it.
+    """Read a snapshot and the further values kept with it.
 
     Args:
-        path: of the file.
-        scene: what is to go on from it.
+        path: the file.
+        scene: scene that continues from it.
         modules: as when it was written.
 
     Raises:
-        InputError: there is none, it is damaged, or it is of another scene or another ab_sim.
+        InputError: the file is missing, damaged, or from another scene or another ab_sim.
     """
     content = read_content(path, FORMAT, "no snapshot of ab_sim")
     if (version := content.get("version")) != VERSION:
@@ -94,7 +94,7 @@ def _digest(run: str) -> str:
 
 
 def _different(one: Any, other: Any, name: str = "") -> list[str]:
-    """Dotted names of what differs."""
+    """Return the dotted names of differing values."""
     if one == other:
         return []
     if not (isinstance(one, dict) and isinstance(other, dict)):

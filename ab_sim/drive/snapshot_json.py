@@ -1,4 +1,4 @@
-"""What snapshots in files have in common: JSON, whole or not at all, of the same sources."""
+"""Common code of snapshot files: JSON, written atomically, and valid for the same sources only."""
 
 import functools
 import hashlib
@@ -14,17 +14,17 @@ from ab_sim.quoting import shortened
 from ab_sim.sources import NotOfSources, sources
 
 MOST_BYTES = 1 << 24
-"""Of a file; hours of commands take some MB."""
+"""Largest size of a file; hours of commands take some MB."""
 
 
 def write_content(path: Path, content: Mapping[str, Any]) -> None:
-    """Write it; a file that is there is replaced at once, or stays whole.
+    """Write a snapshot file; an existing file is replaced atomically.
 
     The path may come from a parameter that any ROS peer can set, so only a snapshot of the same
     format is replaced.
 
     Args:
-        path: ends in .json.
+        path: file that ends in .json.
         content: JSON-able values, with their ``format``.
 
     Raises:
@@ -49,15 +49,15 @@ def write_content(path: Path, content: Mapping[str, Any]) -> None:
 
 
 def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
-    """Read it.
+    """Read a snapshot file.
 
     Args:
-        path: of the file.
-        named: what it has under ``format``.
-        otherwise: what to say of a JSON file that has another one.
+        path: the file.
+        named: expected value of ``format``.
+        otherwise: end of the message for a JSON file with another format.
 
     Raises:
-        InputError: there is no such file, or it is damaged.
+        InputError: the file is missing, damaged, or of another format.
     """
     try:
         with path.open("rb") as file:
@@ -75,7 +75,7 @@ def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
 
 
 def origin(*modules: str) -> dict[str, str]:
-    """What a file has to be of, for these modules to go on to the same bits.
+    """Return the origin that a file must have for these modules to continue with the same bits.
 
     Raises:
         InputError: their sources have changed since they were imported.
@@ -84,10 +84,10 @@ def origin(*modules: str) -> dict[str, str]:
 
 
 def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:
-    """See whether a file is of these modules.
+    """Refuse a file that these modules did not write.
 
     Raises:
-        InputError: it is not.
+        InputError: the file was written by another version or other sources.
     """
     ours = origin(*modules)
     if any(content.get(key) != value for key, value in ours.items()):
@@ -101,7 +101,7 @@ def check_origin(path: Path, content: Mapping[str, Any], *modules: str) -> None:
 
 @functools.cache
 def _kernel(*modules: str) -> str:
-    """A few digits that say of which sources they are made."""
+    """Return a short digest of the modules' sources."""
     try:
         made_of = sources(list(modules))
     except NotOfSources as error:

@@ -1,4 +1,4 @@
-"""The way of a drive's steps along its speed profile, as tables that its kernel walks along."""
+"""Plan of a drive's steps along its speed profile, as tables for the compiled kernel."""
 
 from bisect import bisect_left
 from collections.abc import Callable, Iterable, Iterator
@@ -14,38 +14,38 @@ from ab_sim.spindle.schedule import Segment
 from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
 FOREVER = 2**52
-"""Steps after which nobody asks any more; their numbers are exact as floats."""
+"""Number of steps that no run exceeds; step numbers up to it are exact as floats."""
 
 
 class StepPlanPart(NamedTuple):
-    """Step ranges along segments of one kind: what one call of the driver can take."""
+    """Step ranges along segments of one kind, which one call of the driver can take."""
 
     kind: type
-    """Of the segments."""
+    """Kind of the segments."""
     table: np.ndarray
-    """A line for each step range, columns as of ``stepping.fixed_step.FIRST``."""
+    """Rows of step ranges, with columns as in ``stepping.fixed_step.FIRST``."""
     first: int
-    """Step ranges of the plan before it."""
+    """Number of step ranges of the plan before this part."""
 
 
 DriverOf = Callable[[StepPlanPart], Callable[..., int]]
 
 
 class StepPlan:
-    """Made once for all steps ahead, so that a call has nothing to find out but where it begins.
+    """Plan of all steps ahead, made once, so that a call only has to find its first step range.
 
     Args:
-        ahead: the step ranges, at least one, whole steps with all their parts.
+        ahead: the step ranges, at least one, with all parts of whole steps.
     """
 
     def __init__(self, ahead: Iterable[StepRange]) -> None:
         taken = list(ahead)
         self.begin = taken[0].first
-        """Steps taken before it."""
+        """Steps taken before the plan begins."""
         self._firsts = [step_range.first for step_range in taken]
         self._parts: list[StepPlanPart] = []
         self._places: list[tuple[StepPlanPart, int]] = []
-        """Of each step range its part, and which of the part's it is."""
+        """Part of each step range, and its index in that part."""
         lines = [_line(*pair) for pair in pairwise([*taken, _END])]
         alike = groupby(
             zip(taken, lines, strict=True), lambda pair: type(pair[0].scheduled.segment)
@@ -58,23 +58,26 @@ class StepPlan:
 
     @classmethod
     def along(cls, profile: SpeedSchedule, grid: StepGrid, first: int) -> "StepPlan":
-        """Of all steps along a profile, after so many."""
+        """Return the plan of all steps along a profile after the first ``first`` ones."""
         return cls(step_ranges(profile, grid, first, FOREVER))
 
     @property
     def kinds(self) -> set[type[Segment]]:
-        """Of its segments: there is a kernel for each."""
+        """Return the kinds of the segments: each has its own kernel."""
         return {part.kind for part in self._parts}
 
     def after(self, steps: int) -> Iterator[tuple[StepPlanPart, int]]:
-        """The parts after so many steps, and at which of its step ranges each is begun."""
+        """Yield the parts after ``steps`` steps, and the step range at which each is entered."""
         at = self._at(steps)
         for part in self._parts:
             if at < part.first + len(part.table):
                 yield part, max(at - part.first, 0)
 
     def _at(self, steps: int) -> int:
-        """Which step range comes first after so many steps; the first one before it begins."""
+        """Return the first step range after ``steps`` steps.
+
+        Before the plan begins, its first one.
+        """
         at = bisect_left(self._firsts, steps)
         return at if at < len(self._firsts) and self._firsts[at] == steps else max(at - 1, 0)
 
@@ -86,11 +89,14 @@ class StepPlan:
         command: float,
         samples: np.ndarray | KeptArray,
     ) -> int:
-        """Take steps after so many; arguments and what is returned as of ``fixed_step.advance``.
+        """Take steps after the first ``first`` ones.
+
+        Arguments and result are those of ``fixed_step.advance``.
 
         Args:
-            driver: as ``drive.steps.Steps.along``: of a part, what takes steps along it.
-            samples: a KeptArray has room for one step at most.
+            driver: as ``drive.steps.Steps.along``: returns the function that takes steps along a
+                part.
+            samples: a KeptArray has room for at most one step.
         """
         at, done = self._at(first), 0
         while True:
@@ -106,11 +112,11 @@ class StepPlan:
 
 
 _END = StepRange(ScheduledSegment(0.0, 0.0, 0.0, Ramp(0.0, 0.0)), -1, 0, 0.0, 0.0)
-"""Behind the last step range."""
+"""Sentinel after the last step range."""
 
 
 def _line(step_range: StepRange, next_: StepRange) -> list[float]:
-    # The last part of a step ends it.
+    # The last part of a step completes it.
     ended = step_range.steps or int(next_.first != step_range.first)
     place, first, start = (
         place_on(step_range.scheduled),

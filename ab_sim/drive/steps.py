@@ -1,4 +1,4 @@
-"""Steps of a system: its machine code and arrays, made for a stepper."""
+"""Steps of a system: machine code and arrays for a stepper."""
 
 import contextlib
 from collections.abc import Iterator
@@ -33,15 +33,15 @@ class Steps:
     """Takes steps of a system.
 
     Args:
-        system: what moves; its kind stays, its numbers may change.
-        stepper: how.
+        system: system to integrate; its kind is fixed, its numbers may change.
+        stepper: integration method.
         step: s.
-        discrete_state: branches that hold at the start, shape (n + 1, MODES); change at events.
+        discrete_state: active branches at the start, shape (n + 1, MODES); events change them.
 
     Attributes:
         state: shape (states,).
-        discrete_state: as given.
-        work: what a step writes to.
+        discrete_state: as passed.
+        work: workspace of a step.
     """
 
     def __init__(
@@ -57,16 +57,16 @@ class Steps:
         self.work = workspace(self._balls, bounds, self._memory(len(bounds)))
         self._made: dict[type[Any], tuple[Run, BoundFunction, Code]] = {}
         self._part: StepPlanPart | None = None
-        """What steps were taken along last, by ``_taken``."""
+        """Part of the plan that ``_taken`` is bound to."""
 
     def along(self, part: StepPlanPart) -> BoundFunction:
-        """What takes steps along a part of a plan: ``fixed_step.advance`` of what is behind it."""
+        """Return the function that takes steps along a part of a plan, ``fixed_step.advance``."""
         if part is not self._part:
             self._part, self._taken = part, self.along_segments(part.kind).bind(part.table)
         return self._taken
 
     def along_segments(self, kind: type[Any]) -> BoundFunction:
-        """What takes steps along segments of a kind: ``fixed_step.advance`` of the rest."""
+        """Return the function that takes steps along segments of a kind, without a table."""
         if kind not in self._made:
             code = code_of(self._system, kind)
             run = self._run(code)
@@ -83,7 +83,7 @@ class Steps:
         return self._made[kind][1]
 
     def take(self, system: System) -> None:
-        """Go on with other numbers: of a system of the same kind."""
+        """Continue with the numbers of another system of the same kind."""
         self._system = system
         self._balls.constants[:] = system.balls
         self._balls.contacts[:] = system.contacts
@@ -98,7 +98,7 @@ class Steps:
 
     @contextlib.contextmanager
     def left_unchanged(self) -> Iterator[None]:
-        """Whatever steps are taken within, all is afterwards as it was."""
+        """Restore state and workspace on exit, whatever steps were taken."""
         work = self.work
         changed = self.state, self.discrete_state, work.counts, work.memory, work.smooth
         kept = [array.copy() for array in changed]
@@ -109,7 +109,7 @@ class Steps:
                 array[:] = values
 
     def _memory(self, states: int) -> tuple[int, int]:
-        """Shape of what the stepper carries from step to step."""
+        """Return the shape of the values that the stepper carries from step to step."""
         if self._by_collocation is not None:
             return self._by_collocation.memory
         if isinstance(self._stepper.weights, TaylorParameters):
@@ -117,7 +117,7 @@ class Steps:
         return self._stepper.memory, states
 
     def _run(self, code: Code) -> Run:
-        # Steps with events are another stepper's, where its own cannot be cut.
+        # A stepper that cannot cut its steps at events leaves those steps to another one.
         weights = (self._stepper.over_events or self._stepper).weights
         step = code.step(*weights) if isinstance(weights, Tableau) else NOWHERE
         own = self._balls, self.work, self._system, code, step, self._step, self.state
@@ -129,7 +129,7 @@ class Steps:
 
 
 def implicit_of(weights: Alpha, code: Code, states: int) -> ImplicitWork:
-    """What an implicit step works with."""
+    """Return the workspace of an implicit step."""
     lanes = lanes_for(code.model.count)
     return ImplicitWork(
         code.address("slope"),

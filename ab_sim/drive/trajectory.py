@@ -14,7 +14,7 @@ from ab_sim.presentation import Column, Columns, Presented, ends, number
 from ab_sim.quoting import short
 
 MAX_VALUES = 250_000_000
-"""2 GB of samples; who asks for more in one piece is refused before anything runs."""
+"""Largest number of values (2 GB); longer runs are refused before they start."""
 
 SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
 
@@ -22,29 +22,29 @@ SPINDLE_CHANNELS = ("step", "time", "angle", "speed", "command")
 def channels_for(
     deck_model: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
 ) -> tuple[str, ...]:
-    """Names of the columns: of what carries so many balls, a motor if there is one, readings."""
+    """Return the names of the columns: spindle, deck model, balls, motor, sensor readings."""
     each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
     return (*SPINDLE_CHANNELS, *deck_model, *each, *torque, *readings)
 
 
 def taken(run: "Trajectory", every: int) -> np.ndarray:
-    """The samples that a sensor takes, one of so many integration steps; a run has one at least."""
+    """Return the samples of a sensor, one in every ``every`` steps; the run is not empty."""
     return run.samples[-int(run.samples[0, 0]) % every :: every]
 
 
 def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, int]:
-    """Both numbers of a run whose samples fit.
+    """Check that the samples of a run fit in memory, and return both numbers as integers.
 
     Args:
-        steps: how many are taken.
-        every: one sample of so many is kept.
-        channels: of a sample.
+        steps: number of steps.
+        every: one sample in every ``every`` steps is kept.
+        channels: channels of a sample.
 
     Raises:
-        TypeError: one of the two is no whole number.
-        ValueError: there are none such; or names how many samples fit, and an ``every`` with which
-            they do.
+        TypeError: one of the two is not an integer.
+        ValueError: a number is too small, or too many samples result; the message names the limit
+            and an ``every`` that suffices.
     """
     steps, every = _counted("steps", steps, least=0), _counted("every", every, least=1)
     fit = MAX_VALUES // len(channels)
@@ -60,7 +60,7 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, in
 
 def _counted(name: str, value: int, least: int) -> int:
     try:
-        # Python would take a bool for 0 or 1.
+        # operator.index would accept a bool as 0 or 1.
         found = None if isinstance(value, bool) else operator.index(value)
     except TypeError:
         found = None
@@ -72,10 +72,10 @@ def _counted(name: str, value: int, least: int) -> int:
 
 
 def column_of(channel: str, channels: Sequence[str]) -> int:
-    """Which column a channel is.
+    """Return the column of a channel.
 
     Raises:
-        KeyError: there is none of that name; names the nearest, and all there are.
+        KeyError: no channel has that name; the message lists the nearest and all names.
     """
     try:
         return channels.index(channel)
@@ -87,8 +87,8 @@ def column_of(channel: str, channels: Sequence[str]) -> int:
 
 
 def whirl_of(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """W = |u| [m] of displacements, none of them near the ends of what floats can say."""
-    # The C library's hypot, which takes care of those, takes four times as long.
+    """Return W = |u| [m] of displacements that are far from overflow and underflow."""
+    # The C library's hypot, which handles overflow and underflow, takes four times as long.
     found = np.multiply(x, x, dtype=float)
     found += y * y
     return np.sqrt(found, out=found)
@@ -96,8 +96,8 @@ def whirl_of(x: np.ndarray, y: np.ndarray) -> np.ndarray:
 
 @lru_cache
 def balls_in(channels: tuple[str, ...]) -> int:
-    """Number of balls whose angles are among these channels."""
-    # A drive asks at every observation.
+    """Return the number of balls whose angles are among these channels."""
+    # Cached: a drive calls this at every observation.
     return sum(name.startswith("ball_") and name.endswith("_angle") for name in channels)
 
 
@@ -106,7 +106,7 @@ class Trajectory(Presented):
     """Consecutive samples of a run, one row per integration step, in SI units.
 
     ``step`` counts integration steps; ``time`` [s]; ``angle`` and ``speed`` of the spindle [rad,
-    rad/s]; ``command`` [rad/s], the speed asked for; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
+    rad/s]; ``command`` [rad/s], the commanded speed; ``x``, ``y``, ``vx``, ``vy``, ``ax``, ``ay``
     of the deck on inertial axes [m, m/s, m/s^2]; per ball its ``angle`` from the unbalance,
     unwrapped [rad], and its ``rate`` relative to the race [rad/s]; with a motor its
     ``motor_torque`` [N m]; of each sensor its readings ``NAME_1`` and ``NAME_2`` [m/s^2].
@@ -136,111 +136,112 @@ class Trajectory(Presented):
     """Shape (samples, channels)."""
 
     def __init__(self, channels: tuple[str, ...], samples: np.ndarray) -> None:
-        # As dataclass writes it for what is frozen, this takes twice as long.
+        # The generated __init__ of a frozen dataclass takes twice as long.
         self.__dict__.update(channels=channels, samples=samples)
 
     @classmethod
     def join(cls, parts: Sequence["Trajectory"]) -> "Trajectory":
-        """Trajectories one after the other."""
+        """Concatenate trajectories."""
         return cls(parts[0].channels, np.concatenate([part.samples for part in parts]))
 
     def thinned(self, every: int, after: int = 0) -> "Trajectory":
-        """Each so-many-th sample, the last of every so many; a copy, if any is left out.
+        """Return every ``every``-th sample, the last of each group; a copy if any is left out.
 
         Parameters
         ----------
         every : int
-            How many.
+            Size of a group.
         after : int, default 0
-            Samples before this trajectory that count along.
+            Number of samples before this trajectory that count as well.
         """
         if every == 1:
             return self
         return Trajectory(self.channels, self.samples[(-1 - after) % every :: every].copy())
 
     def last(self, count: int) -> "Trajectory":
-        """The last so many samples, or all; none if ``count`` is less than 1."""
+        """Return the last ``count`` samples, or all of them; none if ``count`` is less than 1."""
         return Trajectory(self.channels, self.samples[max(len(self) - max(count, 0), 0) :])
 
     def __len__(self) -> int:
         return len(self.samples)
 
     def __getitem__(self, channel: str) -> np.ndarray:
-        """One channel, shape (samples,).
+        """Return one channel, shape (samples,).
 
         Raises
         ------
         KeyError
-            There is none of that name; names the nearest, and all there are.
+            No channel has that name; the message lists the nearest and all names.
         """
         return self.samples[:, column_of(channel, self.channels)]
 
     @property
     def balls(self) -> int:
-        """Number of balls."""
+        """Return the number of balls."""
         return balls_in(self.channels)
 
     @property
     def position(self) -> np.ndarray:
-        """The deck on inertial axes [m], shape (samples, 2), or 3 where it moves in space."""
+        """Return the deck's displacement on inertial axes [m], shape (samples, 2 or 3)."""
         return self._from("x", self._ways)
 
     @property
     def velocity(self) -> np.ndarray:
-        """Its velocity on inertial axes [m/s], shape as ``position``."""
+        """Return the deck's velocity on inertial axes [m/s], shape as ``position``."""
         return self._from("vx", self._ways)
 
     @property
     def acceleration(self) -> np.ndarray:
-        """Its acceleration on inertial axes [m/s^2], shape as ``position``."""
+        """Return the deck's acceleration on inertial axes [m/s^2], shape as ``position``."""
         return self._from("ax", self._ways)
 
     @property
     def whirl(self) -> np.ndarray:
-        """W = |u| [m], shape (samples,); of a deck in space, that of C across Z."""
+        """Return W = |u| [m], shape (samples,); in space, that of C across Z."""
         return whirl_of(self["x"], self["y"])
 
     @property
     def tilts(self) -> bool:
-        """Whether it is of a deck in space."""
+        """Return whether the deck moves in space."""
         return "qw" in self.channels
 
     @property
     def turn(self) -> np.ndarray:
-        """Quaternion (w, x, y, z) from deck axes to the ground's, shape (samples, 4)."""
+        """Return the quaternion (w, x, y, z) from deck axes to the ground's, shape (samples, 4)."""
         if not self.tilts:
             return np.broadcast_to(NONE, (len(self), 4))
         return self._from("qw", 4)
 
     @cached_property
     def turned(self) -> np.ndarray:
-        """The same as matrices that turn vectors, shape (samples, 3, 3)."""
+        """Return rotation matrices from deck axes to the ground's, shape (samples, 3, 3)."""
         return matrix_of(self.turn)
 
     @property
     def tilt(self) -> np.ndarray:
-        """The deck's angles alpha, beta, gamma, unwrapped [rad], shape (samples, 3)."""
+        """Return the deck's angles alpha, beta, gamma, unwrapped [rad], shape (samples, 3)."""
         return np.unwrap(tilt_of(self.turn), axis=0)
 
     @property
     def angular_velocity(self) -> np.ndarray:
-        """The deck's, on inertial axes [rad/s], shape (samples, 3)."""
+        """Return the deck's angular velocity on inertial axes [rad/s], shape (samples, 3)."""
         return self._turning("wx")
 
     @property
     def angular_acceleration(self) -> np.ndarray:
-        """The deck's, on inertial axes [rad/s^2], shape (samples, 3)."""
-        # Axes that turn with the angular velocity add nothing: it has no component across itself.
+        """Return the deck's angular acceleration on inertial axes [rad/s^2], shape (samples, 3)."""
+        # The rotation of the axes adds no term: it is the cross product of the velocity with
+        # itself.
         return self._turning("wx_rate")
 
     @property
     def ball_angles(self) -> np.ndarray:
-        """theta_i [rad], shape (samples, balls)."""
+        """Return theta_i [rad], shape (samples, balls)."""
         return self._of_balls("angle")
 
     @property
     def ball_rates(self) -> np.ndarray:
-        """theta_i' [rad/s], shape (samples, balls)."""
+        """Return theta_i' [rad/s], shape (samples, balls)."""
         return self._of_balls("rate")
 
     def _facts(self) -> dict[str, str]:
@@ -260,11 +261,11 @@ class Trajectory(Presented):
 
     @property
     def _ways(self) -> int:
-        """Along how many axes the deck moves."""
+        """Return the number of axes along which the deck moves."""
         return 3 if self.tilts else 2
 
     def _from(self, first: str, count: int) -> np.ndarray:
-        """Channels that lie side by side, the first by its name; not copied."""
+        """Return adjacent channels, beginning with a named one, as a view."""
         at = column_of(first, self.channels)
         return self.samples[:, at : at + count]
 

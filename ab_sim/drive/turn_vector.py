@@ -1,6 +1,6 @@
-"""The part of the whirl that comes once per turn of the spindle: its size and its phase.
+"""Size and phase of the part of the whirl that repeats once per turn of the spindle.
 
-On axes that turn with the rotor that part stands still. Its vector is the mean of the displacement
+On axes that turn with the rotor this part is constant. Its vector is the mean of the displacement
 on these axes over a whole turn, (x + i y) exp(-i psi), and so counts from the unbalance.
 """
 
@@ -12,13 +12,13 @@ from ab_sim.conventions import TURN
 from ab_sim.drive.trajectory import Trajectory
 
 SIZE, PHASE = "once_per_turn", "phase"
-"""Columns that are not recorded: length [m] and angle from the unbalance [rad] of the vector."""
+"""Names of derived columns: length [m] of the vector and its angle from the unbalance [rad]."""
 COARSEST = 0.25 * TURN
-"""Samples further apart than this angle [rad] do not show what comes once per turn."""
+"""Largest angle between samples [rad] that resolves the part once per turn."""
 
 
 class TurnVector:
-    """Finds the vector at each sample, over the turn that ends there, as samples come."""
+    """Finds the vector at each sample, over the turn that ends there, from successive samples."""
 
     def __init__(self) -> None:
         # Samples of the last turn: path of the spindle [rad], and the vector's integral over it.
@@ -51,7 +51,7 @@ class TurnVector:
         gaps = np.maximum.accumulate(gaps)
         self._whole_from = float(gaps[-1])
         begins = ends - TURN
-        # Between samples the integral is taken as a line.
+        # The integral is interpolated linearly between samples.
         before = np.interp(begins, path, sums.real) + 1j * np.interp(begins, path, sums.imag)
         found = (sums[count:] - before) / TURN
         found[(begins < gaps) | (turned == 0.0)] = complex(math.nan, math.nan)
@@ -61,7 +61,7 @@ class TurnVector:
 
 
 def _continued(sums: np.ndarray, parts: np.ndarray) -> np.ndarray:
-    """Sums with those of further parts: one after the other, to the bit as in a single block."""
+    """Append cumulative sums of further parts, with the same bits as in a single block."""
     return np.concatenate([sums[:-1], np.cumsum(np.concatenate([sums[-1:], parts]))])
 
 

@@ -27,7 +27,10 @@ _KINDS = (
 
 
 def unit_of(channel: str) -> str | None:
-    """Unit of a channel of ``Trajectory``, or of a derived one; None of any other name."""
+    """Return the unit of a channel of ``Trajectory`` or of a derived channel.
+
+    None for other names.
+    """
     if channel in _UNITS:
         return _UNITS[channel]
     return next((unit for kind, unit in _KINDS if kind.fullmatch(channel)), None)

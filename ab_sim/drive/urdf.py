@@ -1,17 +1,18 @@
-"""A scene as a URDF: what RViz and robot_state_publisher need to show the drive.
+"""A scene as a URDF, for RViz and robot_state_publisher.
 
     drive_housing -> deck -> spindle -> race_k -> ball_i_arm -> ball_i
 
-The joints `spindle` and `ball_i` are those of ``joint_states``, so that robot_state_publisher turns
-them. The deck hangs on a joint of the kind *floating*, for which it publishes nothing: where the
-deck is and how it is turned, the drive itself says on tf. So every frame has one publisher, a deck
-in the plane of the disc and one in space are the same tree, and ``joint_states`` keeps to what a
-drive's encoder could know. Sensors are drawn on the deck and are no links: their frames are the
-drive's, too.
+The joints `spindle` and `ball_i` are those of ``joint_states``, so robot_state_publisher moves
+them. The deck has a joint of the type *floating*, for which robot_state_publisher publishes
+nothing; the drive publishes the deck's pose on tf. So every frame has one publisher, decks in the
+plane and in space have the same tree, and ``joint_states`` contains only values that a drive's
+encoder could know. Sensors are drawn on the deck without links: the drive publishes their frames,
+too.
 
-Lengths are the scene's, nothing is exaggerated, and a runout of the race is left out. Radii of
-balls, disc and plate that the scene does not give are stand-ins (`ab_sim.scene.drawn`). No link has
-an inertia: a simulator could not make this drive of them, whose mounts and race a URDF cannot say.
+Lengths are those of the scene, without exaggeration, and a runout of the race is left out. Missing
+radii of balls, disc and plate are replaced by stand-ins (`ab_sim.scene.drawn`). No link has an
+inertia: a URDF cannot describe mounts and race, so a simulator could not rebuild this drive from
+it.
 """
 
 import math
@@ -33,14 +34,14 @@ _COLOURS = {
     "ball": "0.8 0.8 0.85 1",
     "unbalance": "0.84 0.37 0 1",
 }
-"""Red, green, blue, opacity."""
+"""Red, green, blue, opacity of each material."""
 _ORIGIN = (0.0, 0.0, 0.0)
 _THIN = 0.02
 """Thickness of plate and disc, in race radii."""
 
 
 def urdf_of(scene: Scene) -> str:
-    """The scene as a URDF, for ``robot_description``.
+    """Return the scene as a URDF, for ``robot_description``.
 
     Frames have the names of ``ab_sim.scene.frames`` without a namespace: robot_state_publisher and
     RViz put one in front (`frame_prefix`, TF Prefix).
@@ -116,7 +117,7 @@ def _link(
     place: Place = _ORIGIN,
     joint: str = "",
 ) -> Xml.Element:
-    """A link, and the joint that it hangs on, of its own name unless another is given."""
+    """Add a link and the joint that it hangs on; the joint has the link's name by default."""
     link = Xml.SubElement(robot, "link", name=name)
     if parent:
         made = Xml.SubElement(robot, "joint", name=joint or name, type=kind)
@@ -155,5 +156,5 @@ def _cylinder(
 
 
 def _text(numbers: Place) -> str:
-    """In as many digits as say which they are."""
+    """Return numbers with as many digits as identify them."""
     return " ".join(repr(float(number)) for number in numbers)

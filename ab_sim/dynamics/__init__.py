@@ -1,1 +1,1 @@
-"""From a scene to numbers: constants of what moves, the layout of its state, its linear parts."""
+"""Numbers from scenes: constants of the bodies, layout of the state, linear parts."""

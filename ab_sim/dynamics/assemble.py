@@ -1,4 +1,4 @@
-"""From a scene to the system that a kernel runs, its start, and its fastest decay rate."""
+"""Conversion of a scene to the system that a kernel runs, its start, and its fastest decay rate."""
 
 import functools
 import math
@@ -36,7 +36,7 @@ from ab_sim.spindle import ScheduledSegment
 
 
 def system_of(scene: Scene, energy_balance: bool = False) -> System:
-    """The system of a scene: constants, and its effects.
+    """Return the system of a scene: constants and effects.
 
     Args:
         scene: a checked scene.
@@ -49,7 +49,7 @@ def system_of(scene: Scene, energy_balance: bool = False) -> System:
 
 
 def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
-    """``System.balls``."""
+    """Return ``System.balls``."""
     rows = [
         (*of_ball(Ball(m, a), scene.race.radius, effects), scene.race.heights[race])
         for m, a, race in zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
@@ -60,12 +60,12 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
 
 
 def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[float, ...]:
-    """Constants of a ball, columns of ``System.balls`` but for the last, with no turns.
+    """Return the constants of a ball, columns of ``System.balls`` except the height, with no turns.
 
     Args:
         ball: its mass and radius.
-        radius: of the race [m].
-        effects: the scene's. Their numbers and the ball's may be columns, shape (runs,).
+        radius: radius of the race [m].
+        effects: the scene's effects. Their numbers and the ball's may be columns, shape (runs,).
     """
     m, a = ball
     spin = over_effects(effects, "ball_inertia", 0.0, ball)
@@ -74,7 +74,7 @@ def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[flo
 
 
 def start_state(scene: Scene, system: System) -> np.ndarray:
-    """The state at t = 0."""
+    """Return the state at t = 0."""
     layout = layout_of(system)
     state = np.zeros(layout.size)
     state[layout.deck] = registry.of_scene(scene).start(scene, system)
@@ -87,7 +87,7 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
 
 
 def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
-    """Branches to begin with, before they are settled, and the turns in the start angles."""
+    """Return the initial branches, before they are settled, and the turns in the start angles."""
     n = system.balls.shape[0]
     discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
     discrete_state[:n, LOADED] = 1
@@ -99,7 +99,7 @@ def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
 
 
 def state_bounds(system: System, step: float) -> np.ndarray:
-    """Magnitudes that no sound run reaches; beyond them the state is nonsense.
+    """Return magnitudes that no sound run reaches; a state beyond them is invalid.
 
     A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
     one step, which no stepper can follow. Energies grow without limit in sound runs.
@@ -115,15 +115,15 @@ def state_bounds(system: System, step: float) -> np.ndarray:
 
 
 def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
-    """The fastest eigenvalues [1/s] of the linear parts, by what they belong to.
+    """Return the fastest eigenvalues [1/s] of the linear parts, by name.
 
     Args:
-        system: the System.
-        top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
-            faster.
+        system: the system.
+        top_speed: fastest spindle speed [rad/s]; the deck's whirl is faster by that on rotating
+            axes.
 
     Raises:
-        SceneError: an effect's method gives numbers that are not finite.
+        SceneError: a method of an effect returns numbers that are not finite.
     """
     effects = system.effects
     own = registry.of_system(system).rates(system, top_speed)
@@ -155,12 +155,13 @@ def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | lis
 
 
 def drag_rate(system: System) -> float:
-    """Fastest decay rate [1/s] of a ball's speed along the race under the effects' drag.
+    """Return the fastest decay rate [1/s] of a ball's speed along the race under the effects' drag.
 
-    c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move lightens the balls;
-    they are lightest side by side, so that is assumed: the largest eigenvalue of G^-1 c_b with
-    G_ij = mu_i delta_ij - m_i m_j / M (docs/equations.md, 2); of a deck in space with what turning
-    adds to 1 / M, in the direction in which that is most.
+    It is c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move reduces the
+    effective mass of the balls, most if they are side by side, which is assumed here. The rate is
+    then the largest eigenvalue of G^-1 c_b with G_ij = mu_i delta_ij - m_i m_j / M
+    (docs/equations.md, 2). For a deck in space, the turning adds to 1 / M; the direction with the
+    largest effect is taken.
     """
     n = system.balls.shape[0]
     if n == 0:
@@ -228,16 +229,16 @@ def _mass_matrix(system: System, along: float) -> np.ndarray:
 
 
 def linearised(system: System) -> Linearised:
-    """Small motions of the deck about where it hangs at rest.
+    """Return small motions of the deck about its position at rest.
 
     Raises:
-        SceneError: there is no such place, or the deck model does not say.
+        SceneError: there is no position at rest, or the deck model does not provide them.
     """
     return registry.of_system(system).linearised(system)
 
 
 def own_motion(system: System) -> np.ndarray:
-    """What of the motion of what carries the balls is linear, see ``dynamics.own_motion``."""
+    """Return the linear motion of the carrier of the balls, see ``dynamics.own_motion``."""
     known = registry.of_system(system)
     found = known.own_motion(system)
     if has_motor(system.effects):
@@ -247,7 +248,7 @@ def own_motion(system: System) -> np.ndarray:
 
 
 def _motor_damping(system: System) -> float:
-    """Torque that a motor loses per speed beyond what is commanded [N m s/rad]."""
+    """Return the loss of a motor's torque per speed above the commanded one [N m s/rad]."""
     effects = system.effects
     asked = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
     return float(asked + over_effects(effects, "back_torque", 0.0, 1.0))
@@ -255,6 +256,6 @@ def _motor_damping(system: System) -> float:
 
 @functools.lru_cache(maxsize=256)
 def place_on(scheduled: ScheduledSegment) -> ActiveSegment:
-    """Where a kernel finds itself on a piece of a speed profile."""
+    """Return the kernel's data of a segment of a speed profile."""
     phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)
     return ActiveSegment(scheduled.segment, phase, lasts, float(scheduled.start_angle))

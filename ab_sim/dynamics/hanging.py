@@ -1,15 +1,15 @@
-"""Where a deck hangs at rest: its weight beside what holds it."""
+"""Position of a deck at rest: its weight against the forces that hold it."""
 
 from collections.abc import Callable
 
 import numpy as np
 
 FARTHEST = 1e6
-"""m; what holds no weight within it holds none."""
+"""Largest sag [m]; a suspension that does not hold the weight within it does not hold it at all."""
 NO_WEIGHT = 1e-100
-"""N; the square of less is no number, and nothing hangs from it."""
+"""Weight below which there is no sag [N]: its square would underflow."""
 BALANCED = 1e-9
-"""Of the weight; what may be left of forces."""
+"""Largest residual of forces, relative to the weight."""
 
 
 def place_at_rest(
@@ -18,16 +18,17 @@ def place_at_rest(
     weight: np.ndarray,
     turns: int = 0,
 ) -> np.ndarray | None:
-    """Where forces balance, looked for down the weight.
+    """Return the equilibrium position, searched for in the direction of the weight.
 
     Args:
-        unbalanced: forces, and moments, over the weight, by displacement [m] and turn [rad].
-        stored: energy in the springs [J], by displacement.
+        unbalanced: function of displacement [m] and turn [rad] that returns forces and moments
+            relative to the weight.
+        stored: function of the displacement that returns the energy in the springs [J].
         weight: N, shape (ways,).
-        turns: how many angles there are behind the displacement.
+        turns: number of angles after the displacement.
 
     Returns:
-        Displacement and turn, shape (ways + turns,); None if none is found.
+        Displacement and turn, shape (ways + turns,); None if there is no solution.
     """
     from scipy.optimize import approx_fprime, root  # takes as long as a run to import
 
@@ -35,17 +36,17 @@ def place_at_rest(
     if not size > NO_WEIGHT:
         return np.zeros(len(weight) + turns)
     down, reach = weight / size, 1e-9
-    # Down the weight until the springs have stored as much as it has done work.
+    # Start as far down as the springs have stored the work of the weight.
     while stored(reach * down) < reach * size and reach < FARTHEST:
         reach *= 2.0
-    # In metres the search loses itself.
+    # Scaled by this distance, because the search fails in metres.
     scale = np.append(np.full(len(weight), reach), np.ones(turns))
 
     def in_reaches(place: np.ndarray) -> np.ndarray:
         return unbalanced(scale * place)
 
     def slopes(place: np.ndarray) -> np.ndarray:
-        # Its own differences are of steps that vanish where a number does but for rounding.
+        # The solver's own differences vanish for a number that is 0 apart from rounding.
         return np.asarray(approx_fprime(place, in_reaches, 1e-7))
 
     start = np.append(0.5 * down, np.zeros(turns))

@@ -1,9 +1,4 @@
-"""Where in the state a quantity lies: the only file that knows.
-
-A state is a flat array: the deck's own states; theta_0 .. theta_n-1 [rad]; theta_0' .. [rad/s];
-with a motor psi [rad], w [rad/s] and the speed loop's integral [rad]; with an energy balance the
-motor's work and the energy dissipated [J].
-"""
+"""Positions of quantities in the state; no other file knows them."""
 
 import functools
 from typing import NamedTuple
@@ -15,20 +10,20 @@ ENERGY_BALANCE_NAMES = ("motor work", "energy dissipated")
 
 
 class StateLayout(NamedTuple):
-    """Where quantities lie in a system's state, for Python."""
+    """Positions of quantities in a system's state, for Python."""
 
     names: tuple[str, ...]
-    """Of all states."""
+    """Names of all states."""
     deck: slice
     """The deck model's own states, see its class."""
     angles: slice
-    """theta_i."""
+    """Positions of theta_i."""
     rates: slice
-    """theta_i'."""
+    """Positions of theta_i'."""
     spindle: slice
-    """psi, w and the speed loop's integral; empty without a motor."""
+    """Positions of psi, w and the speed loop's integral; empty without a motor."""
     energy_balance: slice
-    """Motor work and energy dissipated; empty without an energy balance."""
+    """Positions of motor work and dissipated energy; empty without an energy balance."""
 
     @property
     def size(self) -> int:
@@ -37,7 +32,7 @@ class StateLayout(NamedTuple):
 
 
 def layout_of(system: System) -> StateLayout:
-    """Where quantities lie in the state of a system."""
+    """Return the positions of quantities in the state of a system."""
     own, n = type(system.deck_model).STATE_NAMES, len(system.balls)
     return _layout(own, n, bool(has_motor(system.effects)), bool(system.energy_balance))
 

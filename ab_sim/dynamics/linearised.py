@@ -1,4 +1,4 @@
-"""The deck's small motions about where it hangs at rest, as linear equations."""
+"""Linear equations of the deck's small motions about its position at rest."""
 
 from typing import NamedTuple
 
@@ -6,30 +6,30 @@ import numpy as np
 
 
 class Linearised(NamedTuple):
-    """M q'' + (C + w G) q' + K q = 0, w the speed of the spindle [rad/s].
+    """Equations M q'' + (C + w G) q' + K q = 0 with the spindle speed w [rad/s].
 
-    Rotor and balls are averaged over one turn; the balls spread evenly, and turn with the rotor.
+    Rotor and balls are averaged over one turn; the balls are evenly spread and turn with the rotor.
     """
 
     mass: np.ndarray
-    """M, shape (n, n)."""
+    """Mass matrix M, shape (n, n)."""
     damping: np.ndarray
-    """C, shape (n, n)."""
+    """Damping matrix C, shape (n, n)."""
     gyroscopic: np.ndarray
-    """G, shape (n, n)."""
+    """Gyroscopic matrix G, shape (n, n)."""
     stiffness: np.ndarray
-    """K, shape (n, n)."""
+    """Stiffness matrix K, shape (n, n)."""
     rest: tuple[float, ...]
-    """Where the deck hangs, from where its springs are relaxed."""
+    """Position at rest, from the position with relaxed springs."""
     coordinates: tuple[str, ...]
-    """What the entries of q are, counted from there."""
+    """Names of the entries of q, which count from the position at rest."""
     units: tuple[str, ...]
-    """And their units."""
+    """Units of the entries of q."""
     across: tuple[tuple[int, int], ...]
-    """Which of them are, two by two, x and y components of a vector."""
+    """Pairs of entries that are x and y components of a vector."""
 
     def matrix(self, speed: float) -> np.ndarray:
-        """A of z' = A z, z = (q, q'), shape (2 n, 2 n)."""
+        """Return A of z' = A z with z = (q, q'), shape (2 n, 2 n)."""
         inverse = np.linalg.inv(self.mass)
         damping = self.damping + speed * self.gyroscopic
         zero, one = np.zeros_like(self.mass), np.eye(len(self.mass))
@@ -37,6 +37,6 @@ class Linearised(NamedTuple):
 
     @property
     def hangs(self) -> str:
-        """Where the deck hangs, for people."""
+        """Position at rest, for people."""
         places = zip(self.coordinates, self.rest, self.units, strict=True)
         return ", ".join(f"{name} = {round(at, 12) + 0.0:.4g} {unit}" for name, at, unit in places)

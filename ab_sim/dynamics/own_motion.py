@@ -1,7 +1,7 @@
-"""What carries the balls, moving by itself: x'' + c x' + k x = 0 in each of its coordinates.
+"""Linear motion of the carrier of the balls: x'' + c x' + k x = 0 in each coordinate.
 
-Who solves that part of the equations exactly (ab_sim/collocation) writes all the rest as a force f
-on the right. It need not be all of the linear part: only what is left to f has to be found.
+A method that solves this part of the equations exactly (ab_sim/collocation) writes all other terms
+as a force f on the right. The linear part may be incomplete; the rest of it is then contained in f.
 """
 
 import math
@@ -11,16 +11,16 @@ import numpy as np
 from ab_sim.dynamics.linearised import Linearised
 
 EIGHT = 8
-"""Columns of a table."""
+"""Number of columns of a table."""
 DAMPINGS, STIFFNESSES, FROM_MODES, TO_MODES = 0, 1, 2, 9
-"""Lines of a table of floats, a column for each coordinate: c [1/s] and k [1/s^2]; of a deck in
-space what its modes make of it, see ``in_modes``, and the inverse. Behind the coordinates stands
-c of the spindle's speed under a motor."""
+"""First rows of a table with a column for each coordinate: c [1/s], k [1/s^2], and for a deck in
+space the matrix from its modes, see ``in_modes``, and its inverse. The column after the coordinates
+has c of the spindle's speed with a motor."""
 LINES = 16
 
 
 def alike(motion: Linearised) -> np.ndarray:
-    """The mean motion for all coordinates, where they share one mass; shape (LINES, 8)."""
+    """Return the mean motion for coordinates with one common mass; shape (LINES, 8)."""
     table, ways, mass = np.zeros((LINES, EIGHT)), len(motion.mass), motion.mass[0, 0]
     table[DAMPINGS, :ways] = max(0.0, float(np.trace(motion.damping)) / ways / mass)
     table[STIFFNESSES, :ways] = max(0.0, float(np.trace(motion.stiffness)) / ways / mass)
@@ -28,17 +28,17 @@ def alike(motion: Linearised) -> np.ndarray:
 
 
 def in_modes(motion: Linearised, length: float) -> np.ndarray:
-    """Of a deck in space, undamped and not gyroscopic modes; shape (LINES, 8).
+    """Return undamped modes of a deck in space without gyroscopic terms; shape (LINES, 8).
 
-    FROM_MODES are seven lines: of x, which are six modes and the quaternion's real part, they make
-    X, Y, Z [m] and the quaternion's other parts, x, y, z, w. Each of x is a length: no more than
-    one or the other, times ``length``, is by it.
+    FROM_MODES are seven rows. They convert x, six modes and the quaternion's real part, to X, Y, Z
+    [m] and the quaternion as x, y, z, w. Each mode is scaled as a length: its largest displacement,
+    or turn times ``length``, is x itself.
 
     Args:
         motion: small motions in X, Y, Z and turns about three axes.
-        length: what an angle is multiplied by to be compared with X, Y, Z [m].
+        length: factor that makes an angle comparable with X, Y, Z [m].
     """
-    # M = L L^T: the modes are those of a symmetric matrix.
+    # M = L L^T turns the problem into one for a symmetric matrix.
     root = np.linalg.inv(np.linalg.cholesky(motion.mass))
     _, turn = np.linalg.eigh(root @ motion.stiffness @ root.T)
     modes = root.T @ turn
@@ -59,7 +59,7 @@ def in_modes(motion: Linearised, length: float) -> np.ndarray:
 
 
 def length_beside_turns(radius: float | None, motion: Linearised) -> float:
-    """The race's radius, or without a race that of gyration [m]."""
+    """Return the race's radius, or without a race the radius of gyration [m]."""
     if radius is not None:
         return radius
     return math.sqrt(float(np.trace(motion.mass[3:, 3:]) / np.trace(motion.mass[:3, :3])))

@@ -1,4 +1,4 @@
-"""The deck models that a scene can name: every file in ``deck_models/`` that registers one."""
+"""Registry of the deck models that a scene can name, from the files in ``deck_models/``."""
 
 import functools
 import pkgutil
@@ -14,7 +14,7 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 PLANAR, IN_SPACE = "planar", "in_space"
-"""Taken where a scene names none: without, and with a section ``deck``."""
+"""Default deck models: without and with a section ``deck`` in the scene."""
 _FOLDER = "ab_sim.dynamics.deck_models"
 
 
@@ -31,31 +31,34 @@ def _not_known(system: System) -> NoReturn:
 
 
 class DeckFromScene(NamedTuple):
-    """How a deck model follows from a scene, and what is known of its motion beforehand."""
+    """Functions that make a deck model from a scene, and describe its motion in advance."""
 
     make: Callable[[Scene, tuple[object, ...]], Any]
-    """The deck model, from a scene and its effects."""
+    """Function that returns the deck model of a scene and its effects."""
     start: Callable[[Scene, System], np.ndarray]
-    """Its states at t = 0."""
+    """Function that returns the deck model's states at t = 0."""
     yields: Callable[[System], list[np.ndarray]]
-    """Acceleration of the race at each ball per force on it at each, along it [1/kg], each of shape
-    (balls, balls), all balls side by side, in directions that matter: how much it lightens them."""
+    """Function that returns matrices (balls, balls) with the acceleration of the race at each ball
+    per force along it at each ball [1/kg], with all balls side by side, in relevant directions.
+    They show how much the deck reduces the effective mass of the balls."""
     rates: Callable[[System, float], dict[str, complex]] = _no_rates
-    """Its fastest eigenvalues [1/s], up to a spindle speed, by what they belong to: steps are
-    limited by them."""
+    """Function that returns the fastest eigenvalues [1/s] up to a spindle speed, by name; they
+    limit the step."""
     linearised: Callable[[System], Linearised] = _not_known
-    """Small motions about where it hangs at rest: for modes."""
+    """Function that returns small motions about the position at rest, for modes."""
     own_motion: Callable[[System], np.ndarray] = _not_known
-    """See ``dynamics.own_motion``: for ``collocation``, where the model has ``COORDINATES``."""
+    """Function for ``collocation``, if the model has ``COORDINATES``; see
+    ``dynamics.own_motion``."""
     spindle_inertia: Callable[[System], float] = _not_known
-    """Of all that turns with the spindle, about the shaft [kg m^2]: the same."""
+    """Function that returns the moment of inertia about the shaft of all that turns with the
+    spindle [kg m^2], for ``collocation``."""
 
 
 class RegisteredDeckModel(NamedTuple):
-    """A deck model with how it is made."""
+    """A deck model with its functions."""
 
     kind: type[Any]
-    """Decorated with ``equations.deck_model.deck_model``."""
+    """Class decorated with ``equations.deck_model.deck_model``."""
     from_scene: DeckFromScene
 
 
@@ -63,10 +66,10 @@ _deck_models: dict[str, RegisteredDeckModel] = {}
 
 
 def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -> None:
-    """Make a deck model known to scenes, in this process.
+    """Register a deck model for scenes in this process.
 
     Raises:
-        ValueError: the name is taken, or the class has another one.
+        ValueError: the name is taken, or the class is registered under another one.
     """
     if name in _deck_models:
         raise ValueError(f"deck model {name!r} is registered twice")
@@ -77,34 +80,34 @@ def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -
 
 
 def deck_models() -> dict[str, RegisteredDeckModel]:
-    """Every deck model by name."""
+    """Return all deck models by name."""
     _import_all()
     return dict(sorted(_deck_models.items()))
 
 
 def of_scene(scene: Scene) -> DeckFromScene:
-    """Of the deck model that a checked scene names, or has by its sections."""
+    """Return the functions for the deck model that a checked scene names, or has by default."""
     name = scene.deck_model or (PLANAR if scene.deck is None else IN_SPACE)
     _import_all()
     return _deck_models[name].from_scene
 
 
 def of_system(system: System) -> DeckFromScene:
-    """Of a system's deck model."""
+    """Return the functions for a system's deck model."""
     kind = type(system.deck_model)
     _import_all()
     return next(known.from_scene for known in _deck_models.values() if known.kind is kind)
 
 
 def require_built_in(scene: Scene, asked: str) -> None:
-    """Refuse a deck model of a program's own where formulas know only the built-in ones.
+    """Refuse a user's deck model for formulas that hold for the built-in ones only.
 
     Args:
-        scene: as it was checked.
-        asked: what uses these formulas, for the message.
+        scene: a checked scene.
+        asked: name of the request that uses the formulas, for the message.
 
     Raises:
-        SceneError: names the key, its value, what is allowed and what to do.
+        SceneError: the message names key, value, allowed models and remedy.
     """
     name = scene.deck_model
     if name in (None, PLANAR, IN_SPACE):

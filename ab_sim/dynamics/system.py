@@ -1,4 +1,4 @@
-"""What moves, as numbers: constants of a scene, and the columns of its arrays."""
+"""Constants of the moving bodies, and the columns of their arrays."""
 
 from collections.abc import Mapping
 from math import inf
@@ -11,22 +11,23 @@ from ab_sim.equations.sums import any_has, over_effects
 
 MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
 RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
-"""Columns of System.balls: m_i [kg]; a_i [m]; mu_i = m_i + I_i/a_i^2 [kg], I_i = 0 where balls do
-not roll; 1/mu_i; m_i R [kg m]; m_i R - (I_i/a_i^2) a_i [kg m], what the spindle's acceleration asks
-of the ball along a round race; whole turns in the ball's angle at the start; of its race R [m], 1/R
-and the height along the shaft [m]."""
+"""Columns of System.balls: m_i [kg]; a_i [m]; mu_i = m_i + I_i/a_i^2 [kg], with I_i = 0 without
+rolling; 1/mu_i; m_i R [kg m]; m_i R - (I_i/a_i^2) a_i [kg m], the coefficient of the spindle's
+acceleration in the ball's equation on a round race; whole turns in the ball's start angle; radius R
+of its race [m], 1/R, and height of the race along the shaft [m]."""
 BALL_CONSTANTS = 10
 ORDER, SPACING = 0, 1
 """Columns of System.contacts: the ball at this place of the row; the distance along the race from
 it to the next one in contact [m]."""
 DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
-"""Columns of the discrete state, the branches of set-valued laws that hold between two events.
+"""Columns of the discrete state: the branches of set-valued laws that hold between two events.
 
-DIRECTION: +1 or -1, in which a ball slides along the race; 0, it sticks, or it is held between
-others. Of the last row: +1 or -1 while the motor gives all it can in that direction, else 0.
-LOADED: 1 where the race carries the ball. JOINED: 1 where the two balls at a contact touch and
-stay so: both slide, or both stick. TURNS: whole turns taken out of a ball's angle; of the last
-row, out of the spindle's."""
+DIRECTION: +1 or -1, direction in which a ball slides along the race; 0 if it sticks, or is held
+between others. In the last row: +1 or -1 while the motor is at its torque limit in that direction,
+else 0. LOADED: 1 if the race carries the ball. JOINED: 1 if the two balls at a contact touch and
+stay in contact: both slide, or both stick. TURNS: whole turns removed from a ball's angle; in the
+last row, from the spindle's.
+"""
 DISCRETE_COLUMNS = 4
 FORMULA_COLUMNS = (
     *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
@@ -38,11 +39,11 @@ EVENTFUL = {
     "restitution": "balls collide",
     "rotor_moment": "a motor reaches its limit",
 }
-"""Methods of effects with set-valued laws, which have events; and what happens there."""
+"""Methods of effects with set-valued laws, and the events that they cause."""
 
 
 class System(NamedTuple):
-    """Constants of a scene. An effect that is not in ``effects`` is not computed."""
+    """Constants of a scene. Effects that are not in ``effects`` are not computed."""
 
     deck_model: Any
     """Deck and rotor: an instance of a deck model, see ``ab_sim.equations.planar``."""
@@ -56,7 +57,7 @@ class System(NamedTuple):
     """Whether motor work and losses are integrated along with the motion."""
 
     def mechanical_energy(self, state: Any, psi: float, speed: float) -> float:
-        """Kinetic and stored energy [J]; of the rotor's inertia I_r only what a motor accelerates.
+        """Return kinetic and stored energy [J]; the rotor's inertia I_r counts with a motor only.
 
         Args:
             state: its state.
@@ -69,45 +70,45 @@ class System(NamedTuple):
 
 
 class ActiveSegment(NamedTuple):
-    """Where a run is along the speed profile."""
+    """Position of a run on the speed profile."""
 
     segment: Any
     """Speed segment in force."""
     phase: float
-    """Spindle angle at the segment's beginning [rad], whole turns left out."""
+    """Spindle angle at the segment's beginning [rad], without whole turns."""
     until: float = inf
     """Local time at which the segment ends [s]."""
     angle: float = 0.0
-    """Spindle angle at the segment's beginning [rad], with all its turns: for samples."""
+    """Spindle angle at the segment's beginning [rad], with whole turns: for samples."""
 
 
 def constants_of_balls(system: System) -> np.ndarray:
-    """Those that formulas take, shape (columns of ``BallConstants``, n)."""
+    """Return the constants in formulas, shape (columns of ``BallConstants``, n)."""
     return system.balls.T[list(FORMULA_COLUMNS)]
 
 
 def has_friction(effects: tuple[Any, ...]) -> bool:
-    """Whether balls rub on the race, and may stick."""
+    """Return whether balls have friction on the race, and may stick."""
     return any_has(effects, "friction_coefficient")
 
 
 def has_contact(effects: tuple[Any, ...]) -> bool:
-    """Whether balls touch each other."""
+    """Return whether balls touch each other."""
     return any_has(effects, "restitution")
 
 
 def has_motor(effects: tuple[Any, ...]) -> bool:
-    """Whether a motor drives the spindle."""
+    """Return whether a motor drives the spindle."""
     return any_has(effects, "rotor_moment")
 
 
 def has_events(effects: tuple[Any, ...]) -> bool:
-    """Whether there are set-valued laws."""
+    """Return whether there are set-valued laws."""
     return any_has(effects, *EVENTFUL)
 
 
 def eventful(effects: Mapping[str, Any]) -> dict[str, str]:
-    """Those of a scene's effects, by name, that have set-valued laws; what happens there."""
+    """Return the effects of a scene with set-valued laws, by name, and their events."""
     return {
         name: what
         for name, effect in effects.items()
@@ -117,26 +118,26 @@ def eventful(effects: Mapping[str, Any]) -> dict[str, str]:
 
 
 def has_gravity(effects: tuple[Any, ...]) -> bool:
-    """Whether something weighs."""
+    """Return whether there is gravity."""
     return any_has(effects, "gravity")
 
 
 def has_spin(effects: tuple[Any, ...]) -> bool:
-    """Whether balls roll."""
+    """Return whether balls roll."""
     return any_has(effects, "ball_inertia")
 
 
 def has_stiffening(effects: tuple[Any, ...]) -> bool:
-    """Whether mounts harden."""
+    """Return whether mounts harden."""
     return any_has(effects, "mount_stiffening")
 
 
 def rotor_moment(effects: tuple[Any, ...]) -> float:
-    """I_r of the motor's rotor [kg m^2]; 0 without a motor."""
+    """Return I_r of the motor's rotor [kg m^2]; 0 without a motor."""
     return float(over_effects(effects, "rotor_moment", 0.0))
 
 
 def has_spindle_angle(system: System) -> bool:
-    """Whether the equations contain the spindle's angle."""
+    """Return whether the equations contain the spindle's angle."""
     turned = any_has(system.effects, "space_force", "gravity")
     return bool(type(system.deck_model).NEEDS_ANGLE or turned)

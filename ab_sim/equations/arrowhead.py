@@ -1,14 +1,14 @@
-"""The equations of motion, solved: docs/equations.md, 2.
+"""Solution of the equations of motion: docs/equations.md, 2.
 
-The deck and the spindle have K accelerations x, the last of which is the spindle's. As if the
-balls were fixed to the race, their equations are B x = F, B symmetric. A ball's path acceleration
-g = s'' obeys
+The deck and the spindle have K accelerations x, of which the last one is the spindle's. With the
+balls fixed to the race, their equations are B x = F, B symmetric. A ball's path acceleration g =
+s'' obeys
 
     mu g = path_force + coupling.x - friction N,    N = load + normal_coupling.x,
 
-and deck and spindle feel -coupling g. So the matrix of all equations is an arrowhead: each ball, or
-each row of balls that move as one, is eliminated, and K equations, or K - 1 where the spindle's
-acceleration is prescribed, are left.
+and deck and spindle receive -coupling g. So the matrix of all equations is an arrowhead. Each ball,
+or each row of balls that move as one, is eliminated. There remain K equations, or K - 1 if the
+spindle's acceleration is prescribed.
 """
 
 from collections.abc import Callable, Sequence
@@ -21,32 +21,33 @@ class Arrow(NamedTuple):
     """The equations before they are solved."""
 
     block: list[list[Number]]
-    """B, shape (K, K); its upper triangle is read. Balls are in it as if fixed to the race."""
+    """B, shape (K, K), with the balls as if fixed to the race; only the upper triangle is used."""
     force: list[Number]
     """F [N, N m], shape (K,)."""
     coupling: list[Number]
-    """Of each ball, shape (K,): what x adds to the force along its path; minus the mass that
+    """Coefficients of x in the force along each ball's path, shape (K,): minus the mass that
     couples x with its path acceleration."""
     normal_coupling: list[Number]
-    """Of each ball, shape (K,): what x adds to its normal force, dN/dx."""
+    """Coefficients of x in each ball's normal force, dN/dx, shape (K,)."""
     load: Number
-    """Of each ball: N but for what the accelerations add [N]."""
+    """Normal force N of each ball without the terms of the accelerations [N]."""
     path_force: Number
-    """Of each ball: force along the race but for friction and accelerations [N]."""
+    """Force along the race on each ball, without friction and accelerations [N]."""
 
 
 class Solved(NamedTuple):
     """The accelerations."""
 
     x: list[Number]
-    """Of deck and spindle, the spindle's last [m/s^2, rad/s^2], shape (K,)."""
+    """Accelerations of deck and spindle, the spindle's last [m/s^2, rad/s^2], shape (K,)."""
     path: Number
-    """g of each ball [m/s^2]."""
+    """Path acceleration g of each ball [m/s^2]."""
 
 
 Mobility = Callable[[Number], Number]
-"""From forces along the race on the balls [N] to their path accelerations [m/s^2]: a division by
-mu; 0 for a ball that sticks, and one acceleration for all of a row that moves as one."""
+"""Function from forces along the race on the balls [N] to their path accelerations [m/s^2]: a
+division by mu; 0 for a ball that sticks, and one acceleration for all balls of a row that moves as
+one."""
 
 
 def solve(
@@ -56,15 +57,15 @@ def solve(
     friction: Number | None = None,
     spindle_acceleration: Number | None = None,
 ) -> Solved:
-    """The accelerations.
+    """Return the accelerations.
 
     Args:
         arrow: the equations.
-        balls: how many there are.
-        mobility: see there.
+        balls: number of balls.
+        mobility: see ``Mobility``.
         friction: coefficient of sliding friction of each ball, with the sign of its sliding; None
             without friction, where the equations are symmetric.
-        spindle_acceleration: prescribed [rad/s^2]; None where it is solved for.
+        spindle_acceleration: prescribed acceleration [rad/s^2]; None: unknown.
     """
     unknowns = len(arrow.force)
     free = unknowns if spindle_acceleration is None else unknowns - 1
@@ -76,7 +77,7 @@ def solve(
     if spindle_acceleration is not None:
         path_force = path_force + rows[-1] * spindle_acceleration
         force = [f - arrow.block[r][free] * spindle_acceleration for r, f in enumerate(force)]
-    # A ball's g at x = 0, and what each of x adds to it.
+    # A ball's g at x = 0, and its derivatives by each entry of x.
     at_zero = mobility(path_force)
     gain = [mobility(rows[r]) for r in range(free)]
     reduced = [[0.0] * free for _ in range(free)]
@@ -98,7 +99,7 @@ def solve(
 
 
 def solve_with_balls(arrow: Arrow, balls: int, path: Number, prescribed: Number | None) -> Solved:
-    """The accelerations x where the balls' path accelerations are given."""
+    """Return the accelerations x for given path accelerations of the balls."""
     unknowns = len(arrow.force)
     free = unknowns if prescribed is None else unknowns - 1
     force = list(arrow.force[:free])
@@ -112,14 +113,14 @@ def solve_with_balls(arrow: Arrow, balls: int, path: Number, prescribed: Number 
 
 
 def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
-    """x of matrix x = force; masses and inertias need no pivoting.
+    """Return x of matrix x = force; masses and inertias need no pivoting.
 
     Args:
         matrix: shape (n, n), n at least 2.
         force: shape (n,).
     """
     a, f, n = [list(row) for row in matrix], list(force), len(force)
-    # From the last unknown up, until two are left.
+    # From the last unknown up, until two remain.
     for p in range(n - 1, 1, -1):
         pivot = 1.0 / a[p][p]
         for r in range(p):
@@ -141,7 +142,7 @@ def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> 
 
 
 def normal_force(arrow: Arrow, x: Sequence[Number]) -> Number:
-    """N of each ball [N]."""
+    """Return N of each ball [N]."""
     force = arrow.load
     for normal_coupling, each in zip(arrow.normal_coupling, x, strict=True):
         force = force + normal_coupling * each

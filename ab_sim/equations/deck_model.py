@@ -1,7 +1,7 @@
-"""What a deck model is: constants of deck and rotor, and how they move on their suspension.
+"""Interface of deck models: constants of deck and rotor, and their motion on the suspension.
 
-It is one file: a NamedTuple of constants whose methods are formulas; the decorator adds what is
-so of all decks of the model. Balls, friction, events and steppers know nothing of it.
+A deck model is one file: a NamedTuple of constants whose methods are formulas. The decorator adds
+the attributes that all instances share. Balls, friction, events and steppers do not depend on it.
 
 Formulas, of the scene's effects, the balls and where they are on the race, the Spindle's motion and
 the deck's own states:
@@ -50,18 +50,18 @@ def deck_model(
     COORDINATES: int = 0,
     UNIT_AT: int = -1,
 ) -> Callable[[Class], Class]:
-    """Class decorator: make these attributes of a NamedTuple.
+    """Return a class decorator that sets these attributes of a NamedTuple.
 
     Args:
-        STATE_NAMES: of its states, for messages.
-        UNKNOWNS: how many accelerations are solved for.
-        NEEDS_ANGLE: whether its equations contain the spindle's angle whatever the effects are.
-        AXES: along how many axes it is displaced: 2 or 3.
-        CHANNELS: names of what a trajectory shows of it: displacement, velocity and acceleration
+        STATE_NAMES: names of its states, for messages.
+        UNKNOWNS: number of unknown accelerations.
+        NEEDS_ANGLE: whether its equations contain the spindle's angle with any effects.
+        AXES: number of axes of its displacement: 2 or 3.
+        CHANNELS: names of its columns in a trajectory; displacement, velocity and acceleration
             along these axes come first.
-        COORDINATES: how many coordinates of its own motion ``collocation`` solves in closed form;
-            0: none, and that stepper cannot be taken.
-        UNIT_AT: which of its states is the first of a unit quaternion; -1 without one.
+        COORDINATES: number of coordinates whose linear motion ``collocation`` solves in closed
+            form; 0: that stepper is not available.
+        UNIT_AT: index of the first state of a unit quaternion; -1 without one.
     """
     facts = {**locals(), "STATES": len(STATE_NAMES)}
 

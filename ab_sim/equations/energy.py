@@ -1,4 +1,4 @@
-"""The energy balance: power of the motor, and power dissipated."""
+"""The energy balance: power of the motor, and dissipated power."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -10,7 +10,7 @@ from ab_sim.equations.sums import Number, over_balls, over_effects
 
 
 def motor_torque(arrow: Arrow, balls: int, solved: Solved) -> Number:
-    """Torque that keeps the spindle at its prescribed speed [N m]: residual of its equation."""
+    """Return the torque that keeps the prescribed speed [N m]: residual of its equation."""
     row, torque = len(arrow.force) - 1, -arrow.force[-1]
     for r, x in enumerate(solved.x):
         torque = torque + arrow.block[min(r, row)][row] * x
@@ -29,14 +29,14 @@ def powers(
     prescribed: bool,
     suspension_loss: Number,
 ) -> Sequence[Number]:
-    """Power of the motor, and power dissipated [W].
+    """Return the power of the motor, and the dissipated power [W].
 
     Args:
-        effects, balls, on, spindle: of the scene, and how they move.
-        arrow, solved: the equations of motion there, and the accelerations.
+        effects, balls, on, spindle: effects and balls of the scene, and their motion.
+        arrow, solved: the equations of motion, and the accelerations.
         friction: coefficient of each ball with the sign of its sliding, or None.
-        prescribed: whether the spindle's speed is.
-        suspension_loss: what the suspension dissipates [W].
+        prescribed: whether the spindle's speed is prescribed.
+        suspension_loss: dissipated power of the suspension [W].
     """
     n, path = balls.number, on.path
     torque = motor_torque(arrow, n, solved) if prescribed else spindle.torque

@@ -44,7 +44,7 @@ from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 from ab_sim.tracing.functions import sqrt
 
 State = Sequence[Number]
-"""X, Y, Z; quaternion; velocity; Om: thirteen numbers."""
+"""State: X, Y, Z; quaternion; velocity; Om; thirteen numbers."""
 
 
 @deck_model(
@@ -88,7 +88,7 @@ class InSpace(NamedTuple):
     def arrow(
         self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
     ) -> Arrow:
-        """The equations of motion."""
+        """Return the equations of motion."""
         block, force = _deck_and_rotor(self, effects, spindle, state)
         n, m, w = balls.number, balls.mass, spindle.speed
         h, x, z = on.h, on.x, balls.height
@@ -131,7 +131,7 @@ class InSpace(NamedTuple):
     def rates(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """The state's rates of change."""
+        """Return the state's rates of change."""
         quaternion, g = state[3:7], self.gravity
         ax, ay, az = to_ground(turn_of(quaternion), x[0], x[1], x[2])
         return [
@@ -144,7 +144,7 @@ class InSpace(NamedTuple):
     def channels(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Place, velocity, acceleration, unit quaternion, turning and its rate."""
+        """Return displacement, velocity, acceleration, quaternion, turning and its rate."""
         a, b, c, d = state[3:7]
         length = sqrt(a * a + b * b + c * c + d * d)
         changes = self.rates(effects, spindle, state, x)
@@ -155,21 +155,21 @@ class InSpace(NamedTuple):
         ]
 
     def dissipated(self, effects: Any, spindle: SpindleMotion, state: State) -> Number:
-        """Power that the mounts dissipate [W]."""
+        """Return the power that the mounts dissipate [W]."""
         return mount_loss(self, turn_of(state[3:7]), state)
 
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
-        """What jumps of velocity, in the order of x, add to the state."""
+        """Return the change of the state for jumps of velocity, in the order of x."""
         velocity = to_ground(turn_of(state[3:7]), jumps[0], jumps[1], jumps[2])
         return [*[0.0] * 7, *velocity, *jumps[3:6]]
 
     def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
-        """Of C on the ground's axes [m], shape (samples, 3)."""
+        """Return the position of C on the ground's axes [m], shape (samples, 3)."""
         return states[:, :3]
 
     def specific_force(self, effects: Any, channels: State, point: Sequence[float]) -> list[Number]:
-        """Specific force at a point of the deck, on its axes [m/s^2]."""
-        # No matrix product: how those round depends on the processor.
+        """Return the specific force at a point of the deck, on its axes [m/s^2]."""
+        # No matrix product: its rounding depends on the processor.
         fall = [a - g for a, g in zip(channels[6:9], self.gravity, strict=True)]
         rates, change = channels[13:16], channels[16:19]
         force = to_deck(turn_of(channels[9:13]), fall[0], fall[1], fall[2])
@@ -177,17 +177,17 @@ class InSpace(NamedTuple):
         return [f + t + i for f, t, i in zip(force, tangential, inwards, strict=True)]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
-        """Where it is and as it is turned."""
+        """Return the channels at rest in this position and orientation."""
         found = np.zeros((1, 19))
         found[0, :3], found[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
         return found
 
     def scale(self, length: float, speed: float) -> list[float]:
-        """Magnitudes of the states, for errors to be measured by."""
+        """Return magnitudes of the states, as scales for errors."""
         return [*[length] * 3, *[1.0] * 4, *[length * speed] * 3, *[speed] * 3]
 
     def tangent(self, states: np.ndarray) -> np.ndarray:
-        """All directions but the one along the quaternion, shape (13, 12).
+        """Return all directions except the one along the quaternion, shape (13, 12).
 
         A small turn by phi on deck axes adds q (0, phi) / 2 to the quaternion q.
         """
@@ -200,7 +200,7 @@ class InSpace(NamedTuple):
     def energy(
         self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
-        """Kinetic and stored energy [J], gravity's from where C lies at the origin."""
+        """Return kinetic and stored energy [J]; gravity's is zero with C at the origin."""
         turn = np.array(turn_of(state[3:7].tolist())).reshape(3, 3)
         velocity, omega = turn.T @ state[7:10], np.array(state[10:13])
         shaft = np.array([0.0, 0.0, 1.0])
@@ -233,18 +233,21 @@ class InSpace(NamedTuple):
 
 
 def _each(value: Any, balls: int) -> np.ndarray:
-    """A number for each ball, as a column."""
+    """Return a number for each ball, as a column."""
     return np.broadcast_to(np.asarray(value, float), balls)[:, None]
 
 
 def symmetric(six: Sequence[float]) -> np.ndarray:
-    """The matrix of xx, yy, zz, xy, xz, yz."""
+    """Return the symmetric matrix of xx, yy, zz, xy, xz, yz."""
     xx, yy, zz, xy, xz, yz = six
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
 def turned_second_moments(own: Sequence[Number], c: Number, s: Number) -> tuple[Number, ...]:
-    """Second moments on deck axes of what turns with the spindle: xx, yy, zz, xy, xz, yz."""
+    """Return second moments on deck axes of a body that turns with the spindle.
+
+    Order: xx, yy, zz, xy, xz, yz.
+    """
     xx, yy, zz, xy, xz, yz = own
     return (
         c * c * xx - 2.0 * c * s * xy + s * s * yy,
@@ -259,10 +262,10 @@ def turned_second_moments(own: Sequence[Number], c: Number, s: Number) -> tuple[
 def _deck_and_rotor(
     deck: Any, effects: Any, spindle: SpindleMotion, state: State
 ) -> tuple[list[list[Number]], list[Number]]:
-    """Their block of the equations, without balls."""
+    """Return the block of deck and rotor in the equations, without balls."""
     w, c, s, (ox, oy, oz) = spindle.speed, spindle.cos, spindle.sin, state[10:13]
     fx, fy, fz, tx, ty, tz = mount_forces(deck, effects, turn_of(state[3:7]), state)
-    # The rotor as it lies now.
+    # The rotor at its present angle.
     rx, ry = deck.unbalance * c, deck.unbalance * s
     pxx, pyy, pzz, pxy, pxz, pyz = turned_second_moments(deck.rotor_second, c, s)
     sx, sy = deck.deck_first[0] + rx, deck.deck_first[1] + ry
@@ -302,7 +305,7 @@ def _deck_and_rotor(
 def _add_point_masses(
     block: list[list[Number]], n: int, m: Number, x: Number, y: Number, z: Number
 ) -> None:
-    """To the block what masses at (x, y, z) that turn with the spindle add, M excepted."""
+    """Add to the block masses at (x, y, z) that turn with the spindle, without their part of M."""
     sx, sy, sz = m * x, m * y, m * z
     sum_x, sum_y, sum_z = (over_balls(n, each) for each in (sx, sy, sz))
     xx, yy, zz = over_balls(n, sx * x), over_balls(n, sy * y), over_balls(n, sz * z)

@@ -1,7 +1,7 @@
-"""What an effect sees: the constants of the bodies and their motion, in SI units.
+"""Arguments of effects: constants of the bodies and their motion, in SI units.
 
-Plain named tuples of floats: they cost nothing in compiled code and read the same in Python.
-Symbols as in docs/equations.md, 1; axis 1 of the rotating frame points at the unbalance.
+They are plain named tuples of floats, which cost nothing in compiled code and read the same in
+Python. Symbols as in docs/equations.md, 1; axis 1 of the rotating frame points at the unbalance.
 """
 
 from typing import NamedTuple
@@ -11,34 +11,34 @@ class Ball(NamedTuple):
     """Constants of one ball."""
 
     mass: float
-    """m [kg]."""
+    """Mass m [kg]."""
     radius: float
-    """a [m]; NaN in a scene whose effects do not use it."""
+    """Radius a [m]; NaN in a scene whose effects do not use it."""
 
 
 class DeckMotion(NamedTuple):
-    """Motion of the deck, on the rotating axes or on axes fixed in space, as is said there."""
+    """Motion of the deck, on rotating or on fixed axes, as stated at its use."""
 
     x: float
     y: float
-    """[m], displacement from the unloaded suspension."""
+    """Displacement from the unloaded suspension [m]."""
     vx: float
     vy: float
-    """[m/s], inertial velocity."""
+    """Inertial velocity [m/s]."""
 
 
 class SpindleMotion(NamedTuple):
     """Motion of the spindle."""
 
     speed: float
-    """w [rad/s]."""
+    """Speed w [rad/s]."""
     acceleration: float
-    """al [rad/s^2]; 0 without the effect spindle_acceleration, and with a motor, whose equation of
-    motion gives it."""
+    """Acceleration al [rad/s^2]; 0 without the effect spindle_acceleration, and with a motor, whose
+    equation of motion determines it."""
     cos: float
     sin: float
-    """of psi; 1 and 0 in a scene whose effects do not need it."""
+    """Cosine and sine of psi; 1 and 0 in a scene whose effects do not need them."""
     torque: float
-    """Motor torque [N m]; 0 where the speed is prescribed."""
+    """Motor torque [N m]; 0 with a prescribed speed."""
     integral_rate: float
-    """Rate of change of the speed loop's integral [rad/s]; 0 where the speed is prescribed."""
+    """Rate of change of the speed loop's integral [rad/s]; 0 with a prescribed speed."""

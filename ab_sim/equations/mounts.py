@@ -1,4 +1,4 @@
-"""What the mounts of a deck in space do to it: docs/equations.md, 4."""
+"""Forces of the mounts on a deck in space: docs/equations.md, 4."""
 
 from collections.abc import Sequence
 from typing import Any
@@ -7,14 +7,14 @@ from ab_sim.equations.orientation import Turn, cross, to_deck, to_ground
 from ab_sim.equations.sums import Number, any_has, over_effects
 
 PLACE, STIFFNESS, DAMPING, AXES = 0, 3, 6, 9
-"""First numbers of a mount: where it is on deck axes [m]; stiffness [N/m] and damping [N s/m] along
+"""First columns of a mount: its place on deck axes [m]; stiffness [N/m] and damping [N s/m] along
 its three axes; these axes on the ground's, one after the other."""
 MOUNT_WIDTH = 18
 MOUNT_UNITS = ("m",) * 3 + ("N/m",) * 3 + ("N s/m",) * 3 + ("1",) * 9
 
 
 def at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> tuple[Any, Any]:
-    """Displacement [m] and velocity [m/s] of the deck at a mount, along the mount's axes."""
+    """Return displacement [m] and velocity [m/s] of the deck at a mount, along the mount's axes."""
     place, omega = mount[PLACE:STIFFNESS], state[10:13]
     there = to_ground(turn, *place)
     moved = [state[j] + there[j] - place[j] for j in range(3)]
@@ -26,7 +26,7 @@ def at_mount(mount: Sequence[Number], turn: Turn, state: Sequence[Number]) -> tu
 def mount_forces(
     deck: Any, effects: Any, turn: Turn, state: Sequence[Number]
 ) -> tuple[Number, ...]:
-    """Force of all mounts on the deck [N], and its moment about C [N m], on deck axes."""
+    """Return the mounts' force on the deck [N], and its moment about C [N m], on deck axes."""
     force, moment = [0.0] * 3, [0.0] * 3
     for mount in deck.mounts:
         moved, velocity = at_mount(mount, turn, state)
@@ -47,7 +47,7 @@ def mount_forces(
 
 
 def mount_loss(deck: Any, turn: Turn, state: Sequence[Number]) -> Number:
-    """Power that all mounts dissipate [W]."""
+    """Return the power that all mounts dissipate [W]."""
     loss = 0.0
     for mount in deck.mounts:
         _, velocity = at_mount(mount, turn, state)
@@ -57,7 +57,7 @@ def mount_loss(deck: Any, turn: Turn, state: Sequence[Number]) -> Number:
 
 
 def mount_energy(deck: Any, effects: Any, turn: Turn, state: Sequence[Number]) -> Number:
-    """Energy stored in all mounts [J]."""
+    """Return the energy stored in all mounts [J]."""
     energy = 0.0
     for mount in deck.mounts:
         moved, _ = at_mount(mount, turn, state)
@@ -69,7 +69,7 @@ def mount_energy(deck: Any, effects: Any, turn: Turn, state: Sequence[Number]) -
 
 
 def sum_of(terms: Any) -> Number:
-    """A sum of numbers from left to right, without a zero before it."""
+    """Return the sum of numbers from left to right, without an initial zero."""
     first, *others = terms
     for term in others:
         first = first + term

@@ -1,9 +1,9 @@
-"""Balls of a size in their order along the race: how much room they need, and where they start.
+"""Balls with a radius in their order along the race: their spacing, and their start.
 
-All distances are lengths along the race, of the curve of the balls' centres: what the law of
-contact measures (``events.balls.gap``), because their rates are the balls' path speeds exactly, so
-that no impact and no row makes energy. Two balls touch where they would on a round race of radius
-R,
+All distances are lengths along the race, of the curve of the balls' centres: the law of contact
+uses them (``events.balls.gap``), because their rates are exactly the balls' path speeds, so that no
+impact and no row creates energy. Two balls touch at the distance that holds on a round race of
+radius R,
 
     s_j - s_i = D = 2 R asin((a_i + a_j) / (2 R)),
 
@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 def race_length(
     radius: float, behind: float, ahead: float, arc_behind: float, arc_ahead: float
 ) -> float:
-    """Length of the race from one angle to another [m]; plain Python and compiled alike.
+    """Return the length of the race between two angles [m]; plain Python, and compiled.
 
     Args:
         radius: R [m].
         behind, ahead: the angles [rad], unwrapped.
-        arc_behind, arc_ahead: ``race_arc`` of the scene's effects at each [m].
+        arc_behind, arc_ahead: ``race_arc`` of the scene's effects at these angles [m].
     """
     return radius * (ahead - behind) + (arc_ahead - arc_behind)
 
 
 def contacts_of(scene: "Scene") -> np.ndarray:
-    """``System.contacts``: the row of balls of a scene whose balls cannot pass each other."""
+    """Return ``System.contacts``: the row of balls, for balls that cannot pass each other."""
     if "ball_contact" not in scene.effects:
         return np.zeros((0, 2))
     rows = [(i, scene.race.radius * _apart(scene, i, j)) for i, j, _ in _neighbours(scene)]
@@ -46,12 +46,12 @@ def contacts_of(scene: "Scene") -> np.ndarray:
 
 
 APART = math.pi * (3.0 - math.sqrt(5.0))
-"""Golden angle [rad], by which balls start apart unless the scene says otherwise: no two of any
-number of them start at one angle, and they do not balance each other either."""
+"""Golden angle [rad] between default start angles: no two balls of any number start at one angle,
+and they do not balance each other either."""
 
 
 def start_angles(scene: "Scene") -> tuple[float, ...]:
-    """Where the balls start [rad]: as the scene says, else apart, or packed in a row around 0."""
+    """Return the balls' start angles [rad]: given, else apart, or packed in a row around 0."""
     if scene.start.ball_angles is not None:
         return scene.start.ball_angles
     if "ball_contact" not in scene.effects:
@@ -63,7 +63,7 @@ def start_angles(scene: "Scene") -> tuple[float, ...]:
 
 
 def equal_pairs(scene: "Scene") -> list[tuple[int, int]]:
-    """Numbers of balls that are equal, in one race and with equal rates at the start."""
+    """Return pairs of equal balls in one race and with equal rates at the start."""
     balls = scene.balls
     rates = scene.start.ball_rates or (0.0,) * balls.count
     sizes = [None if math.isnan(radius) else radius for radius in balls.radii]
@@ -72,30 +72,30 @@ def equal_pairs(scene: "Scene") -> list[tuple[int, int]]:
 
 
 def at_one_angle(one: float, other: float) -> bool:
-    """Whether two angles [rad] are the same place on the race."""
+    """Return whether two angles [rad] are the same place on the race."""
     return abs(math.remainder(one - other, 2.0 * math.pi)) < 1e-9
 
 
 def never_part(scene: "Scene") -> list[tuple[int, int]]:
-    """Numbers of equal balls that start at one angle, and so stay together."""
+    """Return pairs of equal balls that start at one angle and therefore stay together."""
     angles = start_angles(scene)
     return [(i, j) for i, j in equal_pairs(scene) if at_one_angle(angles[i], angles[j])]
 
 
 def angles_at_random(scene: "Scene", shares: Sequence[float]) -> tuple[float, ...]:
-    """Start angles of balls put anywhere on the race where they do not overlap [rad].
+    """Return random start angles of balls on the race, without overlaps [rad].
 
-    With ball_contact the first ball may be anywhere. Of the others it is drawn where they would be
-    if no ball had a size, on what the balls leave free; then the sizes are put between. So all
-    arrangements of equal balls have the same chance; of unequal ones all orders have, which is the
-    same but for terms of the third order in their radius.
+    With ball_contact, the first ball may be anywhere. The others are drawn as points on the length
+    that the balls leave free, and the sizes are inserted afterwards. So all arrangements of equal
+    balls have the same probability. For unequal balls all orders have, which is the same except for
+    terms of third order in the radius.
 
     Args:
-        scene: its own start angles do not count.
-        shares: at random from 0 to below 1, one for each ball.
+        scene: scene; its start angles are ignored.
+        shares: random numbers in [0, 1), one for each ball.
 
     Returns:
-        From -pi to pi; they overlap where the balls have no room at all.
+        Angles from -pi to pi; balls overlap if there is not enough room.
     """
     start = 2 * math.pi * shares[0] - math.pi if shares else 0.0
     if "ball_contact" not in scene.effects or len(shares) < 2:
@@ -114,7 +114,7 @@ def check_row(scene: "Scene") -> None:
     """Refuse balls that do not fit on the race, or that overlap at the start.
 
     Raises:
-        ValueError: names what is too large, or which two balls overlap and by how much.
+        ValueError: the message names the value that is too large, or two balls and their overlap.
     """
     n, R = scene.balls.count, scene.race.radius
     if n < 2:
@@ -125,9 +125,9 @@ def check_row(scene: "Scene") -> None:
             f"half of race.radius = {R:g} m"
         )
     if "race_runout" in scene.effects:
-        # Along a race that is not convex nothing could be measured.
+        # Lengths are undefined along a race that is not convex.
         scene.effects["race_runout"].check_scene(scene)
-    # An oval is as long as the round race: what the lobes add, they take away again.
+    # An oval is as long as the round race: the contributions of the lobes cancel.
     room, length = R * sum(_apart(scene, i, j) for i, j, _ in _neighbours(scene)), 2 * math.pi * R
     if n > 2 and room >= length * (1 - 1e-9):
         raise ValueError(
@@ -146,7 +146,7 @@ def check_row(scene: "Scene") -> None:
 
 
 def start_gaps(scene: "Scene", contacts: int) -> list[float]:
-    """How far apart the balls at the first so many contacts start, beyond touching [m]."""
+    """Return the gaps between balls at the first ``contacts`` contacts at the start [m]."""
     return [
         apart - scene.race.radius * _apart(scene, i, j)
         for i, j, apart in _neighbours(scene)[:contacts]
@@ -154,42 +154,42 @@ def start_gaps(scene: "Scene", contacts: int) -> list[float]:
 
 
 def reduced(angle: float) -> tuple[float, float]:
-    """An angle as (angle within -pi .. pi, whole turns).
+    """Return an angle as (angle within -pi .. pi, whole turns).
 
-    One that is within is returned as it is. Of a larger one, up to 1e15 rad, turns are exact, and
-    the angle within is off by at most 5e-16 rad.
+    An angle in that range is returned unchanged. Up to 1e15 rad, turns are exact, and the angle is
+    off by at most 5e-16 rad.
     """
     if abs(angle) <= math.pi:
         return angle, 0.0
-    # The C library reduces with as many digits of pi as it takes.
+    # The C library reduces the argument with as many digits of pi as necessary.
     within = math.atan2(math.sin(angle), math.cos(angle))
     return within, float(round((angle - within) / (2 * math.pi)))
 
 
 def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
-    """Each ball, the next one along the race, and how far along the race that is [m]."""
+    """Return each ball, the next one along the race, and the distance between them [m]."""
     angles = [reduced(angle)[0] for angle in start_angles(scene)]
     order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
     found = []
     for i, j in zip(order, [*order[1:], *order[:1]], strict=True):
         turn = (angles[j] - angles[i]) % (2 * math.pi)
-        # A ball at 2 pi less a rounding error is one at 0.
+        # A ball at 2 pi less a rounding error is at 0.
         turn = 0.0 if 2 * math.pi - turn < 1e-9 else turn
         found.append((i, j, _length(scene, angles[i], angles[i] + turn)))
     return found
 
 
 def _length(scene: "Scene", behind: float, ahead: float) -> float:
-    """``race_length`` in a scene [m]."""
+    """Return ``race_length`` in a scene [m]."""
     return race_length(
         scene.race.radius, behind, ahead, _race_arc(scene, behind), _race_arc(scene, ahead)
     )
 
 
 def _angle_at(scene: "Scene", place: float) -> float:
-    """Where on the race a length of R times ``place`` from 0 leads [rad]."""
+    """Return the angle at a length of R times ``place`` from 0 along the race [rad]."""
     R, angle = scene.race.radius, place
-    # Each round leaves three quarters of the error at most: no race has lobes of more than R/4.
+    # Each iteration reduces the error to at most three quarters: lobes are at most R/4.
     for _ in range(200):
         before, angle = angle, angle + place - _length(scene, 0.0, angle) / R
         if angle == before:
@@ -198,12 +198,12 @@ def _angle_at(scene: "Scene", place: float) -> float:
 
 
 def _race_arc(scene: "Scene", angle: float) -> float:
-    """``race_arc``, summed over the scene's effects [m]."""
+    """Return ``race_arc``, summed over the scene's effects [m]."""
     effects = scene.effects.values()
     return sum(effect.race_arc(angle) for effect in effects if hasattr(effect, "race_arc"))
 
 
 def _apart(scene: "Scene", i: int, j: int) -> float:
-    """Length along the race between the centres of balls i and j in contact [R]."""
+    """Return the length along the race between the centres of balls i and j in contact [R]."""
     a, b = scene.balls.radii[i], scene.balls.radii[j]
     return 2 * math.asin((a + b) / (2 * scene.race.radius))

@@ -1,17 +1,17 @@
-"""How a body lies in space: quaternions (w, x, y, z) of any length, and what turns with them."""
+"""Orientation of a body in space: quaternions (w, x, y, z) of any length, and rotations."""
 
 from collections.abc import Sequence
 
 from ab_sim.equations.sums import Number
 
 Turn = tuple[Number, ...]
-"""From deck axes to the ground's, row by row: nine numbers."""
+"""Rotation from deck axes to the ground's, row by row: nine numbers."""
 
 
 def turn_of(quaternion: Sequence[Number]) -> Turn:
-    """The turn that a quaternion of any length stands for."""
+    """Return the rotation of a quaternion of any length."""
     w, x, y, z = quaternion
-    # Divided by its square, the quaternion may have any length.
+    # Dividing by the squared norm allows any length.
     two = 2.0 / (w * w + x * x + y * y + z * z)
     xx, yy, zz = two * x * x, two * y * y, two * z * z
     xy, xz, yz = two * x * y, two * x * z, two * y * z
@@ -24,7 +24,7 @@ def turn_of(quaternion: Sequence[Number]) -> Turn:
 
 
 def to_ground(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """A vector on deck axes, on the ground's."""
+    """Return a vector on deck axes, converted to the ground's."""
     return (
         turn[0] * x + turn[1] * y + turn[2] * z,
         turn[3] * x + turn[4] * y + turn[5] * z,
@@ -33,7 +33,7 @@ def to_ground(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Numb
 
 
 def to_deck(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Number, Number]:
-    """A vector on the ground's axes, on deck axes."""
+    """Return a vector on the ground's axes, converted to deck axes."""
     return (
         turn[0] * x + turn[3] * y + turn[6] * z,
         turn[1] * x + turn[4] * y + turn[7] * z,
@@ -44,7 +44,7 @@ def to_deck(turn: Turn, x: Number, y: Number, z: Number) -> tuple[Number, Number
 def half_product(
     q: Sequence[Number], x: Number, y: Number, z: Number
 ) -> tuple[Number, Number, Number, Number]:
-    """q (0, x, y, z) / 2: of an angular velocity on the body's axes the quaternion's rate."""
+    """Return q (0, x, y, z) / 2, the quaternion's rate for an angular velocity on body axes."""
     w, a, b, c = q
     return (
         -0.5 * (a * x + b * y + c * z),
@@ -55,7 +55,7 @@ def half_product(
 
 
 def turning_of(q: Sequence[Number], r: Sequence[Number]) -> tuple[Number, Number, Number]:
-    """The (x, y, z) for which ``half_product`` is r, but for what of r is along q."""
+    """Return (x, y, z) for which ``half_product`` is r, apart from the part of r along q."""
     w, a, b, c = q
     two = 2.0 / (w * w + a * a + b * b + c * c)
     return (
@@ -66,7 +66,7 @@ def turning_of(q: Sequence[Number], r: Sequence[Number]) -> tuple[Number, Number
 
 
 def cross(a: Sequence[Number], b: Sequence[Number]) -> tuple[Number, Number, Number]:
-    """a x b."""
+    """Return a x b."""
     return (
         a[1] * b[2] - a[2] * b[1],
         a[2] * b[0] - a[0] * b[2],

@@ -32,7 +32,7 @@ from ab_sim.equations.race import BallConstants, OnRace, drag_force, on_race, re
 from ab_sim.equations.sums import Number, any_has, over_balls, over_effects
 
 State = Sequence[Number]
-"""u1, u2, v1, v2."""
+"""State: u1, u2, v1, v2."""
 
 
 @deck_model(
@@ -59,12 +59,12 @@ class Planar(NamedTuple):
     def arrow(
         self, effects: Any, balls: BallConstants, on: OnRace, spindle: SpindleMotion, state: State
     ) -> Arrow:
-        """The equations of motion."""
+        """Return the equations of motion."""
         n, w, m, c, s = balls.number, spindle.speed, balls.mass, on.c, on.s
         f1, f2 = suspension_force(self, effects, spindle, state)
         load, along = relative_load(effects, balls, on, w)
         spin_mass = over_effects(effects, "ball_inertia", 0.0, balls.each)
-        # About the shaft, as if fixed to the race.
+        # Inertia about the shaft, with the balls fixed to the race.
         inertia = on.mh * on.h + on.mx * on.x
         if any_has(effects, "ball_inertia"):
             inertia = inertia + spin_mass * balls.radius * balls.radius
@@ -88,7 +88,7 @@ class Planar(NamedTuple):
     def rates(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """The state's rates of change."""
+        """Return the state's rates of change."""
         u1, u2, v1, v2 = state
         w = spindle.speed
         g1, g2 = gravity_on_rotating_axes(effects, spindle)
@@ -97,11 +97,11 @@ class Planar(NamedTuple):
     def channels(
         self, effects: Any, spindle: SpindleMotion, state: State, x: Sequence[Number]
     ) -> list[Number]:
-        """Displacement, velocity and acceleration on axes fixed in space: x, y, vx, vy, ax, ay.
+        """Return x, y, vx, vy, ax, ay: displacement, velocity and acceleration on fixed axes.
 
         Args:
-            effects: of the scene.
-            spindle: its motion, cosine and sine of its angle included.
+            effects: effects of the scene.
+            spindle: motion of the spindle, cosine and sine of its angle included.
             state: the state.
             x: the accelerations.
         """
@@ -110,44 +110,47 @@ class Planar(NamedTuple):
         return [number for pair in pairs for number in on_fixed_axes(spindle, *pair)]
 
     def dissipated(self, effects: Any, spindle: SpindleMotion, state: State) -> Number:
-        """Power that the suspension dissipates [W]."""
+        """Return the power that the suspension dissipates [W]."""
         u1, u2, v1, v2 = state
         vx, vy = on_fixed_axes(spindle, v1, v2) if any_has(effects, "space_loss") else (0.0, 0.0)
         loss = over_effects(effects, "deck_loss", 0.0, DeckMotion(u1, u2, v1, v2))
         return loss + over_effects(effects, "space_loss", 0.0, DeckMotion(0.0, 0.0, vx, vy))
 
     def jump(self, state: State, jumps: Sequence[Number]) -> list[Number]:
-        """What jumps of velocity, in the order of x, add to the state."""
+        """Return the change of the state for jumps of velocity, in the order of x."""
         return [0.0, 0.0, jumps[0], jumps[1]]
 
     def place(self, states: np.ndarray, psi: np.ndarray) -> np.ndarray:
-        """Displacement on fixed axes [m], shape (samples, 2)."""
+        """Return the displacement on fixed axes [m], shape (samples, 2)."""
         c, s, (u1, u2) = np.cos(psi), np.sin(psi), states.T[:2]
         return np.stack([c * u1 - s * u2, s * u1 + c * u2], axis=1)
 
     def specific_force(
         self, effects: Any, channels: Sequence[Number], point: Sequence[float]
     ) -> list[Number]:
-        """Specific force on fixed axes [m/s^2]: the same all over a deck that never turns."""
+        """Return the specific force on fixed axes [m/s^2].
+
+        It is uniform on a deck that never turns.
+        """
         gravity = over_effects(effects, "gravity", (0.0, 0.0))
         return [channels[4] - gravity[0], channels[5] - gravity[1]]
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
-        """At a spindle angle of 0."""
+        """Return the channels at rest, at a spindle angle of 0."""
         return np.array([[*states[:2], 0.0, 0.0, 0.0, 0.0]])
 
     def scale(self, length: float, speed: float) -> list[float]:
-        """Magnitudes of the states, for errors to be measured by."""
+        """Return magnitudes of the states, as scales for errors."""
         return [length, length, length * speed, length * speed]
 
     def tangent(self, states: np.ndarray) -> np.ndarray:
-        """All directions, shape (4, 4)."""
+        """Return all directions, shape (4, 4)."""
         return np.eye(4)
 
     def energy(
         self, effects: Any, balls: BallConstants, state: np.ndarray, psi: float, speed: float
     ) -> float:
-        """Kinetic and stored energy [J]."""
+        """Return kinetic and stored energy [J]."""
         w, e, n, spindle = (
             speed,
             self.eccentricity,
@@ -181,19 +184,19 @@ class Planar(NamedTuple):
 
 
 def on_fixed_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
-    """A vector on the rotor's axes, on axes fixed in space."""
+    """Return a vector on the rotor's axes, converted to fixed axes."""
     c, s = spindle.cos, spindle.sin
     return c * one - s * two, s * one + c * two
 
 
 def on_rotating_axes(spindle: SpindleMotion, one: Number, two: Number) -> tuple[Number, Number]:
-    """The reverse."""
+    """Return a vector on fixed axes, converted to the rotor's."""
     c, s = spindle.cos, spindle.sin
     return c * one + s * two, c * two - s * one
 
 
 def gravity_on_rotating_axes(effects: Any, spindle: SpindleMotion) -> tuple[Number, Number]:
-    """Gravity across the shaft [m/s^2]."""
+    """Return gravity across the shaft on rotating axes [m/s^2]."""
     if not any_has(effects, "gravity"):
         return 0.0, 0.0
     return on_rotating_axes(spindle, *over_effects(effects, "gravity", (0.0, 0.0)))
@@ -202,10 +205,10 @@ def gravity_on_rotating_axes(effects: Any, spindle: SpindleMotion) -> tuple[Numb
 def suspension_force(
     deck: Any, effects: Any, spindle: SpindleMotion, state: State
 ) -> tuple[Number, Number]:
-    """Force of the suspension on the deck, on the rotor's axes [N]."""
+    """Return the force of the suspension on the deck, on the rotor's axes [N]."""
     u1, u2, v1, v2 = state
     if any_has(effects, "gravity"):
-        # The state counts from where the deck hangs at rest, the springs from their free length.
+        # The state counts from the position at rest, the springs from their free length.
         sag_1, sag_2 = on_rotating_axes(spindle, deck.sag_x, deck.sag_y)
         u1, u2 = u1 + sag_1, u2 + sag_2
     f1, f2 = over_effects(effects, "deck_force", (0.0, 0.0), DeckMotion(u1, u2, v1, v2))

@@ -1,4 +1,4 @@
-"""A ball on the race: where it is, and what acts along the race: docs/equations.md, 1 and 6.
+"""Balls on the race: position, and forces along the race: docs/equations.md, 1 and 6.
 
 The ball's centre lies at h n + x t from the shaft, n and t being the race's outward normal and
 tangent there; l is the race's radius of curvature. A round race on the shaft's axis has h = l = R
@@ -12,64 +12,64 @@ from ab_sim.equations.sums import Number, any_has, over_effects
 
 
 class BallConstants(NamedTuple):
-    """Constants of the balls; each a number per ball, but for the first."""
+    """Constants of the balls; each is a number per ball, except the first."""
 
     number: int
-    """How many."""
+    """Number of balls."""
     mass: Number
-    """m [kg]."""
+    """Mass m [kg]."""
     radius: Number
-    """a [m]."""
+    """Radius a [m]."""
     rolling_mass: Number
-    """mu = m + I/a^2 [kg], I = 0 where balls do not roll."""
+    """Rolling mass mu = m + I/a^2 [kg]; I = 0 for balls that do not roll."""
     mobility: Number
-    """1/mu; 0 of a ball that is stuck to the race."""
+    """Mobility 1/mu; 0 for a ball that is held on the race."""
     moment: Number
-    """m R [kg m]."""
+    """Moment m R [kg m]."""
     lever: Number
-    """m R - I/a [kg m]: mass that couples the spindle's acceleration with the path acceleration, on
-    a round race."""
+    """Lever m R - I/a [kg m]: mass that couples the spindle's acceleration with the path
+    acceleration on a round race."""
     race_radius: Number
-    """R [m], of the circle of the ball's centre."""
+    """Radius R of the circle of the ball's centre [m]."""
     race_curvature: Number
-    """1/R."""
+    """Curvature 1/R [1/m]."""
     height: Number
-    """Of its race along the shaft [m]."""
+    """Height of the ball's race along the shaft [m]."""
 
     @property
     def each(self) -> Ball:
-        """As effects see them."""
+        """Constants as effects receive them."""
         return Ball(self.mass, self.radius)
 
 
 class OnRace(NamedTuple):
-    """Where the balls are; each a number per ball."""
+    """Positions of the balls on the race; each is a number per ball."""
 
     c: Number
     s: Number
-    """(c, s) is n, on the rotor's axes."""
+    """Outward normal n = (c, s), on the rotor's axes."""
     h: Number
     x: Number
-    """The ball's place from the shaft along n and along t [m]; x = dh/dtheta."""
+    """Position of the ball from the shaft along n and along t [m]; x = dh/dtheta."""
     mh: Number
     mx: Number
-    """m times that [kg m]."""
+    """Mass m times that position [kg m]."""
     lever: Number
-    """m h - I/a [kg m]: as of ``BallConstants``, on this race."""
+    """Lever m h - I/a [kg m]: as in ``BallConstants``, on this race."""
     curve: Number
-    """l [m]."""
+    """Radius of curvature l [m]."""
     curvature: Number
-    """1/l."""
+    """Curvature 1/l [1/m]."""
     dl_dtheta: Number
-    """[m]."""
+    """Derivative dl/dtheta [m]."""
     rate: Number
-    """theta' [rad/s]."""
+    """Rate theta' [rad/s]."""
     path: Number
-    """s' [m/s]."""
+    """Path speed s' [m/s]."""
 
 
 def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Number) -> OnRace:
-    """Where the balls are, from cosine, sine and rate of their angles."""
+    """Return the balls' positions on the race, from cosine, sine and rate of their angles."""
     R, m = balls.race_radius, balls.mass
     if not any_has(effects, "race_shape"):
         path = R * rate
@@ -88,11 +88,11 @@ def on_race(effects: Any, balls: BallConstants, c: Number, s: Number, rate: Numb
 def relative_load(
     effects: Any, balls: BallConstants, on: OnRace, w: Number
 ) -> tuple[Number, Number]:
-    """The ball's inertial force, -m times its acceleration [N].
+    """Return the ball's inertial force, -m times its acceleration [N].
 
     Returns:
-        Along n and along t, without what the deck's, the spindle's and the path acceleration add:
-        m (h w^2 + 2 w s' + l theta'^2) and m x w^2.
+        Components along n and t, without the terms of the deck's, the spindle's and the path
+        acceleration: m (h w^2 + 2 w s' + l theta'^2) and m x w^2.
     """
     if not any_has(effects, "race_shape"):
         return balls.moment * (w + on.rate) * (w + on.rate), 0.0
@@ -101,25 +101,25 @@ def relative_load(
 
 
 def drag_force(effects: Any, balls: BallConstants, on: OnRace) -> Number:
-    """Of the race on the ball, along it [N]."""
+    """Return the drag of the race on the ball, along it [N]."""
     return -(over_effects(effects, "ball_drag", 0.0, balls.each) * on.path)
 
 
 def friction_coefficient(effects: Any, balls: BallConstants) -> Number:
-    """Largest friction along the race per normal force."""
+    """Return the largest friction along the race per normal force."""
     return over_effects(effects, "friction_coefficient", 0.0, balls.each)
 
 
 def rate_change(on: OnRace, path_acceleration: Number) -> Number:
-    """theta'' [rad/s^2] from s'' [m/s^2]."""
+    """Return theta'' [rad/s^2] from s'' [m/s^2]."""
     return (path_acceleration - on.dl_dtheta * on.rate * on.rate) * on.curvature
 
 
 def path_acceleration(on: OnRace, rate_change: Number) -> Number:
-    """s'' [m/s^2] from theta'' [rad/s^2]."""
+    """Return s'' [m/s^2] from theta'' [rad/s^2]."""
     return on.curve * rate_change + on.dl_dtheta * on.rate * on.rate
 
 
 def path_length(effects: Any, balls: BallConstants, theta: Number) -> Number:
-    """Length along the race [m]; only differences count."""
+    """Return the length along the race [m]; only differences count."""
     return balls.race_radius * theta + over_effects(effects, "race_arc", 0.0, theta)

@@ -1,4 +1,4 @@
-"""How the spindle moves: as its speed profile says, or as a motor of finite torque drives it."""
+"""Motion of the spindle: prescribed by its speed profile, or driven by a motor of finite torque."""
 
 from typing import Any, NamedTuple
 
@@ -8,41 +8,41 @@ from ab_sim.tracing.functions import cos, sin, where
 
 
 class SegmentInputs(NamedTuple):
-    """Where on the speed profile a run is."""
+    """Position of a run on the speed profile."""
 
     segment: Any
-    """Of the profile: speed, acceleration and angle as functions of local time."""
+    """Segment of the profile: speed, acceleration and angle as functions of local time."""
     phase: Number
-    """Spindle angle at its beginning [rad], whole turns left out."""
+    """Spindle angle at its beginning [rad], without whole turns."""
     angle: Number
-    """The same with all turns: for samples."""
+    """Spindle angle at its beginning [rad], with whole turns: for samples."""
 
 
 class MotorState(NamedTuple):
     """State of a spindle that a motor drives."""
 
     psi: Number
-    """rad."""
+    """Angle [rad]."""
     speed: Number
-    """w [rad/s]."""
+    """Speed w [rad/s]."""
     integral: Number
-    """Of the speed loop [rad]."""
+    """Integral of the speed loop [rad]."""
     limit: Number
-    """1 or -1 while the motor gives all it can in that direction, else 0."""
+    """Limit branch: 1 or -1 while the motor is at its torque limit in that direction, else 0."""
 
 
 class Torques(NamedTuple):
-    """What a motor's events are found from."""
+    """Torques from which a motor's events are located."""
 
     commanded: Number
     limit: Number
-    """N m: what the speed loop asks for, and the most that the motor gives."""
+    """Torque commanded by the speed loop, and largest torque of the motor [N m]."""
 
 
 def prescribed(
     effects: Any, place: SegmentInputs, time: Number, angle_needed: bool
 ) -> SpindleMotion:
-    """The spindle's motion at a local time [s] of a segment."""
+    """Return the spindle's motion at a local time [s] of a segment."""
     acceleration = over_effects(
         effects, "spindle_acceleration", 0.0, place.segment.acceleration(time)
     )
@@ -56,7 +56,7 @@ def prescribed(
 def motor_driven(
     effects: Any, place: SegmentInputs, time: Number, at: MotorState, angle_needed: bool
 ) -> tuple[SpindleMotion, Torques]:
-    """The motion of a motor's spindle; its acceleration follows from the equations of motion."""
+    """Return the motion of a motor's spindle; the equations of motion give its acceleration."""
     error = place.segment.speed(time) - at.speed
     commanded = over_effects(effects, "loop_torque", 0.0, error, at.integral)
     limit = over_effects(effects, "largest_torque", 0.0)

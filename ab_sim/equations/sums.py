@@ -6,20 +6,20 @@ from typing import Any
 from ab_sim.tracing.functions import total
 
 Number = Any
-"""A float or an expression; of the balls one that stands for a number for each."""
+"""A float or an expression; for balls, an expression that stands for a number per ball."""
 
 
 def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any) -> Any:
-    """The sum of ``effect.method(*arguments)`` over the effects that have the method.
+    """Return the sum of ``effect.method(*arguments)`` over the effects that have the method.
 
     Args:
-        effects: a scene's.
+        effects: effects of a scene.
         method: name of a method, see ``ab_sim.equations.effects``.
         zero: the sum over none: a number, or a tuple of numbers for a vector.
-        *arguments: of the method.
+        *arguments: arguments of the method.
 
     Raises:
-        TypeError: a method gives another number of results than ``zero`` has.
+        TypeError: a method returns another number of results than ``zero`` has.
     """
     found = zero
     for effect in effects:
@@ -46,12 +46,12 @@ def _shape(term: Any) -> str:
 
 
 def any_has(effects: Iterable[Any], *methods: str) -> bool:
-    """Whether one of the effects has one of the methods."""
+    """Return whether one of the effects has one of the methods."""
     return any(hasattr(effect, method) for effect in effects for method in methods)
 
 
 def over_balls(count: int, each: Number) -> Number:
-    """The sum over the balls of what each has; 0 without balls."""
+    """Return the sum of a number per ball over the balls; 0 without balls."""
     if isinstance(each, float):
         return count * each
     return total(each) if count else 0.0

@@ -1,1 +1,1 @@
-"""Pictures, drawn into figures of their own: no pyplot, no display."""
+"""Pictures, drawn into separate figures without pyplot and without a display."""

@@ -1,4 +1,4 @@
-"""The picture of what an accuracy costs: error against time, a line for each method."""
+"""Picture of the cost of an accuracy: error against time, a line for each method."""
 
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost
 
 OURS = ("tab:red", "tab:orange", "tab:purple", "tab:brown", "tab:pink", "tab:olive")
 PEERS = ("tab:blue", "tab:cyan", "tab:green", "tab:gray", "black", "navy", "teal")
-"""Of the first methods; more have colours far from these."""
+"""Colours of the first methods; further ones have distinct colours."""
 MARKERS = "osD^vP*X"
 REAL_TIME = 1.0
 """CPU seconds per simulated second at which one core just keeps up."""
@@ -24,14 +24,14 @@ def accuracy_figure(cost: AccuracyCost, path: Path) -> None:
     Filled marks and full lines are the package's steppers; hollow marks and dashed lines peers.
 
     Args:
-        cost: what was measured.
-        path: file to write; its ending says the format (png, svg, pdf).
+        cost: measured costs.
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_accuracy(cost), path, 120)
 
 
 def drawn_accuracy(cost: AccuracyCost) -> ResultFigure:
-    """What ``accuracy_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``accuracy_figure`` without writing it; arguments as there."""
     unit = cost.unit
     panels = [("whirl", f"largest error in whirl [{unit}]", cost.uncertainty.whirl)]
     if cost.balls:
@@ -108,7 +108,7 @@ def _panel(axes: Axes, cost: AccuracyCost, key: str, text: str, uncertainty: flo
 
 
 def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
-    """Write steps left of the marks, leaving out those that would cover a mark or another one."""
+    """Write steps left of the marks, without those that would cover a mark or another label."""
     within = axes.transData + axes.transAxes.inverted()
     marks = np.vstack([within.transform(line.get_xydata()) for line in axes.lines[:-1]])
     written: list[tuple[float, float]] = []
@@ -126,5 +126,5 @@ def _label(axes: Axes, labels: list[tuple[str, float, float, str]]) -> None:
 
 
 def _drawable(bound: ErrorBound) -> float:
-    """On a logarithmic axis an error of exactly 0 cannot be drawn: it goes to the last digit."""
+    """Return a value for a logarithmic axis; an error of exactly 0 goes to the last digit."""
     return max(bound.value, 1e-17)

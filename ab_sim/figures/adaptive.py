@@ -1,4 +1,4 @@
-"""An adaptive start-up in a run's picture: when it dwelt, and the unbalance that it believed in."""
+"""An adaptive start-up in a run's picture: dwells, and the estimated unbalance."""
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
@@ -22,23 +22,23 @@ SHADES = {
     State.ABORTING: VERMILION,
 }
 ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
-"""Marked by a line: nothing more is decided."""
+"""Final states, which are marked by a line, and their colours."""
 WIDTH = 0.011
-"""Of a letter of these labels, at most, over the width of the panels."""
+"""Largest width of a letter of these labels, relative to the panels."""
 TRUE, BELIEVED = RUN, "black"
 
 
 class Stretch(NamedTuple):
-    """A time through which the controller was in one state."""
+    """A period in which the controller was in one state."""
 
     state: State
     begin: float
     end: float
-    """s, both."""
+    """Start and end [s]."""
 
 
 def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
-    """The states that it went through, one after the other."""
+    """Yield the successive states of the controller."""
     begin = 0
     for k, believed in enumerate(beliefs):
         last = k + 1 == len(beliefs)
@@ -48,7 +48,7 @@ def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
 
 
 def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
-    """Shade when it dwelt, came back or ran down, and mark its end; named in the first panel."""
+    """Shade dwells, retries and ramps down, and mark the end; name them in the first panel."""
     counts: Counter[State] = Counter()
     rows: list[float] = []
     low, high = panels[0].get_xlim()
@@ -81,20 +81,20 @@ def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
 
 
 def _free_row(rows: list[float], begin: float, width: float) -> int:
-    """The lowest row of labels in which there is room; ``rows`` has where the last of each ends."""
+    """Return the lowest free row of labels; ``rows`` has the end of the last label in each."""
     row = next((row for row, end in enumerate(rows) if end <= begin), len(rows))
     rows[row : row + 1] = [begin + width]
     return row
 
 
 def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
-    """The net unbalance that there was, and the one that was believed in, with its deviation.
+    """Draw the true net unbalance, and the estimated one with its deviation.
 
     Args:
-        axes: of their own.
+        axes: axes of this panel only.
         path: the run.
-        scene: what was run.
-        adaptive: what its controller believed.
+        scene: scene of the run.
+        adaptive: outcome of its controller.
     """
     length, symbol = scene.whirl_unit
     times = np.array([believed.time for believed in adaptive.beliefs])
@@ -110,7 +110,7 @@ def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: Adaptiv
         axes.fill_between(times, low, high, color=BELIEVED, alpha=0.15, lw=0, zorder=2)
         last = values[known][-1]
         labels.append(Label(last, f"{last:.3g}  believed,\n+- a standard deviation", BELIEVED))
-    # What is believed at first, of hardly anything, may be far off.
+    # The first estimates may be far off.
     axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))
     axes.set_ylabel(f"net unbalance / {symbol} [1]")
     label_at_right(axes, labels)

@@ -1,4 +1,4 @@
-"""Where a run's balls are; of those that never come to rest, how fast they go."""
+"""Positions of a run's balls; speeds of those that never come to rest."""
 
 from typing import Any
 
@@ -15,19 +15,19 @@ from ab_sim.figures.labels import Label, label_at_right
 from ab_sim.scene.model import Scene
 
 OPPOSITE = -180.0
-"""The side opposite the unbalance [deg]."""
+"""Angle of the side opposite the unbalance [deg]."""
 MOST_LABELS = 8
-"""Balls beyond so many are drawn without names."""
+"""Largest number of balls with names."""
 
 
 def draw_balls(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> None:
-    """Draw ball angles; the speeds instead, where balls circulate: turns by the hundred say less.
+    """Draw ball angles, or speeds if balls circulate, because hundreds of turns show less.
 
     Args:
-        axes: where.
+        axes: axes to draw on.
         path: consecutive samples, from the start to the end.
-        scene: what was run.
-        merits: of the run.
+        scene: scene of the run.
+        merits: metrics of the run.
     """
     if merits.circulating is None:
         _draw_angles(axes, path, merits)
@@ -74,7 +74,8 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
     passed = merits.first_passage_of_opposite
     if passed is not None and passed > 0:
         axes.plot(passed, OPPOSITE, "ko", ms=5, zorder=4)
-        # Balls come from above and go on to the right: room is below to the left, or above.
+        # Curves come from above and continue to the right: there is room below on the left, or
+        # above.
         late = passed > 0.3 * time[-1]
         axes.annotate(
             f"all balls at -180 deg first: {passed:.3f} s", (passed, OPPOSITE), fontsize=8,
@@ -85,7 +86,7 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
 
 
 def ball_styles(balls: int) -> list[dict[str, Any]]:
-    """One per ball; later ones are drawn thinner, so that balls that move as one remain visible."""
+    """Return a style per ball; later ones are thinner, so that coinciding curves remain visible."""
     widths = np.linspace(3.0, 1.0, balls) if balls > 1 else [1.8]
     return [
         {"color": colour, "lw": width, "dashes": dashes_of(ball)}

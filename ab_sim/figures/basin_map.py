@@ -1,4 +1,4 @@
-"""Basins: how a run ends, over the angles at which two balls start."""
+"""Basins: final states of runs, over the start angles of two balls."""
 
 from pathlib import Path
 
@@ -32,17 +32,17 @@ COLOURS = {
 
 
 def basin_figure(found: Basin, path: Path) -> None:
-    """Draw how runs end and what unbalance is left, and write both to a file.
+    """Draw final states and residual unbalance of runs, and write both to a file.
 
     Args:
         found: a basin.
-        path: file to write; its ending says the format (png, svg, pdf).
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_basin(found), path, 110)
 
 
 def drawn_basin(found: Basin) -> ResultFigure:
-    """What ``basin_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``basin_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(13, 6.6), layout="constrained")
     figure.suptitle(f"Where runs of {found.scene.name} end, by where two balls start", fontsize=14)
     ends, left = figure.subplots(1, 2, sharex=True, sharey=True)
@@ -64,7 +64,7 @@ def drawn_basin(found: Basin) -> ResultFigure:
     handles.append(Patch(color=COLOURS[LEFT_OUT], label=NAMES[LEFT_OUT]))
     figure.legend(
         handles=handles, loc="outside lower center", ncols=3, fontsize=9,
-        # Beside a legend below all panels there is no room for a line of its own.
+        # A legend below all panels leaves no room for a separate line.
         title=f"balanced: at most {found.limit:g} of the unbalance is left. {NOTATION}",
     )  # fmt: skip
     residual = np.array(

@@ -1,4 +1,4 @@
-"""The branch diagram: where balls can rest over the spindle's speed, stable and unstable."""
+"""Branch diagram: resting states of the balls over the spindle's speed, stable and unstable."""
 
 import math
 from collections.abc import Callable
@@ -16,27 +16,27 @@ from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.scene.model import Scene
 
 COLOURS = ("tab:blue", "tab:red", "tab:green", "tab:purple", "tab:brown", "tab:cyan", "tab:olive")
-"""Of the first patterns; more have colours far from these."""
+"""Colours of the first patterns; further ones have distinct colours."""
 STYLES = {True: "-", False: (0, (4, 2)), None: ":"}
-"""By the linear test's verdict."""
+"""Line styles by the linear test's verdict."""
 MOST_LABELLED = 12
-"""Patterns, beyond which the legend counts them."""
+"""Largest number of patterns that the legend names; it counts the others."""
 
 
 def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path: Path) -> None:
     """Draw W and ball angles of all branches over speed, and write them to a file.
 
     Args:
-        scene: whose they are.
+        scene: scene of the branches.
         found: states at one speed, which is marked.
         over_speed: branches.
-        path: file to write; its ending says the format (png, svg, pdf).
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_branches(scene, found, over_speed), path, 110)
 
 
 def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> ResultFigure:
-    """What ``branches_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``branches_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(10, 7.5), layout="constrained")
     figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.9))
@@ -79,7 +79,7 @@ def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> Re
 
 
 def _pattern(label: str) -> str:
-    """What a label says but for which of several radii, and which position."""
+    """Return a label without the number of the radius and of the position."""
     return label.split("/")[0].split(",")[0]
 
 
@@ -91,7 +91,7 @@ def _draw(
     if breaks:
         values[1:][np.abs(np.diff(values)) > 180.0] = np.nan
     for verdict, style in STYLES.items():
-        # Each part goes on to the next point, where another may begin.
+        # Each part is extended to the next point, where another may begin.
         here = np.array([verdict is one for one in verdicts])
         here[1:] |= here[:-1]
         if here.any():

@@ -1,4 +1,4 @@
-"""The Campbell diagram: natural frequencies and damping over the spindle's speed."""
+"""Campbell diagram: natural frequencies and damping over the spindle's speed."""
 
 import math
 from collections.abc import Callable
@@ -18,7 +18,7 @@ STYLES: dict[str | None, dict[str, Any]] = {
     "backward": {"color": "tab:blue", "ls": (0, (4, 3)), "lw": 1.6, "zorder": 2.2},
     None: {"color": "0.4", "ls": "-", "lw": 1.6, "zorder": 2.0},
 }
-"""By the sense of whirl; dashes, so that both can be seen where they lie on each other."""
+"""Styles by the sense of whirl; dashed, so that both are visible where they coincide."""
 ONCE: dict[str, Any] = {"color": "tab:green", "ls": ":", "lw": 1.2}
 RPM = 30.0 / math.pi
 
@@ -27,14 +27,14 @@ def campbell_figure(found: NaturalVibration, path: Path) -> None:
     """Draw frequencies and damping ratios over speed, and write them to a file.
 
     Args:
-        found: a scene's vibration.
-        path: file to write; its ending says the format (png, svg, pdf).
+        found: vibration of a scene.
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_campbell(found), path, 110)
 
 
 def drawn_campbell(found: NaturalVibration) -> ResultFigure:
-    """What ``campbell_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``campbell_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(9, 6.5), layout="constrained")
     figure.suptitle(f"Natural frequencies of {found.scene}", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.4))
@@ -68,10 +68,10 @@ def drawn_campbell(found: NaturalVibration) -> ResultFigure:
 
 
 def _draw(axes: Axes, speeds: np.ndarray, branch: tuple[Mode, ...], values: list[float]) -> None:
-    """A curve whose style says which way the deck whirls there."""
+    """Draw a curve whose style shows the deck's direction of whirl."""
     senses = [mode.sense for mode in branch]
     for sense, style in STYLES.items():
-        # Each stretch goes on to the next point, where another may begin.
+        # Each section is extended to the next point, where another may begin.
         here = np.array([sense == one for one in senses])
         here[1:] |= here[:-1]
         axes.plot(speeds, np.where(here, values, np.nan), **style)

@@ -1,4 +1,4 @@
-"""The palette as matplotlib and plotly take it: ``#rrggbb``."""
+"""The palette in the form of matplotlib and plotly: ``#rrggbb``."""
 
 from collections.abc import Sequence
 
@@ -20,7 +20,7 @@ WITHOUT_PERIOD = hexadecimal(palette.WITHOUT_PERIOD)
 COMMANDED = "black"
 SERIES = tuple(map(hexadecimal, palette.SERIES))
 MAP = "cividis"
-"""Colours of maps: dark to light in one sense, made for colour-blind readers."""
+"""Colour map: monotonically from dark to light, suitable for colour-blind readers."""
 
 
 def ball_colours(count: int) -> list[str]:
@@ -36,7 +36,7 @@ def distinct_colours(
     lightness: tuple[float, float] = ON_LIGHT,
     hues: tuple[float, float] = (0.0, 360.0),
 ) -> list[str]:
-    """Colours of which no two are alike, see `distinct`; the first as they are named."""
+    """Return distinct colours, see `distinct`; the first ones as given."""
     found = distinct(
         count, [_of(one) for one in first], avoid=[_of(one) for one in avoid],
         lightness=lightness, hues=hues,

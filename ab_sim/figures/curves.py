@@ -1,4 +1,4 @@
-"""Parts of pictures: curves that stay readable where they swing fast, and a note on symbols."""
+"""Parts of pictures: curves that stay readable with fast swings, and a note on symbols."""
 
 from typing import Any
 
@@ -12,25 +12,25 @@ from ab_sim.conventions import NOTATION, in_one_turn
 WINDOW = 0.01
 """Share of the time axis in which swings are counted."""
 SWINGS = 3.3
-"""With so many turning points in a window, swings run into each other: their range is shown."""
+"""Number of turning points in a window from which swings merge: their range is drawn."""
 VISIBLE = 1e-4
-"""Smaller swings than this share of the largest value are none."""
+"""Smallest visible swing, relative to the largest value."""
 
 
 def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> None:
-    """Draw a curve; where it swings too fast to be seen, the range of its swings and their mean.
+    """Draw a curve; for swings too fast to be seen, draw their range and mean.
 
     Args:
-        axes: where.
+        axes: axes to draw on.
         time: shape (samples,).
         values: shape (samples,).
-        style: as of ``Axes.plot``, with a color.
+        style: as in ``Axes.plot``, with a color.
     """
     width = max(3, round(WINDOW * len(time)))
-    # Counted over some windows, so that it does not change from one to the next.
+    # Counted over several windows, so that the result does not alternate between windows.
     fast = uniform_filter1d(_turns(values), 5 * width, mode="reflect") * width >= SWINGS
     if fast.any():
-        # Both ways over by a window, so that range and curve meet.
+        # Both extend over each other by a window, so that range and curve meet.
         blurred = maximum_filter1d(fast, width)
         low = minimum_filter1d(values, width, mode="nearest")
         high = maximum_filter1d(values, width, mode="nearest")
@@ -44,7 +44,7 @@ def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -
 
 
 def _turns(values: np.ndarray) -> np.ndarray:
-    """1 at each turning point of swings that can be seen, else 0; shape (samples,)."""
+    """Return 1 at each turning point of visible swings, else 0; shape (samples,)."""
     points = 1 + np.flatnonzero(np.diff(np.sign(np.diff(values))))
     swings = np.abs(np.diff(values[points])) > VISIBLE * np.max(np.abs(values))
     turns = np.zeros(len(values))
@@ -53,7 +53,7 @@ def _turns(values: np.ndarray) -> np.ndarray:
 
 
 def in_degrees(angles: np.ndarray) -> np.ndarray:
-    """Return ball angles [rad] in deg, in the turn they are shown in; NaN where one leaves it.
+    """Return ball angles [rad] in deg, within the drawn turn; NaN where a ball leaves it.
 
     Args:
         angles: unwrapped, shape (samples,) or (samples, balls).

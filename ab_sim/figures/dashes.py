@@ -1,12 +1,12 @@
-"""Line styles, for many curves to be told apart in another way than by their colours alone."""
+"""Line styles that distinguish many curves not by colour alone."""
 
 DASHES: tuple[tuple[float, ...], ...] = (
     (), (6, 2), (2, 2), (6, 2, 2, 2), (10, 4), (6, 2, 2, 2, 2, 2), (2, 5), (12, 2, 3, 2), (4, 4),
     (10, 2, 2, 2, 2, 2, 2, 2),
 )  # fmt: skip
-"""Lengths of dashes and gaps in turn [line widths], enough for the 64 balls of a scene."""
+"""Lengths of dashes and gaps in turn [line widths]; enough for the 64 balls of a scene."""
 COLOURS = 7
-"""Curves in a row that share a style, each in a colour of its own."""
+"""Number of consecutive curves that share a style, each with its own colour."""
 
 
 def dashes_of(number: int) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""The picture of what effects cost: bars with their spread."""
+"""Picture of the cost of effects: bars with their spread."""
 
 from pathlib import Path
 
@@ -14,14 +14,14 @@ def cost_figure(costs: list[EffectCost], path: Path) -> None:
     """Draw time per step of every variant, one panel per scene, and write them to a file.
 
     Args:
-        costs: what was measured.
-        path: file to write; its ending says the format (png, svg, pdf).
+        costs: measured costs.
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_cost(costs), path, 120)
 
 
 def drawn_cost(costs: list[EffectCost]) -> ResultFigure:
-    """What ``cost_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``cost_figure`` without writing it; arguments as there."""
     heights = [1.2 + 0.34 * len(cost.rows) for cost in costs]
     figure = ResultFigure(figsize=(9, sum(heights)), layout="constrained")
     panels = figure.subplots(len(costs), 1, squeeze=False, height_ratios=heights)

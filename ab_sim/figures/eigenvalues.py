@@ -1,4 +1,4 @@
-"""Resting states at one speed: their eigenvalues, and where the balls are."""
+"""Resting states at one speed: eigenvalues, and positions of the balls."""
 
 import math
 from typing import Any
@@ -11,14 +11,14 @@ from ab_sim.figures.saved import ResultFigure
 
 FIRST = ("tab:blue", "tab:orange", "tab:green", "tab:purple", "tab:brown", "tab:cyan")
 MARKERS = {True: "o", False: "X", None: "D"}
-"""By the linear test's verdict."""
+"""Markers by the linear test's verdict."""
 
 
 def drawn_states(found: Equilibria) -> ResultFigure:
-    """Eigenvalues in the complex plane; ball angles on circles, one for each state.
+    """Return a figure of eigenvalues in the complex plane, and ball angles on a circle per state.
 
     Args:
-        found: of one scene at one speed.
+        found: resting states of one scene at one speed.
     """
     figure = ResultFigure(figsize=(11, 5.6), layout="constrained")
     figure.suptitle(f"Where the balls of {found.scene} can rest at {found.speed:g} rad/s")

@@ -1,4 +1,4 @@
-"""An identification: measured beside fitted, what is left, and the intervals."""
+"""An identification: measured and fitted signals, residuals, and intervals."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -9,11 +9,11 @@ from ab_sim.identification.result import Identification, RecordingFit, shown_uni
 
 MEASURED, FITTED, LEFT = GREY, RUN, VERMILION
 WORST = 1.0
-"""Half an interval, as a share of its value, up to which it is drawn."""
+"""Largest relative half-width of an interval that is drawn."""
 
 
 def drawn_identification(found: Identification) -> ResultFigure:
-    """The figure of an identification, not written yet."""
+    """Return the figure of an identification without writing it."""
     rows = len(found.comparisons)
     heights = [1.6, 0.8] * rows + [0.4 + 0.25 * len(_shares(found))]
     figure = ResultFigure(figsize=(10, 1.2 + 1.3 * sum(heights)), layout="constrained")
@@ -34,7 +34,7 @@ def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
     above.set_ylabel(f"{measured.kind} [{unit}]", fontsize=9)
     said = ", held out" if each.held_out else ""
     above.set_title(f"{measured.name}{said}, first axis", fontsize=10, loc="left")
-    # Above the axes, where no curve is.
+    # Above the axes, where there are no curves.
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, frameon=False)
     below.plot(time, scale * each.residuals[:, 0], color=LEFT, lw=0.6)
     below.set_ylabel(f"left [{unit}]", fontsize=9)
@@ -45,7 +45,7 @@ def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
 
 
 def _shares(found: Identification) -> list[tuple[str, float, float]]:
-    """Of the scene's parameters: name, and both ends of its interval as shares of the value."""
+    """Return name and relative interval ends of the scene's parameters."""
     return [
         (each.name, each.low / each.value - 1.0, each.high / each.value - 1.0)
         for each in found.estimates

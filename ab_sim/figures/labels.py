@@ -1,4 +1,4 @@
-"""Labels beside a panel, each as near to what it names as the others let it."""
+"""Labels next to a panel, each as close to its curve as the others allow."""
 
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -8,40 +8,41 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 
 APART = 1.0
-"""Between labels [pt]."""
+"""Distance between labels [pt]."""
 
 
 class Label(NamedTuple):
     """A text at the right edge of a panel."""
 
     value: float
-    """Where, on the vertical axis."""
+    """Position on the vertical axis."""
     text: str
     color: str = "black"
 
 
 def label_at_right(axes: Axes, labels: Sequence[Label], away: float = 5.0) -> None:
-    """Write texts beside a panel, at their values, moved apart where they would overlap.
+    """Write texts next to a panel, at their values, moved apart if they would overlap.
 
-    None is above or below the panel: those of values beyond its limits are at the nearest edge; of
-    more than there is room for, the last ones are left out and counted.
+    No label is above or below the panel: those of values beyond its limits are at the nearest edge.
+    If there is not enough room, the last ones are left out and counted.
 
     Args:
-        axes: its limits and its size may change until it is drawn.
-        labels: what to write, those that matter most first.
-        away: how far from the panel [pt].
+        axes: limits and size may change until it is drawn.
+        labels: labels, the most important ones first.
+        away: distance from the panel [pt].
     """
     if labels:
         _LabelsAtRight(axes, labels, away)
 
 
 class _LabelsAtRight(Artist):
-    """Puts labels where they belong once the layout is known, when the panel is drawn."""
+    """Artist that places labels when the panel is drawn and the layout is known."""
 
     def __init__(self, axes: Axes, labels: Sequence[Label], away: float) -> None:
         super().__init__()
         self.set_zorder(-1.0)  # drawn before the texts
-        axes.add_artist(self)  # and asked for its size before them, as what is clipped is not
+        # The layout asks it for its size before them, because it is not clipped.
+        axes.add_artist(self)
         self.set_clip_on(False)
         self._values = [label.value for label in labels]
         left_out = Label(-np.inf, "", "0.45")
@@ -54,11 +55,11 @@ class _LabelsAtRight(Artist):
         )  # fmt: skip
 
     def draw(self, renderer: Any) -> None:
-        """Move the texts; they draw themselves."""
+        """Move the texts, which then draw themselves."""
         self._place(renderer)
 
     def get_tightbbox(self, renderer: Any = None) -> None:
-        """Nothing by itself; the layout asks before it asks the texts for theirs."""
+        """Return no extent, but place the texts: the layout asks this artist before the texts."""
         self._place(renderer)
 
     def _place(self, renderer: Any) -> None:
@@ -92,14 +93,14 @@ class _LabelsAtRight(Artist):
 
 
 def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> list[float]:
-    """Wanted centres, rising, moved as little as need be until intervals so high are apart.
+    """Return increasing centres, moved as little as possible until the intervals do not overlap.
 
     Args:
-        wanted: centres.
-        heights: of the intervals, together at most ``top``.
+        wanted: desired centres, increasing.
+        heights: heights of the intervals, together at most ``top``.
         top: no interval reaches above it, or below 0.
     """
-    # Neighbours that overlap form a block, which is centred where its members would like to be.
+    # Overlapping neighbours form a block, which is centred on its members' desired centres.
     blocks: list[tuple[list[float], list[float]]] = []
     for y, height in zip(wanted, heights, strict=True):
         blocks.append(([y], [height]))
@@ -120,6 +121,6 @@ def spread(wanted: Sequence[float], heights: Sequence[float], top: float) -> lis
 
 def _bottom(block: tuple[list[float], list[float]], top: float) -> float:
     wanted, heights = block
-    # Where each would have its centre, less what of the block is below that centre.
+    # Desired centre of each, less the part of the block below that centre.
     below = np.cumsum(heights) - 0.5 * np.asarray(heights)
     return float(np.clip(np.mean(np.asarray(wanted) - below), 0.0, max(top - sum(heights), 0.0)))

@@ -1,4 +1,4 @@
-"""Floquet multipliers: in the complex plane, or the largest modulus over a parameter."""
+"""Floquet multipliers in the complex plane, or the largest modulus over a parameter."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -14,24 +14,24 @@ from ab_sim.figures.saved import ResultFigure, save
 
 COLORS = {"stable": "tab:blue", "unstable": "tab:red", "undecided": "0.45"}
 MARKERS = ("o", "s", "D")
-"""Of solutions, one after the other."""
+"""Markers of successive solutions."""
 CLOSEST = 1e-3
-"""Half the width of what is shown around 1, at least."""
+"""Least half-width of the view around 1."""
 SHADE: dict[str, Any] = {"color": "tab:green", "alpha": 0.13, "lw": 0}
 
 
 def multipliers_figure(solutions: Sequence[Stability], path: Path) -> None:
-    """Draw the multipliers of some solutions in the complex plane, and the unit circle.
+    """Draw the multipliers of solutions in the complex plane, with the unit circle.
 
     Args:
-        solutions: of one scene at one speed, at least one.
-        path: file to write; its ending says the format (png, svg, pdf).
+        solutions: at least one, of one scene at one speed.
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_multipliers(solutions), path, 110)
 
 
 def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
-    """What ``multipliers_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``multipliers_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(11.0, 6.8), layout="constrained")
     first = solutions[0]
     figure.suptitle(f"Multipliers of {first.scene} at {first.speed:g} rad/s", fontsize=13)
@@ -52,7 +52,7 @@ def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
 
 
 def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
-    # Many points: around 1 little of the circle is seen, and shall be round.
+    # Many points, because the small part of the circle near 1 must look round.
     turn = np.exp(1j * np.linspace(-math.pi, math.pi, 20_001))
     axes.fill(turn.real, turn.imag, zorder=0, **SHADE)
     axes.plot(turn.real, turn.imag, color="0.3", lw=1.0)
@@ -72,7 +72,7 @@ def _frame(axes: Axes, center: float, half: float) -> None:
 
 
 def _from_one(found: Stability) -> float:
-    """How far the largest multiplier is from 1."""
+    """Return the distance of the largest multiplier from 1."""
     moduli = np.abs(found.multipliers)
     largest = found.multipliers[np.abs(moduli - found.largest) <= 1e-12 * (1.0 + found.largest)]
     return float(np.abs(largest - 1.0).min(initial=1.0))
@@ -86,20 +86,20 @@ def _name(found: Stability) -> str:
 
 
 def modulus_figure(scene: str, followed: Followed, path: Path) -> None:
-    """Draw the largest modulus over the parameter, the stable part shaded.
+    """Draw the largest modulus over the parameter, with the stable part shaded.
 
-    And the whirl, where the deck moves.
+    If the deck moves, the whirl is drawn, too.
 
     Args:
-        scene: its name.
-        followed: at least one of its points has a solution.
-        path: file to write; its ending says the format (png, svg, pdf).
+        scene: name of the scene.
+        followed: solutions over the parameter, at least one.
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_modulus(scene, followed), path, 110)
 
 
 def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
-    """What ``modulus_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``modulus_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(9.0, 6.5), layout="constrained")
     figure.suptitle(f"Stability of {scene} over {followed.over}", fontsize=13)
     found = [point.found for point in followed.points]
@@ -123,7 +123,7 @@ def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
 
 
 def draw_modulus(axes: Axes, followed: Followed) -> None:
-    """The largest modulus over the parameter into a panel, with borders and the stable part."""
+    """Draw the largest modulus over the parameter, with borders and the stable part."""
     values = np.array([point.value for point in followed.points])
     found = [point.found for point in followed.points]
     largest = np.array([math.nan if one is None else one.largest for one in found])
@@ -141,7 +141,7 @@ def draw_modulus(axes: Axes, followed: Followed) -> None:
     axes.axhline(1.0, color="0.3", lw=1.0)
     for border in followed.borders:
         axes.plot(border.value, 1.0, "o", color="k", mfc="w", ms=6, zorder=4)
-        # Away from what is unstable, where the curve is high.
+        # On the stable side, because the curve is high on the other one.
         side = -1 if border.stable_below else 1
         axes.annotate(
             f"{border.value:.6g}", (border.value, 1.0), xytext=(5 * side, 6),
@@ -153,7 +153,7 @@ def draw_modulus(axes: Axes, followed: Followed) -> None:
 
 
 def stable_parts(followed: Followed) -> Iterator[tuple[float, float]]:
-    """Where between its points the solution is stable, from border to border."""
+    """Yield the parameter ranges of stable solutions, from border to border."""
     cuts = sorted(border.value for border in followed.borders)
     for one, other in zip(followed.points[:-1], followed.points[1:], strict=True):
         if one.found is None or other.found is None or other.new:

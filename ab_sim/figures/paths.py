@@ -1,4 +1,4 @@
-"""Samples without more: speed, whirl and ball angles of one trajectory; the whirl of many."""
+"""Samples without a scene: speed, whirl and ball angles of one trajectory; the whirl of many."""
 
 import numpy as np
 from matplotlib import colormaps
@@ -12,14 +12,14 @@ from ab_sim.figures.curves import draw_curve, in_degrees, say_conventions
 from ab_sim.figures.saved import ResultFigure
 
 MOST_NAMED = 10
-"""Runs of a batch, beyond which none is named in a legend."""
+"""Largest number of runs of a batch that a legend names."""
 
 
 def drawn_trajectory(path: Trajectory) -> ResultFigure:
-    """Speed, whirl and ball angles over time, as far as there are; nothing is known of the scene.
+    """Return a figure of speed, whirl and ball angles over time, without knowledge of the scene.
 
     Args:
-        path: consecutive samples, from anywhere in a run.
+        path: consecutive samples from any part of a run.
     """
     known = {*path.channels}
     panels = {
@@ -47,13 +47,13 @@ def drawn_trajectory(path: Trajectory) -> ResultFigure:
 
 
 def drawn_batch(found: Batch) -> ResultFigure:
-    """The whirl of every run over time, in the colours of their order.
+    """Return a figure of the whirl of every run over time, coloured in order.
 
     Args:
         found: at least one run.
 
     Raises:
-        InputError: it has merits only.
+        InputError: the batch has metrics only.
     """
     if not found.runs:
         raise InputError("batch: has no samples to be drawn, only merits; run it with samples=True")

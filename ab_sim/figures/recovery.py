@@ -1,4 +1,4 @@
-"""The picture of a recovery over drag: how long, how far, both in one, and against lambda_Rmax."""
+"""Picture of a recovery over drag: settling time, amplitude, index, and against lambda_Rmax."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -10,21 +10,21 @@ from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
 from ab_sim.figures.saved import ResultFigure, save
 
 COLOURS = ("tab:blue", "tab:orange")
-"""Of the scene, and of one ball in its balls' place."""
+"""Colours of the scene, and of one ball in place of its balls."""
 
 
 def recovery_figure(found: RecoveryOverDrag, path: Path) -> None:
     """Draw settling time, amplitude and composite index over drag, and write them to a file.
 
     Args:
-        found: a scene's recovery.
-        path: file to write; its ending says the format (png, svg, pdf).
+        found: recovery of a scene.
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(drawn_recovery(found), path, 110)
 
 
 def drawn_recovery(found: RecoveryOverDrag) -> ResultFigure:
-    """What ``recovery_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``recovery_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(9, 7), layout="constrained")
     figure.suptitle(
         f"{found.scene}: recovery from {found.from_speed:g} to {found.to_speed:g} rad/s",
@@ -40,7 +40,7 @@ def drawn_recovery(found: RecoveryOverDrag) -> ResultFigure:
         settling = _numbers([run.settling_time for run in runs])
         times.plot(found.drags, settling, **style)
         amplitudes.plot(found.drags, [1e3 * run.maximum_amplitude for run in runs], **style)
-        if runs is found.over:  # it does not compare one drive with another, says the report
+        if runs is found.over:  # The report says that it does not compare drives with each other.
             against.plot(_numbers([run.lambda_max for run in runs]), settling, **style)
         composite = composite_of(runs)
         if composite is not None:
@@ -59,7 +59,7 @@ def drawn_recovery(found: RecoveryOverDrag) -> ResultFigure:
 
 
 def _numbers(values: Sequence[float | None]) -> np.ndarray:
-    """With NaN, which is not drawn, where there is none."""
+    """Return numbers with NaN, which is not drawn, for None."""
     return np.array(values, float)
 
 

@@ -1,4 +1,4 @@
-"""What ``plot()`` of a result draws: a function for each ``_picture`` that a result names."""
+"""Figures of the method ``plot()`` of results: a function for each ``_picture`` of a result."""
 
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.equilibria import Equilibria
@@ -37,12 +37,12 @@ from ab_sim.studies.effect_cost import EffectCost
 
 
 def trajectory(found: Trajectory) -> ResultFigure:
-    """Speed, whirl and ball angles of samples."""
+    """Draw speed, whirl and ball angles of samples."""
     return with_plain_texts(drawn_trajectory(found))
 
 
 def run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
-    """A run, beside those that it is compared with."""
+    """Draw a run with the runs that it is compared with."""
     beside = Comparison(None, None) if comparison is None else comparison
     period, adaptive = found.variable_speed_period, found.adaptive
     path, aborted = found.trajectory, found.aborted
@@ -51,27 +51,27 @@ def run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure
 
 
 def batch(found: Batch) -> ResultFigure:
-    """The whirl of all runs."""
+    """Draw the whirl of all runs."""
     return with_plain_texts(drawn_batch(found))
 
 
 def equilibria(found: Equilibria) -> ResultFigure:
-    """Eigenvalues of resting states, and where their balls are."""
+    """Draw eigenvalues of resting states, and positions of their balls."""
     return with_plain_texts(drawn_states(found))
 
 
 def stability_map(found: StabilityMap) -> ResultFigure:
-    """Labels over the plane."""
+    """Draw labels over the plane."""
     return with_plain_texts(drawn_map(found))
 
 
 def basin(found: Basin) -> ResultFigure:
-    """How runs end."""
+    """Draw the final states of runs."""
     return with_plain_texts(drawn_basin(found))
 
 
 def followed(found: Followed) -> ResultFigure:
-    """The largest modulus over a parameter.
+    """Draw the largest modulus over a parameter.
 
     Raises:
         InputError: no solution was found at any value.
@@ -82,45 +82,45 @@ def followed(found: Followed) -> ResultFigure:
 
 
 def modes(found: NaturalVibration) -> ResultFigure:
-    """A Campbell diagram."""
+    """Draw a Campbell diagram."""
     return with_plain_texts(drawn_campbell(found))
 
 
 def recovery(found: RecoveryOverDrag) -> ResultFigure:
-    """Settling time and amplitude over drag."""
+    """Draw settling time and amplitude over drag."""
     return with_plain_texts(drawn_recovery(found))
 
 
 def accuracy_cost(found: AccuracyCost) -> ResultFigure:
-    """Errors over CPU time."""
+    """Draw errors over CPU time."""
     return with_plain_texts(drawn_accuracy(found))
 
 
 def effect_cost(found: EffectCost) -> ResultFigure:
-    """Time per step of each variant."""
+    """Draw the time per step of each variant."""
     return with_plain_texts(drawn_cost([found]))
 
 
 def sweep(found: Sweep) -> ResultFigure:
-    """Merits over the keys that vary."""
+    """Draw metrics over the keys that vary."""
     return with_plain_texts(drawn_sweep(found))
 
 
 def tuning(found: Tuning) -> ResultFigure:
-    """The landscape that a search saw."""
+    """Draw the points that a search evaluated."""
     return with_plain_texts(drawn_tuning(found))
 
 
 def spread(found: Spread) -> ResultFigure:
-    """Distributions of merits, and Sobol indices."""
+    """Draw distributions of metrics, and Sobol indices."""
     return with_plain_texts(drawn_spread(found))
 
 
 def sizing(found: Sizing) -> ResultFigure:
-    """Drag windows, and shares that are balanced in time."""
+    """Draw drag windows, and shares of drives that balance in time."""
     return with_plain_texts(drawn_sizing(found))
 
 
 def merit_sensitivities(found: MeritSensitivities) -> ResultFigure:
-    """Percents per percent, as bars."""
+    """Draw percents per percent, as bars."""
     return with_plain_texts(drawn_sensitivities(found))

@@ -1,4 +1,4 @@
-"""Pictures for people: a run's speed, whirl, tilt, driving force and ball angles over time."""
+"""Pictures of a run: speed, whirl, tilt, driving force and ball angles over time."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -38,9 +38,9 @@ KINDS = {
     "adaptive": "Adaptive start-up",
 }
 DOTS = 120
-"""Of a picture, per inch."""
+"""Resolution of a picture [dots per inch]."""
 LEAST = 1e-4
-"""Whirl smaller than this share of its peak is not drawn, nor is what is so small beside it."""
+"""Share of the peak below which whirl and similar curves are not drawn."""
 
 
 def run_figure(
@@ -53,16 +53,16 @@ def run_figure(
 ) -> None:
     """Draw a run, and write it to a file.
 
-    Speed; W/e, beside that of the runs that it is compared with; of a deck in space its height and
-    tilt; with a motor its torque; with balls the driving force on them and their angles from the
-    unbalance, or their speeds where they circulate.
+    The panels show speed; W/e with that of the runs for comparison; for a deck in space its height
+    and tilt; with a motor its torque; with balls the driving force on them and their angles from
+    the unbalance, or their speeds if they circulate.
 
     Args:
         trajectory: consecutive samples, from the start to the end.
-        scene: what was run.
-        path: file to write; its ending says the format (png, svg, pdf).
+        scene: scene of the run.
+        path: file to write; its ending sets the format (png, svg, pdf).
         comparison: the same run without its variable-speed period, and without its balls.
-        period_start: when the variable-speed period starts [s], if there is one.
+        period_start: start of the variable-speed period [s], if there is one.
         title: default: the profile's kind and the scene's name.
     """
     save(drawn_run(trajectory, scene, comparison, period_start, title), path, DOTS)
@@ -77,12 +77,12 @@ def drawn_run(
     adaptive: AdaptiveOutcome | None = None,
     aborted: Decided | None = None,
 ) -> ResultFigure:
-    """What ``run_figure`` writes, not written yet; arguments as there.
+    """Return the figure of ``run_figure`` without writing it; arguments as there.
 
     Args:
-        adaptive: what the controller of an adaptive start-up did: it is marked when it dwelt, and
-            the net unbalance that it believed in is drawn beside the true one.
-        aborted: when the profile was aborted and why, which is said in place of the final whirl.
+        adaptive: outcome of an adaptive start-up's controller: dwells are marked, and the estimated
+            net unbalance is drawn with the true one.
+        aborted: time and reason of an abort, shown in place of the final whirl.
     """
     merits = merits_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
@@ -126,8 +126,8 @@ def drawn_run(
 
 
 def _summary(merits: Merits, scene: Scene, comparison: Comparison, aborted: Decided | None) -> str:
-    """What the run comes to, in a line."""
-    if aborted is not None:  # at standstill nothing whirls
+    """Return a summary of the run in one line."""
+    if aborted is not None:  # there is no whirl at standstill
         return f"aborted at {aborted.time:.1f} s: {aborted.text}"
     e = scene.rotor.eccentricity
     scale, unit = (1 / e, " e") if e > 0 else (1e3, " mm")
@@ -162,7 +162,8 @@ def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparis
     if scene.critical_speed is not None:
         axes.axhline(scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
         labels.append(Label(scene.critical_speed, "critical speed", LIMIT))
-        if path["speed"].min() <= -scene.critical_speed:  # the other way round is as bad
+        # the opposite direction is equally critical
+        if path["speed"].min() <= -scene.critical_speed:
             axes.axhline(-scene.critical_speed, color=LIMIT, lw=0.8, ls=":")
             labels.append(Label(-scene.critical_speed, "critical speed", LIMIT))
     low, high = axes.get_ylim()
@@ -202,7 +203,7 @@ def _draw_whirl(
         )  # fmt: skip
     if merits.in_band_from is not None:
         axes.axvline(merits.in_band_from, color=RUN, lw=0.8, ls=":", zorder=1)
-        # On the upper edge: room above every peak is left for what is written of it.
+        # On the upper edge, because the room above every peak is for labels.
         axes.plot(
             merits.in_band_from, 1.0, "v", color=RUN, mec="k", ms=8, zorder=4, clip_on=False,
             transform=axes.get_xaxis_transform(),
@@ -216,13 +217,13 @@ def _final(merits: Merits, scale: float, name: str) -> str:
 
 
 def _towards_the_middle(at: float, time: np.ndarray) -> str:
-    """How to align a text at a time, so that it stays within the axes."""
+    """Return the alignment of a text at a time, so that it stays within the axes."""
     part = (at - time[0]) / (time[-1] - time[0])
     return "left" if part < 0.15 else "right" if part > 0.85 else "center"
 
 
 def _rises(path: Trajectory, scene: Scene) -> bool:
-    """Whether the deck moves along the shaft, by more than rounding."""
+    """Return whether the deck moves along the shaft by more than rounding."""
     least = LEAST * max(path.whirl.max(), scene.whirl_unit[0])
     return path.tilts and bool(np.ptp(path["z"]) > least)
 
@@ -233,7 +234,7 @@ def _draw_height(axes: Axes, path: Trajectory) -> None:
 
 
 def _draw_tilt(axes: Axes, path: Trajectory, scene: Scene) -> None:
-    """Each angle in a colour of its own, gamma behind: it turns the disc in its own plane."""
+    """Draw each angle in its own colour; gamma, a turn of the disc in its plane, is behind."""
     angles = 1e3 * (path.tilt - rest_of(scene).tilt)
     labels, least = [], LEAST * np.abs(angles).max()
     for axis, (name, color) in enumerate(zip(TILT, SERIES, strict=True)):
@@ -253,9 +254,9 @@ def _draw_torque(axes: Axes, path: Trajectory, motor: Motor) -> None:
     labels = [Label(torque[-1], "torque", RUN)]
     for sign, text in ((1.0, "most it can give\nat this speed"), (-1.0, "most it can brake")):
         limit = sign * motor.torque_limit - motor.back_emf_slope * speed
-        # The lower one only where the motor brakes that hard; it would squeeze the rest.
+        # The lower limit only if the motor brakes that hard; it would compress the curve.
         if sign > 0 or np.any(torque < 0.5 * limit):
-            # Broad and behind, for it to be seen where the torque is at it.
+            # Broad and behind, so that it is visible where the torque is at the limit.
             axes.plot(time, limit, color="0.8", lw=5.0, zorder=1)
             labels.append(Label(limit[-1], text, LIMIT))
     label_at_right(axes, labels)

@@ -1,4 +1,4 @@
-"""Pictures, written such that texts from outside stand in them as they are."""
+"""Writing of pictures, with texts from outside unchanged."""
 
 from io import BytesIO
 from pathlib import Path
@@ -14,7 +14,7 @@ from ab_sim.quoting import visible
 
 
 class ResultFigure(Figure):
-    """A figure that a notebook shows, also where nothing has told it how to show matplotlib's."""
+    """A figure that a notebook shows even if matplotlib's display is not configured."""
 
     def _repr_png_(self) -> bytes:
         drawn = BytesIO()
@@ -26,10 +26,11 @@ Drawn = TypeVar("Drawn", bound=Figure)
 
 
 def with_plain_texts(figure: Drawn) -> Drawn:
-    """The same figure, with texts from outside as they are.
+    """Return the same figure, with texts from outside unchanged.
 
-    Names of scenes and files are in its texts: a $ in one begins no formula, and what a font or an
-    SVG cannot hold is written out. Only matplotlib's own numbers at the axes are formulas.
+    Its texts contain names of scenes and files. A $ in them does not begin a formula, and
+    characters that a font or an SVG lacks are written out. Only matplotlib's own axis numbers are
+    formulas.
     """
     numbers = {id(axis.get_offset_text()) for axis in figure.findobj(Axis)}
     for tick in figure.findobj(Tick):
@@ -42,17 +43,17 @@ def with_plain_texts(figure: Drawn) -> Drawn:
 
 
 def save(figure: Figure, path: Path, dpi: int) -> None:
-    """Write a picture, with texts as ``with_plain_texts`` leaves them.
+    """Write a picture, with texts as in ``with_plain_texts``.
+
+    The picture is drawn before it is written, so that an interrupt leaves no partial file.
 
     Args:
-        figure: what is drawn.
-        path: its ending says the format.
+        figure: the figure.
+        path: its ending sets the format.
         dpi: dots per inch.
 
-    It is drawn first and then written, so that who is interrupted leaves no half of one.
-
     Raises:
-        InputError: it cannot be written; names it and the reason.
+        InputError: the file cannot be written; the message has the reason.
     """
     with_plain_texts(figure)
     drawn = BytesIO()

@@ -1,4 +1,4 @@
-"""What a percent of each number of a scene makes of a run's merits, as bars."""
+"""Effect of one percent of each number of a scene on a run's metrics, as bars."""
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -8,13 +8,13 @@ from ab_sim.figures.saved import ResultFigure
 
 MORE, LESS = "#1f4e8c", "#c4622d"
 MOST = 25
-"""Bars in a panel, those of the most influence."""
+"""Largest number of bars in a panel, those with the most influence."""
 SMALL = 1e-6
-"""Percent per percent that are not drawn."""
+"""Percent per percent below which a bar is not drawn."""
 
 
 def drawn_sensitivities(found: MeritSensitivities) -> ResultFigure:
-    """A panel for each merit, not written yet."""
+    """Return a figure with a panel for each metric, without writing it."""
     count = len(found.merits)
     shown = [_shown(found.elasticities[i]) for i in range(count)]
     rows = max([len(each) for each in shown] + [2])

@@ -1,4 +1,4 @@
-"""A sizing: drag windows over numbers of balls, and shares predicted and seen."""
+"""A sizing: drag windows over numbers of balls, and predicted and simulated shares."""
 
 import math
 
@@ -13,7 +13,7 @@ WINDOW, CIRCULATES, CHOSEN, PREDICTED, SEEN = "#7fbf7b", "#d95f5f", "#1b6e2e", "
 
 
 def drawn_sizing(found: Sizing) -> ResultFigure:
-    """The figure of a sizing, not written yet."""
+    """Return the figure of a sizing without writing it."""
     figure = ResultFigure(figsize=(11.0, 4.6), layout="constrained")
     left, right = figure.subplots(1, 2)
     _windows(found, left)

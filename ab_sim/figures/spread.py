@@ -1,4 +1,4 @@
-"""A spread: how merits of built drives are distributed, and which tolerance is to blame."""
+"""A spread: distributions of built drives' metrics, and influence of each tolerance."""
 
 import math
 
@@ -11,11 +11,11 @@ from ab_sim.figures.saved import ResultFigure
 
 OWN, OTHER, ALONE = "#2b6ca3", "#e88b2d", "#b9cfe3"
 WIDE = 30.0
-"""Between the ends of a positive merit, from which its axis is logarithmic."""
+"""Ratio between the ends of a positive metric from which its axis is logarithmic."""
 
 
 def drawn_spread(found: Spread) -> ResultFigure:
-    """The figure of a spread, not written yet."""
+    """Return the figure of a spread without writing it."""
     merits, indices = list(found.quantiles), list(found.sobol.indices)
     columns = min((4, 3), key=lambda n: -len(merits) % n + -len(indices) % n)
     above, below = (math.ceil(len(each) / columns) for each in (merits, indices))
@@ -38,7 +38,7 @@ def drawn_spread(found: Spread) -> ResultFigure:
 
 
 def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
-    """Share of runs up to a value, of those that have one; quantiles, and bounds as lines."""
+    """Draw the share of runs up to a value, quantiles, and bounds as lines."""
     designs = [(found.runs, OWN)]
     if found.against is not None:
         designs.insert(0, (found.against.runs, OTHER))
@@ -72,7 +72,7 @@ def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
 
 
 def _draw_indices(found: Spread, axes: Axes, what: str, named: bool) -> None:
-    """Bars of each factor: alone above, with its interactions below."""
+    """Draw bars for each factor: alone above, with its interactions below."""
     indices = found.sobol.indices[what]
     places = np.arange(len(indices))[::-1].astype(float)
     for shift, colour, values, intervals in (

@@ -35,17 +35,17 @@ COLOURS = {
     NO_STATE: "#3b3b3b",
     UNDECIDED: "#bdbdbd",
 }
-"""Of labels; others by what is in them, see ``colours_of``."""
+"""Colours of labels; those of others follow from their kinds, see ``colours_of``."""
 ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
 BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
-"""Two or more kinds are stable there, and the start decides."""
+"""Colours of labels with two or more stable kinds, between which the start decides."""
 WARM, COOL = (50.0, 105.0), (185.0, 290.0)
-"""Hues of more of either [deg], see ``ab_sim.palette``."""
+"""Hues of further colours of either group [deg], see ``ab_sim.palette``."""
 LIGHTNESS = (0.35, 0.9)
 HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
-"""Where balls can circulate, and where that is not known: pattern and colour."""
+"""Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
 BLUR, NEAR = 2.0, 0.02
-"""Points over which borders are smoothed, and how close to one a point may come."""
+"""Number of points over which borders are smoothed, and least distance of a border to a point."""
 
 
 def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
@@ -53,14 +53,14 @@ def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = No
 
     Args:
         found: a map.
-        path: file to write; its ending says the format (png, svg, pdf).
-        beside: another one on the same axes, drawn at its right.
+        path: file to write; its ending sets the format (png, svg, pdf).
+        beside: another map on the same axes, drawn to the right.
     """
     save(drawn_map(found, beside), path, 110)
 
 
 def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
-    """What ``map_figure`` writes, not written yet; arguments as there."""
+    """Return the figure of ``map_figure`` without writing it; arguments as there."""
     maps = [found] if beside is None else [found, beside]
     figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
@@ -89,13 +89,13 @@ def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> Result
 
 
 def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
-    """Labels of a plane as areas, with what is on the axes written to the one across.
+    """Draw labels of a plane as areas, with the axes' quantities.
 
     Args:
-        axes: where.
-        plane: what was mapped.
+        axes: axes to draw on.
+        plane: plane of the map.
         labels: shape (values up, values across).
-        colours: one for each label.
+        colours: colour of each label.
     """
     order = sorted(colours)
     places = np.searchsorted(order, labels)
@@ -112,10 +112,10 @@ def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int,
 
 
 def draw_circulation(axes: Axes, found: StabilityMap) -> list[Patch]:
-    """Hatches where all balls can circulate in a bunch, and where that is not known.
+    """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
 
     Returns:
-        What the legend says of them.
+        Entries for the legend.
     """
     across, up = found.plane.across.values, found.plane.up.values
     handles = []
@@ -134,11 +134,11 @@ def draw_circulation(axes: Axes, found: StabilityMap) -> list[Patch]:
 
 
 def family_figure(found: Family, path: Path) -> None:
-    """Draw the borders within which balance is stable, one for each value, and write them.
+    """Draw the borders of stable balance, one for each value, and write them to a file.
 
     Args:
         found: maps on the same axes.
-        path: file to write; its ending says the format (png, svg, pdf).
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     plane = found.maps[0].plane
     figure = Figure(figsize=(9, 6.4), layout="constrained")
@@ -167,9 +167,9 @@ def family_figure(found: Family, path: Path) -> None:
 
 
 def smoothed(inside: np.ndarray) -> np.ndarray:
-    """Values above 0.5 at just the points that are inside, with a border between them that is even.
+    """Return values above 0.5 at exactly the points that are inside, with a smooth border.
 
-    A border halfway between all points goes round their corners, in steps.
+    A border halfway between all points would have steps.
 
     Args:
         inside: shape (values up, values across), bool.
@@ -179,7 +179,7 @@ def smoothed(inside: np.ndarray) -> np.ndarray:
 
 
 def colours_of(labels: Sequence[int]) -> dict[int, str]:
-    """A colour for each label: green where balance is the only choice, red where there is none."""
+    """Return a colour for each label: green if only balance is stable, red if nothing is."""
     found = {label: COLOURS[label] for label in labels if label in COLOURS}
     others = [label for label in labels if label not in COLOURS]
     too = [label for label in others if label > 0 and label & BALANCED]

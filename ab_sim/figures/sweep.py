@@ -1,4 +1,4 @@
-"""A sweep: merits over one key as lines, over two as maps, over more as panels of pairs."""
+"""A sweep: metrics over one key as lines, over two as maps, over more as panels of pairs."""
 
 import itertools
 import math
@@ -22,23 +22,23 @@ MARKS = {
     ABORTED: ("v", "#7a4fa3"),
     FAILED: ("x", "#1a1a1a"),
 }
-"""Of runs that did not settle."""
+"""Markers of runs that did not settle."""
 LINE, BEST = "#2b6ca3", "#b3007d"
 WIDE = 30.0
-"""Between least and largest value of a positive merit, from which its axis is logarithmic."""
+"""Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
 MOST_KEYS = 6
-"""In panels of pairs; more are left out, and that is said."""
+"""Largest number of keys in panels of pairs; the figure says how many are left out."""
 
 
 def drawn_sweep(found: Sweep) -> ResultFigure:
-    """The figure of a sweep, not written yet."""
+    """Return the figure of a sweep without writing it."""
     if len(found.keys) == 1:
         return _lines(found)
     return _maps(found) if len(found.keys) == 2 else _pairs(found)
 
 
 def _lines(found: Sweep) -> ResultFigure:
-    """A panel for each merit; of several runs at one value their median, and a band of all."""
+    """Draw a panel for each metric; several runs at one value give a median and a band."""
     key, merits = found.keys[0], found.merits
     figure = ResultFigure(figsize=(8.0, 1.2 + 2.2 * len(merits)), layout="constrained")
     panels = figure.subplots(len(merits), 1, sharex=True, squeeze=False)[:, 0]
@@ -53,7 +53,7 @@ def _lines(found: Sweep) -> ResultFigure:
                 across, [g.min() for g in groups], [g.max() for g in groups], color=LINE,
                 alpha=0.2, lw=0,
             )  # fmt: skip
-            # A line would bridge what lies between, where runs have no value.
+            # A line would bridge values without results.
             middle = np.full(len(every := np.unique(places)), np.nan)
             middle[np.isin(every, across)] = [np.median(g) for g in groups]
             axes.plot(every, middle, color=LINE, marker=".", ms=5, lw=1.4)
@@ -70,7 +70,7 @@ def _lines(found: Sweep) -> ResultFigure:
 
 
 def _maps(found: Sweep) -> ResultFigure:
-    """A map for each merit."""
+    """Draw a map for each metric."""
     (across, up), merits = found.keys, found.merits
     columns = min(2, len(merits))
     rows = math.ceil(len(merits) / columns)
@@ -98,7 +98,7 @@ def _maps(found: Sweep) -> ResultFigure:
 def _draw_map(
     found: Sweep, axes: Axes, places: tuple[np.ndarray, np.ndarray], values: np.ndarray
 ) -> ScalarMappable | None:
-    """A grid's values as areas with contours, a design's as points; None: there are none."""
+    """Draw a grid's values as areas with contours, or a design's as points; None without values."""
     (x, y), there = places, np.isfinite(values)
     if not there.any():
         axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
@@ -122,7 +122,7 @@ def _draw_map(
 
 
 def _pairs(found: Sweep) -> ResultFigure:
-    """Runs over each pair of keys, coloured by the first merit; good ones above the others."""
+    """Draw runs over each pair of keys, coloured by the first metric, with good runs on top."""
     keys, merit = found.keys[:MOST_KEYS], found.merits[0]
     count = len(keys) - 1
     side = max(2.2, 7.5 / count)
@@ -156,7 +156,7 @@ def _pairs(found: Sweep) -> ResultFigure:
 
 
 def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
-    """Where the runs' values are drawn; of words in a row, with their names."""
+    """Return the positions of the runs' values; for texts, numbers in a row and their names."""
     values = found.shown(key)
     if values.dtype.kind in "fiu":
         return values.astype(float), None
@@ -167,7 +167,7 @@ def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
 def _scale_axis(
     found: Sweep, key: str, axes: Axes, names: list[str] | None, which: str, titled: bool = True
 ) -> None:
-    """Ticks and title of an axis; logarithmic where the values are spread so."""
+    """Set ticks and title of an axis, logarithmic if the values suggest it."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     if names is not None:
         axis.set_ticks(range(len(names)), [name[:24] for name in names])
@@ -178,7 +178,7 @@ def _scale_axis(
 
 
 def _is_log(values: np.ndarray) -> bool:
-    """Whether positive values lie evenly in their logarithm rather than on a line."""
+    """Return whether positive values are more evenly spaced in their logarithm."""
     across = np.unique(values)
     if len(across) < 3 or across[0] <= 0 or across[-1] < 3.0 * across[0]:
         return False
@@ -187,7 +187,7 @@ def _is_log(values: np.ndarray) -> bool:
 
 
 def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    """Runs that did not settle; those without a value as lines across the panel."""
+    """Mark runs that did not settle; those without a value are lines across the panel."""
     size = min(4.0, max(1.0, 80.0 / math.sqrt(len(y))))
     for outcome, (marker, colour) in MARKS.items():
         chosen = found[OUTCOME] == outcome
@@ -211,7 +211,7 @@ def _mark_best(found: Sweep, merit: str, axes: Axes, x: np.ndarray, y: np.ndarra
 
 
 def _legend(found: Sweep) -> list[Line2D]:
-    """Of how the runs ended, those kinds that there are, with their count."""
+    """Return legend entries for the outcomes that occur, with their counts."""
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
     for outcome, count in found.outcomes.items():
         marker, colour = MARKS.get(outcome, ("s", LINE))

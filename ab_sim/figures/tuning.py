@@ -1,4 +1,4 @@
-"""A tuning: the landscape that the search saw, a panel for each key."""
+"""A tuning: points that the search evaluated, a panel for each key."""
 
 import math
 
@@ -16,7 +16,7 @@ DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
 def drawn_tuning(found: Tuning) -> ResultFigure:
-    """The figure of a tuning, not written yet."""
+    """Return the figure of a tuning without writing it."""
     keys, aim = found.keys, found.task.standard.aim.merit
     columns = min(3, len(keys))
     rows = math.ceil(len(keys) / columns)
@@ -44,7 +44,7 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
 
 
 def _left_out(found: Tuning) -> np.ndarray:
-    """Aims at the end of candidates that have not settled, NaN of all others, as they are shown."""
+    """Return the shown objectives of unsettled candidates at their end; NaN for all others."""
     ends = np.full(len(found.candidates), np.nan)
     if found.left_out:
         aim = found.task.standard.aim.merit

@@ -1,4 +1,4 @@
-"""The ROS 2 nodes: thin, no physics. Each runs in its own process."""
+"""The ROS 2 nodes: thin, without physics. Each runs in a separate process."""
 
 import importlib.util
 import sys
@@ -11,7 +11,7 @@ NEEDS_ROS = (
 )
 
 if sys.argv[0] == "-m":
-    # `python -m` is on its way to a node, whose own imports take seconds.
+    # `python -m` is about to start a node, whose imports take seconds.
     interruption.watch()
     interruption.heed()
     if importlib.util.find_spec("rclpy") is None:

@@ -1,4 +1,4 @@
-"""What a drive's accelerometers and probes read, every sample of it, as their drivers would."""
+"""Publishers of every sample of a drive's accelerometers and probes."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ class _Stream(NamedTuple):
 
     publisher: Publisher[Any]
     message: Prefilled
-    """In a fourth of the time of objects."""
+    """Prefilled message; it takes a quarter of the time of message objects."""
     name: str
     axes: int
     every: int
@@ -32,8 +32,9 @@ class _Stream(NamedTuple):
     step_ns: int
 
     def publish(self, run: Trajectory, faults: ActiveFaults) -> None:
-        """Those of consecutive integration steps, as far as the sensor says them."""
-        # A sample takes 5 us, a thousand times a second and more, in vain if nobody listens.
+        """Publish the samples of consecutive integration steps that the sensor reports."""
+        # A sample takes 5 us, a thousand times a second or more, so nothing is done without
+        # subscribers.
         if not self.publisher.get_subscription_count():
             return
         rows = taken(run, self.every)
@@ -48,7 +49,7 @@ class Accelerometers:
     """Publishes every sample of a scene's accelerometers and probes; without any, nothing.
 
     Args:
-        node: it publishes as; its namespace is part of the frames' names.
+        node: publishing node; its namespace is part of the frames' names.
     """
 
     def __init__(self, node: Node) -> None:
@@ -57,7 +58,7 @@ class Accelerometers:
         self._streams: list[_Stream] = []
 
     def begin(self, scene: Scene) -> None:
-        """What is sampled from now on; says which sensors alias."""
+        """Publish the sensors of this scene from now on, and warn of sensors that alias."""
         step, axes = scene.solver.step, 2 if scene.deck is None else 3
         namespace, nothing = self._node.get_namespace(), (0.0, 0.0, 0.0)
         prefilled: dict[str, tuple[Topic, Prefilled]] = {}
@@ -86,13 +87,13 @@ class Accelerometers:
                 self._node.get_logger().warning(f"sensor {name} {aliases}")
 
     def publish(self, runs: Iterable[Trajectory], faults: ActiveFaults) -> None:
-        """Publish the samples that were taken in some integration steps, as sensors have them."""
+        """Publish the samples taken during some integration steps, altered by sensor faults."""
         for run in runs if self._streams else ():
             for stream in self._streams if len(run) else ():
                 stream.publish(run, faults)
 
     def _publisher(self, topic: Topic) -> Publisher[Any]:
-        # Kept: a scene that is loaded later may have such a sensor again.
+        # Publishers are kept: a scene loaded later may have the same sensor.
         if topic.name not in self._publishers:
             self._publishers[topic.name] = topic.publisher(self._node)
         return self._publishers[topic.name]

@@ -1,4 +1,4 @@
-"""An adaptive start-up under way (``ab_sim.control``): the same code as offline; no ROS."""
+"""An adaptive start-up in progress (``ab_sim.control``): the same code as offline; no ROS."""
 
 import math
 from collections.abc import Mapping
@@ -11,17 +11,17 @@ from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 from ab_sim.spindle.course import Believed
 
 SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
-"""States that the controller's own status begins with."""
+"""States with which the controller's own status text begins."""
 
 SPINDLE_SILENT = f"it is {topics.JOINT_STATES.name} that is silent, the sensor goes on"
 
 
 class AdaptiveCourse:
-    """One start-up under way.
+    """An adaptive start-up in progress.
 
     Args:
-        settings: what its controller is told.
-        first: the speed at which it begins [rad/s].
+        settings: settings of its controller.
+        first: initial speed [rad/s].
     """
 
     def __init__(self, settings: StartUpSettings, first: float) -> None:
@@ -33,37 +33,37 @@ class AdaptiveCourse:
 
     @property
     def words(self) -> str:
-        """As of ``Course``."""
+        """Present action, for people; see ``Course``."""
         state, text = self._start_up.state, self._text
         return text.removeprefix(f"{state.text}: ") if state in SAID_TWICE else text
 
     @property
     def ended(self) -> bool:
-        """As of ``Course``."""
+        """Whether the final speed is held; see ``Course``."""
         return self._start_up.state in (State.DONE, State.GAVE_UP)
 
     @property
     def reached(self) -> bool:
-        """As of ``Course``."""
+        """Whether the start-up has reached its aim; see ``Course``."""
         return self._start_up.state is State.DONE
 
     @property
     def failure(self) -> str:
-        """As of ``Course``."""
+        """Reason for an abort; see ``Course``."""
         if self._start_up.state not in (State.ABORTING, State.ABORTED):
             return ""
-        # The controller has no samples in either case: a reading without an angle is none.
+        # In both cases the controller gets no samples: a reading without an angle is not passed on.
         silent = self._start_up.reason == TEXTS[Reason.SILENT] and self._samples.spindle_is_silent
         return f"{self.words}; {SPINDLE_SILENT}" if silent else self.words
 
     @property
     def why(self) -> str:
-        """As of ``Course``."""
+        """Problem so far; see ``Course``."""
         return self.words if self._start_up.state is State.GAVE_UP else ""
 
     @property
     def values(self) -> Mapping[str, str]:
-        """As of ``Course``."""
+        """Numbers for the diagnostics; see ``Course``."""
         belief = self._start_up.belief
         numbers = {
             "critical speed [rad/s]": belief.critical_speed,
@@ -81,7 +81,7 @@ class AdaptiveCourse:
 
     @property
     def believed(self) -> Believed:
-        """As of ``Course``."""
+        """Estimates; see ``Course``."""
         belief = self._start_up.belief
         return Believed(
             belief.critical_speed,
@@ -91,26 +91,26 @@ class AdaptiveCourse:
         )
 
     def begin(self, now: float) -> None:
-        """As of ``Course``: its clock is the samples'."""
+        """Do nothing: the clock is that of the samples. See ``Course``."""
 
     def spindle(self, sample: SpindleSample) -> None:
-        """A sample of the spindle."""
+        """Process a sample of the spindle."""
         self._samples.spindle(sample)
 
     def reading(self, reading: Reading) -> None:
-        """A sample of the sensor."""
+        """Process a sample of the sensor."""
         self._samples.reading(reading)
 
     def command(self, now: float) -> float | None:
-        """As of ``Course``; nothing before the first sample."""
+        """Return the speed to command; None before the first sample. See ``Course``."""
         speed = self._start_up.command(now)
-        # What it decides is said once; what it believes goes on changing.
+        # A decision is reported once, while the estimates keep changing.
         if self._start_up.decision.number != self._said:
             self._said, self._text = self._start_up.decision
         return None if self._start_up.state is State.WAITING else speed
 
     def state(self) -> dict[str, Any]:
-        """As of ``Course``."""
+        """Return the state; see ``Course``."""
         return {
             "numbers": self._start_up.state_numbers(),
             "samples": self._samples.state(),
@@ -118,7 +118,7 @@ class AdaptiveCourse:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """As of ``Course``."""
+        """Restore a state; see ``Course``."""
         self._start_up.restore(tuple(float(number) for number in state["numbers"]))
         self._samples.restore(state["samples"])
         self._said, self._text = self._start_up.decision.number, str(state["text"])

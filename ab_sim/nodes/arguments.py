@@ -1,4 +1,4 @@
-"""A node's command line: what ROS would pass over without a word is an error."""
+"""Command line of a node: arguments that ROS would silently ignore are errors."""
 
 import sys
 from collections.abc import Sequence
@@ -11,16 +11,16 @@ from ab_sim.nodes import discovery
 
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
-    """``rclpy.init``: strict with arguments, and discovering on this machine only.
+    """Call ``rclpy.init`` with strict arguments and discovery on this machine only.
 
-    Signals are left to ``ab_sim.interruption``; rclpy's own handlers would tear the context down
-    under whatever is in flight.
+    ``ab_sim.interruption`` handles signals. rclpy's own handlers would shut down the context while
+    messages are in flight.
 
     Args:
-        arguments: the program and its arguments; default: those of the process.
+        arguments: program and arguments; default: those of the process.
 
     Raises:
-        InputError: ROS would ignore one of them, or does not understand it.
+        InputError: ROS would ignore an argument, or does not understand it.
     """
     given = sys.argv if arguments is None else arguments
     if stray := _outside_ros_args(given[1:]):
@@ -32,7 +32,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
     try:
         rclpy.init(args=list(given), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
-        # rclpy's own exceptions, which it does not export.
+        # rclpy does not export its own exceptions.
         raise InputError(
             f"arguments {' '.join(given[1:])}: ROS does not understand them: {error}; a parameter "
             "is given as `--ros-args -p name:=value`"
@@ -40,7 +40,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
 
 
 def _outside_ros_args(arguments: Sequence[str]) -> list[str]:
-    # `remove_ros_args` would take `scene:=x` for a renaming in the old style, and remove it.
+    # `remove_ros_args` would take `scene:=x` for a remapping in the old style, and remove it.
     outside, ours = [], True
     for argument in arguments:
         if argument == "--ros-args":

@@ -1,4 +1,4 @@
-"""All that a drive publishes, into a bag, as it comes."""
+"""Recorder of all messages of a drive into a bag."""
 
 from __future__ import annotations
 
@@ -16,19 +16,18 @@ from ab_sim.nodes.inbox import Inbox
 
 
 class BagRecorder:
-    """Listens in a node's callbacks, and writes when asked to, from another thread.
+    """Receives messages in a node's callbacks, and writes them on request from another thread.
 
-    Messages stay the bytes that they came as; each is dated by when it was heard, on the clock on
-    the wall. Those that a slow disk leaves no room for give way, oldest first, as in
-    `Inbox`.
+    Messages are stored as received bytes, each with its reception time on the system clock. If the
+    disk is slow, the oldest messages are dropped, as in `Inbox`.
 
     Args:
-        node: listens, in its namespace.
-        path: of the bag's folder; if it is there, ``-2`` and so on is added to its name.
+        node: subscribes in its namespace.
+        path: the bag's folder; if it exists, ``-2`` and so on is added to its name.
         length: messages of each topic kept while the disk is slow.
 
     Raises:
-        RecordingError: the bag cannot be written. So do the methods.
+        RecordingError: the bag cannot be written; the methods raise it, too.
     """
 
     def __init__(self, node: Node, path: Path, length: int) -> None:
@@ -42,21 +41,21 @@ class BagRecorder:
 
     @property
     def dropped(self) -> int:
-        """Messages that gave way."""
+        """Number of dropped messages."""
         return sum(self._inbox.dropped.values())
 
     def write(self) -> None:
-        """Write what has come, so that it is in the file."""
+        """Write all received messages to the file."""
         for topic, (received, message) in self._inbox.take():
             self.bag.write(topic, received, message)
         self.bag.flush()
 
     def close(self) -> None:
-        """Write the rest, and what makes the bag complete."""
+        """Write the rest and complete the bag."""
         self.bag.close()
 
     def values(self) -> dict[str, Any]:
-        """For the diagnostics."""
+        """Return values for the diagnostics."""
         return {
             "bag": self.bag.path,
             "bag messages written": self.bag.messages_written,
@@ -64,15 +63,15 @@ class BagRecorder:
         }
 
     def _put(self, topic: str, message: bytes) -> None:
-        # The middleware knows it more exactly, but of EventsExecutor no callback may ask for that:
-        # rclpy 9.1 then ends with a SystemError.
+        # The middleware knows the time more exactly, but under EventsExecutor a callback with
+        # message info makes rclpy 9.1 end with a SystemError.
         self._inbox.put(topic, (time.time_ns(), message))
 
 
 def _free(path: Path) -> Path:
     free, count = path, 1
     while free.exists():
-        # Nothing that was recorded is ever overwritten.
+        # A recording is never overwritten.
         count += 1
         free = path.with_name(f"{path.name}-{count}")
     return free

@@ -1,4 +1,4 @@
-"""A bag, published again with its timing."""
+"""Replay of a bag with its timing."""
 
 from __future__ import annotations
 
@@ -25,38 +25,39 @@ from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.process import run_node
 
 DISCOVERY = 1.0
-"""s before the first message, in which listeners that are there are found."""
+"""Time before the first message for the discovery of subscribers [s]."""
 GLANCE = 0.05
-"""s between two looks at whether it is to pause or to stop."""
+"""Time between two checks for a pause or a stop [s]."""
 LAST_WORDS = 5.0
-"""s for listeners to acknowledge the last messages."""
+"""Time for subscribers to acknowledge the last messages [s]."""
 
 Progress = Callable[[int, int], None]
-"""Is told how many seconds of the bag are done, of how many."""
+"""Callback that receives the finished and the total seconds of the bag."""
 
 
 class BagReplay(PlainLog):
-    """Publishes a bag's messages as they are, each topic with the quality of service it had.
+    """Publishes a bag's messages unchanged, each topic with its recorded quality of service.
 
-    A message goes out when as much time has passed as on the bag's clock, divided by the rate; one
-    that is late goes at once, and none is left out. What is being simulated is told before all
-    else, once the listeners are there.
+    A message is published when the elapsed time equals its time on the bag's clock, divided by the
+    rate. A late message is published at once; none is left out. The drive description comes first,
+    when the subscribers have been discovered.
 
     Args:
-        bag: open.
-        namespace: of the drive of which, with the topics outside of namespaces; None: of all.
-        rate: how many times as fast.
+        bag: the open bag.
+        namespace: namespace of the drive to replay, with the topics outside of namespaces; None:
+            all topics.
+        rate: playback speed factor.
         paused: wait for ``~/pause`` with false.
 
     Raises:
-        InputError: a type of the bag is not installed, or the namespace is none in it.
+        InputError: a type of the bag is not installed, or the bag lacks the namespace.
     """
 
     def __init__(self, bag: Bag, namespace: str | None, rate: float, paused: bool) -> None:
         super().__init__("replay")
         self._bag, self._rate, self._paused = bag, rate, paused
         self.left_out: dict[str, str] = {}
-        """Topics that cannot be published, and why."""
+        """Topics that cannot be published, and the reasons."""
         self._topics: dict[str, Publisher[Any]] = {}
         for name in chosen(bag, namespace):
             topic = bag.topics[name]
@@ -71,17 +72,17 @@ class BagReplay(PlainLog):
         serve_switch(self, PAUSE, self.pause)
 
     def pause(self, pause: bool) -> Answer:
-        """Pause, or resume."""
+        """Pause or resume."""
         self._paused = pause
         return True, "paused" if pause else "running"
 
     def run(self, stopping: threading.Event, progress: Progress) -> int:
-        """Publish until there is no more, and wait until it has arrived; how many messages.
+        """Publish all messages, wait until they have arrived, and return their number.
 
         Raises:
-            Interrupted: told to stop.
+            Interrupted: a stop was requested.
             InputError: a simulator publishes the same clock.
-            RecordingError: the bag is torn.
+            RecordingError: the bag is damaged.
         """
         stopping.wait(DISCOVERY)
         self._refuse_other_publishers()
@@ -89,7 +90,7 @@ class BagReplay(PlainLog):
         begin, end = self._bag.span
         count, start, last_update = len(published), time.monotonic(), -1
         for topic, stamp, data in self._bag.messages(self._topics):
-            # Once, in its place, it is left out.
+            # It was published first already.
             if published.pop(topic, None) == data:
                 continue
             due = (stamp - begin) * 1e-9 / self._rate
@@ -106,7 +107,7 @@ class BagReplay(PlainLog):
         return count
 
     def _wait(self, stopping: threading.Event, until: float) -> float:
-        """Until a time; returns how long it was paused meanwhile [s]."""
+        """Wait until a time and return the duration of pauses meanwhile [s]."""
         paused = 0.0
         while True:
             if stopping.is_set():
@@ -146,7 +147,7 @@ def replay(
     paused: bool,
     bar: Callable[[], AbstractContextManager[Progress]],
 ) -> None:
-    """Replay a bag, and end the process; see `BagReplay`. The bar is gone by then."""
+    """Replay a bag and exit the process; see `BagReplay`. The progress bar is closed before."""
     with Bag(path) as bag:
         run_node(
             lambda: BagReplay(bag, namespace, rate, paused),
@@ -168,7 +169,7 @@ def _run(
 
 
 def chosen(bag: Bag, namespace: str | None) -> list[str]:
-    """Topics to replay: all, or those of a namespace and those outside of any."""
+    """Return the topics to replay: all, or those of a namespace and those outside of any."""
     if namespace is None:
         return list(bag.topics)
     own = choose_namespace(bag, namespace).rstrip("/") + "/"
@@ -179,7 +180,7 @@ def chosen(bag: Bag, namespace: str | None) -> list[str]:
 
 
 def _profile(name: str, qos: Qos | None) -> QoSProfile:
-    """What was offered, as far as it matters to who listens; by default as the contract says."""
+    """Return the recorded quality of service where it matters to subscribers, or the contract's."""
     if qos is None:
         known = topic_by_name(name)
         return known.qos.profile if known else QoSProfile(depth=10)

@@ -1,4 +1,4 @@
-"""Calls the services of a node that runs elsewhere, and says what there is if it is not there."""
+"""Client of a node's services in another process; errors list the available nodes and services."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ from ab_sim.nodes.discovery import DISCOVERY_RANGE
 from ab_sim.nodes.participants import participants_here
 
 ACQUAINTED = 0.5
-"""s. That a server is there says that we know it. If it does not know us within 0.1 s of a request,
-as on a busy machine, Fast DDS drops the answer."""
+"""Time for mutual discovery [s]. A server that we have discovered may not have discovered us. If it
+does not within 0.1 s of a request, as on a busy machine, Fast DDS drops the answer."""
 ANSWER = 10.0
-"""s for an answer that takes no work."""
+"""Time for an answer that takes no work [s]."""
 PARAMETERS = {
     "list_parameters": ListParameters,
     "get_parameters": GetParameters,
@@ -36,10 +36,10 @@ PARAMETERS = {
 
 
 class Caller:
-    """Somebody on the network who asks: use it as a context, in which Ctrl-C raises Interrupted.
+    """Service client with its own node; a context manager in which Ctrl-C raises Interrupted.
 
     Args:
-        timeout: s to wait for a node to be found.
+        timeout: time to wait for a node's discovery [s].
     """
 
     def __init__(self, timeout: float) -> None:
@@ -50,7 +50,8 @@ class Caller:
     def __enter__(self) -> Caller:
         self._stopping = self._context.enter_context(interruption.in_order())
         init_ros(["ab-sim"])
-        # By ROS's convention a name with an underscore in front is not shown; and two may call.
+        # By ROS's convention, names with a leading underscore are hidden; the process id allows
+        # several callers.
         self._node = rclpy.create_node(
             f"_ab_sim_{os.getpid()}", enable_rosout=False, start_parameter_services=False
         )
@@ -75,13 +76,14 @@ class Caller:
         """Wait until a node offers services, and discovery is mutual.
 
         Args:
-            node: its full name.
-            services: to be called: type by name.
+            node: full name of the node.
+            services: types of the services to call, by name.
             urgent: do not wait for mutual discovery, so that requests have to be repeated; if
                 several nodes offer a service, all are called.
 
         Raises:
-            InputError: a service is not offered in time, or by several nodes; lists what there is.
+            InputError: a service is not offered in time, or by several nodes; the message lists
+                what is available.
         """
         for name, kind in services.items():
             self._clients[name] = self._node.create_client(kind, f"{node}/{name}")
@@ -91,7 +93,7 @@ class Caller:
             raise InputError(self._not_offered_text(node, missing[0]))
         if urgent:
             return
-        self._until(lambda: False, ACQUAINTED)  # in which a second one is discovered, too
+        self._until(lambda: False, ACQUAINTED)  # long enough to discover a second server, too
         for name in services:
             if (count := self._node.count_services(f"{node}/{name}")) > 1:
                 raise InputError(
@@ -99,13 +101,13 @@ class Caller:
                 )
 
     def call(self, service: str, request: Any, timeout: float = ANSWER, again: float = 0.0) -> Any:
-        """The answer of a service that ``wait_for_services`` has found.
+        """Call a service that ``wait_for_services`` has found, and return its answer.
 
         Args:
-            service: its name.
-            request: for it.
-            timeout: s to wait for the answer.
-            again: s after which the request is repeated; 0: it is not.
+            service: name of the service.
+            request: request message.
+            timeout: time to wait for the answer [s].
+            again: time after which the request is repeated [s]; 0: never.
 
         Raises:
             AbSimError: there is no answer in time.
@@ -123,10 +125,10 @@ class Caller:
                 )
 
     def parameters(self, names: Sequence[str] = ()) -> dict[str, Any]:
-        """The values of a node's parameters, of all of them if none is named.
+        """Return the values of a node's parameters; all of them if no names are given.
 
         Raises:
-            InputError: it has none of such a name; gives the nearest.
+            InputError: the node lacks such a parameter; the message names the nearest.
         """
         known = sorted(self.call("list_parameters", ListParameters.Request()).result.names)
         for name in names:
@@ -145,8 +147,8 @@ class Caller:
         """Set parameters of the node, all or none.
 
         Raises:
-            InputError: it has none of such a name, or a value is none that a parameter may have.
-            Refused: the node does not want them; says why.
+            InputError: the node lacks a parameter, or a value has no parameter type.
+            Refused: the node rejects the values; the message states the reason.
         """
         self.parameters([*values])
         each = [_message(name, value) for name, value in values.items()]
@@ -160,13 +162,13 @@ class Caller:
         self._stopping.clear()
 
     def nodes(self) -> dict[str, list[str]]:
-        """The discovered nodes, with the names of their services."""
+        """Return the discovered nodes with the names of their services."""
         nodes: dict[str, list[str]] = {}
         for name, namespace in self._node.get_node_names_and_namespaces():
             if name.startswith("_"):
                 continue
             whole = f"{namespace.rstrip('/')}/{name}"
-            # A node may be gone by now.
+            # The node may have left meanwhile.
             with contextlib.suppress(Exception):
                 offers = self._node.get_service_names_and_types_by_node(name, namespace)
                 mine = [service.removeprefix(f"{whole}/") for service, _ in offers]
@@ -174,10 +176,10 @@ class Caller:
         return nodes
 
     def collect_health(self) -> dict[str, Health]:
-        """Diagnostics of the nodes, by full name.
+        """Return the diagnostics of the nodes by full name.
 
-        It ends when all nodes on this machine were discovered and all that publish diagnostics
-        were received; if that cannot be known, after the time to wait for a node.
+        Collection ends when all nodes on this machine are discovered and all their diagnostics
+        received. If that cannot be known, it ends after the time-out for a node.
         """
         received: dict[str, Health] = {}
 
@@ -193,19 +195,20 @@ class Caller:
             )
 
         end = time.monotonic() + self._timeout
-        if participants_here() != 1:  # Not alone: what others offer is found after they are.
+        # Other participants are there: their topics are discovered after they are.
+        if participants_here() != 1:
             self._until(all_received, self._timeout)
             self._until(lambda: False, ACQUAINTED)
             self._until(all_received, end - time.monotonic())
         return received
 
     def _all_discovered(self) -> bool:
-        """Whether as many nodes as DDS participants were discovered, this process included."""
+        """Return whether as many nodes were discovered as there are DDS participants here."""
         there = participants_here()
         return there is not None and len(self._node.get_node_names()) >= there
 
     def _diagnostics_publishers(self) -> list[str]:
-        """Full names of the nodes that publish diagnostics."""
+        """Return the full names of the nodes that publish diagnostics."""
         publishers = self._node.get_publishers_info_by_topic(topics.DIAGNOSTICS.name)
         return [f"{one.node_namespace.rstrip('/')}/{one.node_name}" for one in publishers]
 
@@ -240,7 +243,7 @@ class Caller:
 
 
 def _own(services: Iterable[str]) -> list[str]:
-    """Without those that every node has for its parameters."""
+    """Return the services without those that every node has for its parameters."""
     common = ("parameter", "type_description")
     return [name for name in services if not any(word in name for word in common)] or ["nothing"]
 
@@ -253,7 +256,7 @@ def _message(name: str, value: Any) -> Any:
     try:
         message = Parameter(name, value=value).to_parameter_msg()
     except Exception as error:
-        # rclpy raises a different class for every way in which a value can be none.
+        # rclpy raises a different class for each kind of invalid value.
         raise InputError(f"{name}={value!r}: is no value that a parameter may have") from error
     if message.value.type == ParameterType.PARAMETER_NOT_SET:
         raise InputError(f"{name}=: a value is missing; an empty text is {name}=\"''\"")

@@ -43,16 +43,16 @@ class Rules(NamedTuple):
     """Limits, watchdog and bus; they can be changed at any time."""
 
     max_speed: float = math.inf
-    """rad/s; the scene's own limit holds as well."""
+    """Largest speed [rad/s]; the scene's own limit holds as well."""
     max_acceleration: float = math.inf
-    """rad/s^2; the scene's own limit holds as well."""
+    """Largest acceleration [rad/s^2]; the scene's own limit holds as well."""
     age_limit: float = math.inf
     """Age of the last command at which the watchdog acts [s], simulated time."""
     silence: WatchdogAction = WatchdogAction.HOLD
     coast: float = math.inf
     """Deceleration of an idle spindle [rad/s^2]; the scene's own limit holds as well."""
     delay: float = 0.0
-    """Of every command on the bus [s], of simulated time."""
+    """Delay of every command on the bus [s], simulated time."""
     jitter: float = 0.0
     """Largest additional random delay of a command [s]."""
 
@@ -61,9 +61,9 @@ class SpeedOrder(NamedTuple):
     """Target speed of the spindle, and the acceleration of the ramp to it."""
 
     speed: float
-    """rad/s."""
+    """Target speed [rad/s]."""
     acceleration: float
-    """rad/s^2."""
+    """Acceleration of the ramp [rad/s^2]."""
 
 
 class TrajectoryOrder(NamedTuple):
@@ -89,7 +89,7 @@ class TrajectoryAnswer(NamedTuple):
     """Answer to a trajectory that was received, or that cannot be followed any further."""
 
     start: int
-    """Its start [ns], as in the message."""
+    """Start of the trajectory [ns], as in the message."""
     refusal: str = ""
     """Reason why it is not followed; empty if it is."""
 
@@ -98,10 +98,10 @@ class CommandPath:
     """Converts commands to orders for one drive.
 
     Args:
-        scene_limits: of the spindle; orders keep to them.
+        scene_limits: limits of the spindle; orders respect them.
         step: integration step [s].
         rules: can be replaced at any time.
-        seed: of the bus' jitter.
+        seed: seed of the bus jitter.
     """
 
     def __init__(self, scene_limits: SpeedServo, step: float, rules: Rules, seed: int = 0) -> None:
@@ -109,7 +109,7 @@ class CommandPath:
         self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
         self.trajectories_rejected = 0
-        """Those among the rejected commands."""
+        """Number of trajectories among the rejected commands."""
         self.trajectory_news: list[TrajectoryAnswer] = []
         """Answers to trajectories, newest last; the caller clears the list."""
         self.acted: list[int] = []
@@ -124,7 +124,7 @@ class CommandPath:
 
     @property
     def rules(self) -> Rules:
-        """Those in force."""
+        """Rules in force."""
         return self._rules
 
     @rules.setter
@@ -141,7 +141,7 @@ class CommandPath:
         return self.accepted + self.rejected + self.ignored
 
     def lead(self, scene_limits: SpeedServo, step: float) -> None:
-        """Serve another drive; as ``reset``, but an emergency stop stays in force."""
+        """Serve another drive; like ``reset``, but an emergency stop stays in force."""
         stopped = self.stopped
         self._scene_limits, self._step = scene_limits, step
         self._step_ns = round(step * 1e9)
@@ -150,7 +150,7 @@ class CommandPath:
             self.emergency_stop()
 
     def reset(self) -> None:
-        """Drop all commands, end an emergency stop; counts are kept."""
+        """Drop all commands and end an emergency stop; counts are kept."""
         self._bus: deque[CommandOnBus] = deque()
         self.forgotten = self.received
         self._draw_from(0)
@@ -197,7 +197,8 @@ class CommandPath:
             self.accepted += 1
             due = self._due(now)
             while self._bus and self._bus[-1].due == due:
-                # The earlier one would never act. So the queue stays short while time stands still.
+                # The earlier command would never act. Removing it keeps the queue short while time
+                # is paused.
                 self._bus.pop()
             self._bus.append(CommandOnBus(due, float(speed), stamp))
 
@@ -224,7 +225,7 @@ class CommandPath:
         self.accepted += 1
         self.trajectory_news.append(TrajectoryAnswer(wanted.start))
         if self._bus and self._bus[-1].due == due and not isinstance(self._bus[-1].wanted, float):
-            self._bus.pop()  # so that the queue stays short while time stands still
+            self._bus.pop()  # keeps the queue short while time is paused
         self._bus.append(CommandOnBus(due, speeds, stamp))
 
     def reject_trajectory(self, start: int, refusal: str) -> None:
@@ -247,7 +248,7 @@ class CommandPath:
         self._bus = deque(command._replace(stamp=0) for command in self._bus)
 
     def age(self, now: int) -> float | None:
-        """Age of the last command that has left the bus [s]; None before the first.
+        """Return the age of the last command that has left the bus [s]; None before the first.
 
         A trajectory does not age before its last point.
         """
@@ -260,18 +261,18 @@ class CommandPath:
         return self._trajectory
 
     def follows(self, now: int) -> bool:
-        """Whether at a step a trajectory leads that has not come to its last point."""
+        """Return whether at a step a trajectory leads that has not reached its last point."""
         return self._trajectory is not None and self._end_of(self._trajectory) > now
 
     @property
     def _alive_until(self) -> int | None:
-        """Step of the last command, or of the last point of the trajectory that leads."""
+        """Step of the last command, or of the last point of the leading trajectory."""
         if self._last is None or self._trajectory is None:
             return self._last
         return max(self._last, self._end_of(self._trajectory))
 
     def _end_of(self, trajectory: TimedSpeeds) -> int:
-        """Step at which a trajectory has come to its last point."""
+        """Return the step at which a trajectory reaches its last point."""
         assert trajectory.start is not None
         return math.ceil((trajectory.start / 1e9 + trajectory.lasts) / self._step - 1e-9)
 
@@ -287,7 +288,7 @@ class CommandPath:
         self._last = None
 
     def state(self) -> dict[str, Any]:
-        """The state for a snapshot, as JSON-able values; without counts."""
+        """Return the state for a snapshot, as JSON-able values without counts."""
         told = self._last_order
         return {
             "bus": [[command.due, _values(command.wanted)] for command in self._bus],
@@ -301,7 +302,7 @@ class CommandPath:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Restore a state of ``state``; an emergency stop stays in force.
+        """Restore a state from ``state``; an emergency stop stays in force.
 
         Raises:
             InputError: the state is not valid; nothing has changed.
@@ -329,7 +330,7 @@ class CommandPath:
             self.emergency_stop()
 
     def order(self, now: int, speed: Callable[[], float]) -> SpeedOrder | TrajectoryOrder | None:
-        """The next order for a step; None if there is no further one.
+        """Return the next order for a step; None if there is no further one.
 
         Args:
             now: the step.
@@ -360,7 +361,7 @@ class CommandPath:
         return self._changed()
 
     def _lead(self, wanted: TimedSpeeds, due: int) -> TrajectoryOrder:
-        """Let a trajectory lead that has left the bus."""
+        """Let a trajectory that has left the bus lead."""
         start = due * self._step_ns if wanted.start is None else wanted.start
         self._last, self.silent, self._target = due, False, None
         self._trajectory = wanted._replace(start=start)
@@ -369,9 +370,9 @@ class CommandPath:
         return order
 
     def _held_already(self, speed: float, now: int) -> bool:
-        """Whether a trajectory has come to its last point, which holds this speed [rad/s].
+        """Return whether a trajectory has reached its last point and holds this speed [rad/s].
 
-        Then the trajectory stays in force, so that it does not matter when the command comes.
+        The trajectory then stays in force, so that the time of such a command does not matter.
         """
         trajectory = self._trajectory
         if trajectory is None or trajectory.final_speed != speed:
@@ -379,7 +380,7 @@ class CommandPath:
         return not self.follows(now) and abs(speed) <= self.limits.max_speed
 
     def _leave_beyond_limits(self, now: int, speed: Callable[[], float]) -> None:
-        """Hold the speed if the rest of the trajectory is beyond limits that have changed."""
+        """Hold the speed if the rest of the trajectory exceeds changed limits."""
         trajectory = self._trajectory
         if trajectory is None:
             return
@@ -407,7 +408,7 @@ class CommandPath:
         return order
 
     def next(self, now: int) -> float:
-        """The next step at which ``order`` may change without a further command."""
+        """Return the next step at which ``order`` may change without a further command."""
         watchdog_step = self._watchdog_step()
         return max(
             min(
@@ -427,7 +428,7 @@ class CommandPath:
         self._random = np.random.Generator(np.random.PCG64(self._seed).advance(draws))
 
     def _watchdog_step(self) -> int | None:
-        """Step at which the watchdog acts without a further command; None: never."""
+        """Return the step at which the watchdog acts without a further command; None: never."""
         last = self._alive_until
         if last is None or self.silent or self.stopped or math.isinf(self.rules.age_limit):
             return None

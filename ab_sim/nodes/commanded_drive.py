@@ -19,8 +19,8 @@ class CommandedDrive:
     Args:
         drive: commanded by this object only.
         path: source of the orders.
-        checks: of the drive's error; None: none.
-        faults: of the drive.
+        checks: error checks of the drive; None: no checks.
+        faults: faults of the drive.
     """
 
     def __init__(
@@ -37,10 +37,10 @@ class CommandedDrive:
         self.set_checks(checks)
 
     def advance(self, steps: int) -> Iterator[Trajectory]:
-        """Take whole steps; yields their trajectories.
+        """Take whole steps and yield their trajectories.
 
         Raises:
-            DivergedError: as ``Drive.advance``.
+            DivergedError: see ``Drive.advance``.
         """
         end = self.drive.steps + steps
         while self.drive.steps < end:
@@ -52,7 +52,10 @@ class CommandedDrive:
             yield self._stepped.advance(int(until) - self.drive.steps)
 
     def reset(self) -> None:
-        """Reset to t = 0 and the scene's start; commands on the bus are dropped, faults kept."""
+        """Reset to t = 0 and the scene's start.
+
+        Commands on the bus are dropped, faults are kept.
+        """
         self._stepped.reset()
         self.path.reset()
         self.faults.begin_anew(0)

@@ -1,4 +1,4 @@
-"""Commands from their topics: read at wake-ups, passed to the command path, reported."""
+"""Commands from topics: read at wake-ups, passed to the command path, reported."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAct
 from ab_sim.nodes.duration_histogram import DurationHistogram
 
 AT_ONCE = 1000
-"""Largest number of commands read at a wake-up, in some 4 ms; the others wait in the queue."""
+"""Largest number of commands read at a wake-up, in about 4 ms; the others wait in the queue."""
 PAUSE = 0.1
 """Time between two reports on trajectories [s]."""
 CLOCK_SET = 20_000_000
@@ -35,7 +35,7 @@ WATCHDOG_TEXTS = {
 
 
 def not_called(message: Any) -> None:
-    """Callback of a subscription that is read at wake-ups and not by the executor."""
+    """Do nothing: the subscription is read at wake-ups, and not by the executor."""
 
 
 class PendingCommands:
@@ -83,8 +83,8 @@ class PendingCommands:
         """Pass the commands received by a step to the command path, in order of their arrival.
 
         Args:
-            now: the step.
-            standing: whether time stands still: then the commands' delays are not measured.
+            now: present step.
+            standing: whether time is paused: the commands' delays are then not measured.
         """
         if not self._subscriptions:
             return
@@ -108,9 +108,10 @@ class PendingCommands:
                 self._path.reject_trajectory(nanoseconds_of(message.header.stamp), str(error))
 
     def trajectories_answered(self) -> bool:
-        """Whether trajectories were answered since the last call; logs refusals.
+        """Return whether trajectories were answered since the last call, and log refusals.
 
-        At most ten times a second: a flood of bad trajectories must not keep the loop busy.
+        This happens at most ten times a second, so that a flood of bad trajectories does not keep
+        the loop busy.
         """
         news, now = self._path.trajectory_news, time.monotonic()
         if not news or now - self._answered < PAUSE:
@@ -133,17 +134,17 @@ class PendingCommands:
             self._path.acted.clear()
 
     def publishers_changed(self) -> bool:
-        """Whether the number of publishers has changed since the last call."""
+        """Return whether the number of publishers has changed since the last call."""
         before = self._publishers
         self._publishers = [own.get_publisher_count() for own in self._subscriptions]
         return before != self._publishers
 
     def check_publishers(self) -> None:
-        """Count who commands, and log publishers of another type, which DDS ignores silently.
+        """Count the nodes that command, and log publishers of another type.
 
-        It queries the graph, which is too slow for every wake-up. A publisher is logged when it is
-        found. The name of its node may be discovered later: without a name it is logged at the
-        second check.
+        DDS ignores such publishers silently. The graph query is too slow for every wake-up. A
+        publisher is logged when it is found. The name of its node may be discovered later; without
+        a name, it is logged at the second check.
         """
         self._sources = self._count_sources()
         before = self._wrong_type
@@ -171,7 +172,7 @@ class PendingCommands:
         return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic.name))
 
     def _count_sources(self) -> int:
-        """Number of nodes that publish commands; one that publishes on both topics counts once."""
+        """Return the number of nodes that publish commands; a node on both topics counts once."""
         if len(self._publishers) < len(TOPICS) or 0 in self._publishers:
             return sum(self._publishers)
         names = [
@@ -182,11 +183,11 @@ class PendingCommands:
             }
             for topic in TOPICS
         ]
-        # A node whose name is not known yet may be the same on both.
+        # A node whose name is still unknown may be the same on both topics.
         return len(set.union(*names)) if all(names) else max(self._publishers)
 
     def warnings(self) -> list[str]:
-        """Warnings for the diagnostics."""
+        """Return warnings for the diagnostics."""
         path, warnings = self._path, sorted(self._wrong_type.values())
         if path.stopped:
             warnings.append("emergency stop: commands are ignored until ~/reset_emergency_stop")
@@ -207,7 +208,7 @@ class PendingCommands:
         return warnings
 
     def values(self, now: int) -> dict[str, str]:
-        """Values for the diagnostics; counts begin when the scene is configured."""
+        """Return values for the diagnostics; counts begin when the scene is configured."""
         path, age = self._path, self._path.age(now)
         state = "emergency stop" if path.stopped else "watchdog" if path.silent else "commands"
         if path.trajectory is not None:
@@ -230,9 +231,10 @@ class PendingCommands:
         }
 
     def rejections(self) -> str:
-        """Text on the commands rejected since the last call; empty without any.
+        """Return a text on the commands rejected since the last call; empty if there are none.
 
-        It is called once per report: a log message takes a hundred times as long as a command.
+        It is logged once per report, because a log message takes a hundred times as long as a
+        command.
         """
         path = self._path
         rejected = path.rejected - path.trajectories_rejected

@@ -1,4 +1,4 @@
-"""Which course a profile that is asked for takes, and what that needs."""
+"""Choice of the course for a requested profile, and of its inputs."""
 
 import json
 from collections.abc import Mapping
@@ -15,20 +15,20 @@ from ab_sim.spindle.course import Course, Hears
 from ab_sim.spindle.segments_course import SegmentsCourse, waits_for_vibration
 
 PERIODS_AGREE = 1e-9
-"""By how much of itself the period of an adaptive start-up may differ from that of the commands."""
+"""Largest relative difference between the periods of an adaptive start-up and of the commands."""
 
 
 class PlannedCourse:
-    """A profile that was asked for, checked, before it is begun.
+    """A requested and checked profile before its start.
 
     Args:
         asked: the profile.
-        source: the parameter's text that names it.
-        changes: to it, each ``key=value``.
-        period: s between two commands.
+        source: text of the parameter that names it.
+        changes: changes to it, each ``key=value``.
+        period: time between two commands [s].
 
     Raises:
-        InputError: it cannot be run with that period.
+        InputError: the profile cannot be run with that period.
     """
 
     def __init__(self, asked: AskedProfile, source: str, changes: list[str], period: float) -> None:
@@ -47,7 +47,7 @@ class PlannedCourse:
 
     @property
     def steepest(self) -> float:
-        """The largest magnitude of its acceleration [rad/s^2]; 0: it only holds its speed."""
+        """Largest magnitude of the profile's acceleration [rad/s^2]; 0: the speed is constant."""
         profile = self._asked.profile
         if isinstance(profile, AdaptiveProfile):
             return profile.acceleration
@@ -55,14 +55,14 @@ class PlannedCourse:
 
     @property
     def schedule(self) -> SpeedSchedule | None:
-        """Its speed over time; None if what is measured decides."""
+        """Speed over time; None if measurements decide it."""
         if isinstance(self._asked.profile, AdaptiveProfile) or waits_for_vibration(self._asked):
             return None
         return SpeedSchedule.asked(self._asked.profile, self._asked.first)
 
     @property
     def hears(self) -> Hears:
-        """What it needs to hear."""
+        """Topics that the profile needs."""
         profile, scene = self._asked.profile, self._asked.scene
         if isinstance(profile, AdaptiveProfile):
             name = profile.sensor
@@ -73,7 +73,7 @@ class PlannedCourse:
 
     @property
     def made_of(self) -> dict[str, Any]:
-        """What it follows from, as JSON-able values: a snapshot is of one that has the same."""
+        """Everything that defines the profile, as JSON-able values, to match it with a snapshot."""
         asked = self._asked
         told: Mapping[str, Any] = {
             "profile": asked.profile.model_dump(mode="json"),
@@ -83,10 +83,10 @@ class PlannedCourse:
         return dict(json.loads(json.dumps(told)))
 
     def course(self, silence: float) -> Course:
-        """The same, to be begun.
+        """Return the course, ready to begin.
 
         Args:
-            silence: s for which vibration may be missing where a condition needs it.
+            silence: time for which the vibration may be missing while a condition needs it [s].
         """
         if self._settings is not None:
             return AdaptiveCourse(self._settings, self._asked.first)
@@ -96,6 +96,6 @@ class PlannedCourse:
 def _settings(asked: AskedProfile, profile: AdaptiveProfile) -> StartUpSettings:
     if asked.scene is not None:
         return settings_of(asked.scene)
-    # A profile by itself says nothing of the sensor: its noise is estimated, and the angle of its
-    # axes only turns what is believed of the unbalance.
+    # A profile alone does not describe the sensor. Its noise is then estimated, and the angle of
+    # its axes only turns the estimate of the unbalance.
     return profile.settings(SensorFacts("acceleration", 2))

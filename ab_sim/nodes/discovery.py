@@ -1,24 +1,24 @@
-"""Who can find our nodes: this machine, and at once, unless the user has said otherwise."""
+"""Discovery of our nodes: limited to this machine, and fast, unless the user has set otherwise."""
 
 import os
 from importlib.metadata import version
 from pathlib import Path
 
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
-"""ROS's variable, and what it is for us unless the user has set it."""
+"""ROS's variable for the discovery range, and our value unless the user has set it."""
 PROFILES = {
     2: ("FASTRTPS_DEFAULT_PROFILES_FILE", Path(__file__).with_name("discovery_fast_dds_2.xml")),
     3: ("FASTDDS_DEFAULT_PROFILES_FILE", Path(__file__).with_suffix(".xml")),
 }
-"""Environment variable and file of profiles for each major version of Fast DDS.
+"""Environment variable and profile file for each major version of Fast DDS.
 
-The profiles say how Fast DDS announces us to this machine, and how soon it repeats what got lost.
+The profiles set how Fast DDS announces us to this machine, and how soon it repeats lost messages.
 Fast DDS 2 refuses the file for 3. With 3, rmw_fastrtps warns if the variable of 2 is set.
 """
 
 
 def ends_here() -> bool:
-    """Whether discovery, as the environment has it, ends at this machine."""
+    """Return whether the environment limits discovery to this machine."""
     reach = os.environ.get(DISCOVERY_RANGE, RANGE)
     return reach == RANGE and not os.environ.get("ROS_STATIC_PEERS")
 
@@ -29,11 +29,11 @@ def fast_dds() -> int:
 
 
 def prepare() -> None:
-    """Set the environment for ``rclpy.init``; what the user has set stays.
+    """Set the environment for ``rclpy.init``; settings of the user are kept.
 
-    A drive obeys whoever it discovers, so it takes a user who sets
-    ``ROS_AUTOMATIC_DISCOVERY_RANGE`` for others to come in. Frequent announcements are for this
-    machine alone; no other host is sent them.
+    A drive obeys every publisher that it discovers. Only users who set
+    ``ROS_AUTOMATIC_DISCOVERY_RANGE`` let other hosts in. Frequent announcements are sent to this
+    machine only.
     """
     os.environ.setdefault(DISCOVERY_RANGE, RANGE)
     if ends_here() and not any(variable in os.environ for variable, _ in PROFILES.values()):

@@ -46,7 +46,7 @@ class DriveControl:
 
     def __init__(self, node: DriveNode) -> None:
         self._node = node
-        # Served by the main loop: another service may take long.
+        # Served by the main loop, because another service may take long.
         stop = serve_trigger(node, services.EMERGENCY_STOP, _answered(self.emergency_stop))
         node.by_loop.append(stop)
         serve_switch(node, services.PAUSE, _answered(self.pause))
@@ -66,7 +66,7 @@ class DriveControl:
             serve_trigger(node, name, _answered(act))
 
     def pause(self, pause: bool) -> Answer:
-        """Pause, or resume; simulated time stands still meanwhile."""
+        """Pause or resume; simulated time is stopped in a pause."""
         with self._node.active() as session:
             if not pause and session.mode is TimeMode.LOCK_STEP:
                 return False, "time_mode is lock_step: time goes on by ~/step"
@@ -80,7 +80,7 @@ class DriveControl:
             return True, "paused" if pause else "running"
 
     def step(self) -> Answer:
-        """As many wake-ups as the parameter says, while time stands still."""
+        """Take the number of wake-ups in the parameter `steps` while time is paused."""
         node, values = self._node, self._node.settings.values
         if refusal := self._wait_for(values["await_commands"]):
             return False, refusal
@@ -99,24 +99,25 @@ class DriveControl:
             wakes += 1
         with node.active() as session:
             session.flush()
-            # A command that answers the last wake-up is one for the next request, however fast.
+            # Commands that react to the last wake-up count for the next request, however early they
+            # arrive.
             session.stepped_for = stepped_for
             return True, Stepped(session.now.time_ns, wakes, commands).text
 
     def reset(self) -> Answer:
-        """Back to t = 0 and the scene's start; a command under way is forgotten."""
+        """Return to t = 0 and the scene's start; pending commands are dropped."""
         return self._leap(lambda session: session.commanded.reset(), "reset to t = 0")
 
     def reset_time(self) -> Answer:
-        """Back to t = 0 in the present state."""
+        """Return to t = 0 in the present state."""
         return self._leap(lambda session: session.commanded.reset_time(), "time reset to t = 0")
 
     def reset_state(self) -> Answer:
-        """Back to the scene's start, and time goes on; a command under way is forgotten."""
+        """Return to the scene's start and keep the time; pending commands are dropped."""
         return self._leap(lambda session: session.commanded.reset_state(), "state reset")
 
     def load_scene(self) -> Answer:
-        """The scene of the parameters, from t = 0."""
+        """Load the scene of the parameters, from t = 0."""
         node, values = self._node, self._node.settings.values
         with node.active() as session:
             asked = session
@@ -132,7 +133,7 @@ class DriveControl:
             return True, f"{prepared.scene.name}, t = 0"
 
     def load_disc(self) -> Answer:
-        """The disc of the parameters, in the present state."""
+        """Mount the disc of the parameters, in the present state."""
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
@@ -154,17 +155,17 @@ class DriveControl:
             return True, f"eccentricity {eccentricity:g} m, {angle:g} rad further"
 
     def inject_faults(self) -> Answer:
-        """Those of the parameter, instead of those in force; time goes on."""
+        """Replace the faults in force by those of the parameter; time continues."""
         if not (faults := faults_of(self._node.settings.values["faults"])):
             return False, "the parameter faults names none: set it first, or ~/clear_faults"
         return self._break(faults)
 
     def clear_faults(self) -> Answer:
-        """None any more; time goes on."""
+        """Remove all faults; time continues."""
         return self._break(())
 
     def save_snapshot(self) -> Answer:
-        """The present, to a file."""
+        """Save the present state to a file."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
             _sound(session).catch_up()
@@ -174,7 +175,7 @@ class DriveControl:
         return True, f"{path}: t = {time_ns * 1e-9:.9g} s"
 
     def restore_snapshot(self) -> Answer:
-        """Back to what a file holds."""
+        """Return to the state in a file."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
             asked, scene = _sound(session), session.now.scene
@@ -185,7 +186,7 @@ class DriveControl:
                 session.now.drive.check(kept)
             except ValueError as error:
                 raise InputError(f"snapshot {path}: {error}") from error
-            session.path.restore(commands)  # it may refuse, too
+            session.path.restore(commands)  # raises for an invalid state, before anything changes
             session.commanded.restore(kept)
 
         return self._leap(leap, f"restored {path}", asked)
@@ -245,9 +246,11 @@ class DriveControl:
             return True, f"faults in force: {session.fault_publisher.words}"
 
     def _wait_for(self, commands: int) -> str:
-        """Wait for a number of commands since the last request; a refusal after a time-out.
+        """Wait for a number of commands since the last request.
 
-        A trajectory stands for the commands until its last point.
+        Return a refusal after the time-out.
+
+        A trajectory counts as the commands until its last point.
         """
         node, end = self._node, time.monotonic() + PATIENCE
         while True:
@@ -278,10 +281,10 @@ class DriveControl:
 
 
 def _sound(session: Session) -> Session:
-    """The session, if its drive has no faults.
+    """Return the session, if its drive has no faults.
 
     Raises:
-        CommandError: faults are in force, with which the request is not possible.
+        CommandError: faults are in force and prevent the request.
     """
     if session.now.drive.faults:
         raise CommandError(
@@ -291,7 +294,7 @@ def _sound(session: Session) -> Session:
 
 
 def _leave(session: Session) -> None:
-    """Bring the present drive up to now, and publish its last samples and diagnostics."""
+    """Bring the present drive up to date, and publish its last samples and diagnostics."""
     session.catch_up()
     _last_words(session)
 

@@ -1,4 +1,4 @@
-"""What a running drive says of itself in its diagnostics; no ROS, and no clock of its own."""
+"""Diagnostics of a running drive; without ROS and without a clock."""
 
 from collections import deque
 from typing import NamedTuple
@@ -10,29 +10,29 @@ from ab_sim.drive.overlap import OverlapWatch, overlaps_text
 from ab_sim.nodes.pacing import Pacer
 
 PERIOD = 1.0
-"""s over which the real-time factor is measured, between two reports."""
+"""Time between two reports, over which the real-time factor is measured [s]."""
 WINDOWS = (10, 60)
-"""Longer ones, in periods."""
+"""Longer windows for the real-time factor, in periods."""
 
 
 class RealTimeTolerance(NamedTuple):
-    """What is still real time."""
+    """Limits of what counts as real time."""
 
     factor: float
-    """How far the real-time factor may be from what is asked for, as a part of that."""
+    """Largest relative deviation of the real-time factor from the requested one."""
     lateness: float
-    """How late a wake-up may be [s]."""
+    """Largest lateness of a wake-up [s]."""
 
 
 class DriveHealth:
-    """Watches a drive, its pacing and its error checks.
+    """Monitors a drive, its pacing and its error checks.
 
     Args:
-        drive: the one that runs.
-        pacer: says when.
-        checks: of the drive's error, if there are any.
-        tolerance: beyond it there is something to warn of.
-        work_precision: how the drive's solver was found, if an accuracy was asked for.
+        drive: the running drive.
+        pacer: its pacer.
+        checks: its error checks, if any.
+        tolerance: limits beyond which there is a warning.
+        work_precision: origin of the drive's solver, if an accuracy was requested.
     """
 
     def __init__(
@@ -54,7 +54,7 @@ class DriveHealth:
 
     @property
     def stepper_chosen(self) -> str:
-        """Why the drive has its stepper."""
+        """Reason for the choice of the drive's stepper."""
         return (
             self._drive.choice.reason
             if self._work_precision is None
@@ -62,13 +62,13 @@ class DriveHealth:
         )
 
     def begin(self, now: float) -> None:
-        """Time stands still, or goes on, from ``now`` on: the factor begins anew."""
+        """Restart the measurement of the real-time factor at ``now`` [s]."""
         self._reports.clear()
         self._reports.append((now, self._drive.steps))
         self._factor = None
 
     def period_over(self, now: float, paused: bool) -> bool:
-        """Whether it is time for a report; if so, with a new factor."""
+        """Return whether a report is due, and if so update the real-time factor."""
         since, steps = self._reports[-1]
         if now - since < PERIOD:
             return False
@@ -80,7 +80,7 @@ class DriveHealth:
         return True
 
     def state(self, paused: bool) -> str:
-        """What it does, in a word or two."""
+        """Return the state of the drive in a few words."""
         if paused:
             return "paused"
         if not self.paced:
@@ -91,9 +91,9 @@ class DriveHealth:
         return "running in real time" if asked == 1.0 else f"running at {asked:g} times real time"
 
     def warnings(self) -> list[str]:
-        """What has gone less than well since the last call."""
+        """Return the problems since the last call."""
         pacing, drive = self._pacer.recent(), self._drive
-        # A drive that was reset has begun to count again.
+        # The count of a drive that was reset begins at zero.
         crowded = drive.steps_with_unresolved_events - min(
             self._unresolved, drive.steps_with_unresolved_events
         )
@@ -115,7 +115,7 @@ class DriveHealth:
         return [*warnings, *self._drift()]
 
     def values(self) -> dict[str, str]:
-        """Figures, with their units; those of pacing are since it was configured."""
+        """Return figures with their units; those of pacing count since the configuration."""
         drive, pacing = self._drive, self._pacer.total
         return {
             **self._factors(),
@@ -137,21 +137,22 @@ class DriveHealth:
         }
 
     def _overlapping(self) -> dict[str, str]:
-        """Balls that were in one place; nothing where none can be.
+        """Return the overlaps of balls; empty if balls cannot overlap.
 
-        At a report is soon enough: who passed another in between is seen behind it.
+        Checking at each report suffices: a ball that has passed another in between is noticed
+        afterwards.
         """
         drive = self._drive
         if not self._overlaps.watches:
             return {}
-        if drive.steps < self._looked:  # it was reset
+        if drive.steps < self._looked:  # the drive was reset
             self._overlaps = OverlapWatch(drive.scene)
         self._looked = drive.steps
         self._overlaps.take(drive.present())
         return {"balls overlap": overlaps_text(self._overlaps.found)}
 
     def _factors(self) -> dict[str, str]:
-        """Over the last period, and over longer ones; none before there is one."""
+        """Return the real-time factors over the last period and longer windows; empty at first."""
         if self._factor is None:
             return {}
         factors = {"real-time factor": f"{self._factor:.4f}"}
@@ -169,7 +170,7 @@ class DriveHealth:
         return abs(self._factor / self._pacer.factor - 1.0) > self.tolerance.factor
 
     def _drift(self) -> list[str]:
-        """Whether the run has left what was asked for."""
+        """Return a warning if the estimated error exceeds the requested accuracy."""
         work_precision = self._work_precision
         if self.checks is None or work_precision is None:
             return []
@@ -191,7 +192,7 @@ class DriveHealth:
         ]
 
     def _estimates(self) -> dict[str, str]:
-        """What is known of the error; nothing without checks."""
+        """Return the error estimates; empty without checks."""
         checks = self.checks
         if checks is None:
             return {}

@@ -1,4 +1,4 @@
-"""The lifecycle node that has a drive: from configure to cleanup, in real time."""
+"""The lifecycle node that holds a drive from configure to cleanup, in real time."""
 
 from __future__ import annotations
 
@@ -29,8 +29,8 @@ from ab_sim.output_file import REPORT, check_ending
 from ab_sim.scene import Scene
 
 PROMPT = 0.003
-"""s between two looks at what the loop answers itself: they cost as much as half a step does, and
-who asks is no nearer than that."""
+"""Time between two checks for requests to the loop itself [s]. A check costs as much as half a
+step, and no client needs an answer sooner."""
 UNCONFIGURED = "unconfigured: no scene is loaded"
 
 
@@ -96,15 +96,15 @@ class DriveNode(ManagedNode):
         return PreparedDrive(scene, self._fixed.rates, values["error_checks"], tolerance, say)
 
     def scene_of(self, values: Values) -> Scene:
-        """The scene that settings name.
+        """Return the scene that settings name.
 
         Raises:
-            SceneError, InputError: there is none, or it cannot be run.
+            SceneError, InputError: the scene does not exist or cannot be run.
         """
         return scene_of(values["scene"], values["changes"], self._fixed.rates)
 
     def configure(self) -> None:
-        """Load the scene of the parameters, and compile its kernels."""
+        """Load the scene of the parameters and compile its kernels."""
         values = self.settings.values
         self._tell(Level.OK, f"configuring {values['scene']}")
         try:
@@ -118,22 +118,22 @@ class DriveNode(ManagedNode):
             self._tell(Level.ERROR, f"unconfigured: {error}")
             raise
         if self.settings.values is not values:
-            self._apply(values, self.settings.values)  # set meanwhile
+            self._apply(values, self.settings.values)  # parameters that were set meanwhile
 
     def activate(self) -> None:
-        """Listen and go on."""
+        """Subscribe to commands and start time."""
         assert self._session is not None
         with self._turn:
             self._session.activate()
 
     def deactivate(self) -> None:
-        """Stand still."""
+        """Stop time."""
         assert self._session is not None
         with self._turn:
             self._session.deactivate()
 
     def cleanup(self) -> None:
-        """Unload what was loaded."""
+        """Unload the scene."""
         assert self._session is not None
         with self._turn:
             self._session.close()
@@ -141,14 +141,14 @@ class DriveNode(ManagedNode):
         self._tell(Level.OK, UNCONFIGURED)
 
     def serve(self) -> None:
-        """Offer the services that control it."""
+        """Advertise the services that control the node."""
         raise NotImplementedError
 
     def run(self, stopping: threading.Event) -> None:
-        """The main loop: wake up, take steps, serve requests, until stopped.
+        """Run the main loop until stopped: wake up, take steps, serve requests.
 
         Raises:
-            AbSimError: it cannot start up by itself.
+            AbSimError: the automatic start failed.
         """
         self.stopping = stopping
         if self._fixed.autostart:
@@ -158,7 +158,7 @@ class DriveNode(ManagedNode):
         self.serve()
         with self._turn:
             if self._session is not None:
-                self._session.restart_clock()  # it has not come late
+                self._session.restart_clock()  # the start is not a late wake-up
         answered = 0.0
         with StallGuard(self, stopping, self._answer_urgently) as guard:
             while not self._stopped_after(self._rest(), stopping):
@@ -187,7 +187,7 @@ class DriveNode(ManagedNode):
                 answer_waiting(service)
 
     def answer(self) -> None:
-        """Serve requests, and publish diagnostics periodically."""
+        """Serve requests and publish diagnostics periodically."""
         super().answer()
         self._report_now_and_then()
 

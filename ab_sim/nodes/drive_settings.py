@@ -1,4 +1,4 @@
-"""The parameters of `drive_sim`, and what they mean for its parts."""
+"""The parameters of `drive_sim`, and their conversion for its parts."""
 
 import enum
 import math
@@ -15,41 +15,41 @@ from ab_sim.nodes.settings import Settings, Values
 
 
 class TimeMode(enum.Enum):
-    """What makes simulated time go on."""
+    """Source of the progress of simulated time."""
 
     PACED = "paced"
     """The steady clock, times `speed_factor`."""
     FREE = "free"
-    """Nothing holds it: as fast as possible."""
+    """No limit: as fast as possible."""
     LOCK_STEP = "lock_step"
-    """Requests."""
+    """Requests of ~/step."""
 
 
 _MODES = {mode.value: mode for mode in TimeMode}
-"""Asked several times at every wake-up, and an enum takes long to look one up."""
+"""Modes by name; the loop looks them up several times per wake-up, which is slow with an enum."""
 
 
 class Fixed(NamedTuple):
-    """What stays as it is while the node lives."""
+    """Settings that do not change while the node lives."""
 
     autostart: bool
-    """Whether it configures and activates itself."""
+    """Whether the node configures and activates itself."""
     hardware: str
-    """What the drive is called in the diagnostics; empty: by namespace and scene."""
+    """Name of the drive in the diagnostics; empty: namespace and scene."""
     rates: Rates
     per_block: int
-    """Wake-ups."""
+    """Wake-ups per block."""
     paused: bool
-    """To begin with."""
+    """Whether the drive starts paused."""
     seed: int
-    """Of the bus' jitter."""
+    """Seed of the bus jitter."""
     clock: bool
     """Whether simulated time is published."""
     real_time: RealTimeRequests
 
 
 def fixed_settings(node: Node) -> Fixed:
-    """Declare it."""
+    """Declare the parameters that do not change, and return their values."""
 
     def number(name: str, default: Any, meaning: str, unit: str, low: float, high: float) -> Any:
         return declare(node, name, default, meaning, unit, (low, high))
@@ -80,7 +80,7 @@ def fixed_settings(node: Node) -> Fixed:
 
 
 def drive_settings(node: Node) -> Settings:
-    """Declare what can be changed while it runs."""
+    """Declare the parameters that can change at run time."""
     made = Settings(node)
     for meaning, wanted in (
         ("name or YAML file of the scene; a change waits for ~/load_scene, or to be configured",
@@ -127,7 +127,7 @@ def drive_settings(node: Node) -> Settings:
 
 
 def rules_of(values: Values) -> Rules:
-    """What holds for commands."""
+    """Return the rules for commands."""
     return Rules(
         max_speed=values["speed_limit"] or math.inf,
         max_acceleration=values["acceleration_limit"] or math.inf,
@@ -140,10 +140,10 @@ def rules_of(values: Values) -> Rules:
 
 
 def tolerance_of(values: Values) -> RealTimeTolerance:
-    """What is still real time."""
+    """Return the limits of what counts as real time."""
     return RealTimeTolerance(values["factor_tolerance"], values["lateness_tolerance"])
 
 
 def mode_of(values: Values) -> TimeMode:
-    """What makes time go on."""
+    """Return the mode of time."""
     return _MODES[values["time_mode"]]

@@ -6,15 +6,15 @@ from ab_sim.nodes.process import run_node
 
 
 class DriveSim(DriveNode):
-    """A drive, and the services that control it."""
+    """A drive with the services that control it."""
 
     def serve(self) -> None:
-        """Offer them."""
+        """Advertise the services."""
         DriveControl(self)
 
 
 def main() -> None:
-    """Entry point of the executable."""
+    """Run the node."""
     run_node(DriveSim, DriveSim.run)
 
 

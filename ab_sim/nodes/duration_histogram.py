@@ -1,27 +1,27 @@
-"""How durations are spread, over a life of any length in a fixed room."""
+"""Distribution of durations, over any time in constant memory."""
 
 import math
 
 import numpy as np
 
 SHORTEST = 1e-6
-"""s; what is shorter counts as that."""
+"""Lower bound of the classes [s]; shorter durations count as this."""
 PER_DECADE = 40
-"""Classes: a quantile is too long by at most 6 %."""
+"""Classes per decade: a quantile is too long by at most 6 %."""
 DECADES = 9
 
 
 class DurationHistogram:
-    """Counts durations [s] in classes of equal ratio; the longest of them is exact."""
+    """Counts durations [s] in classes of equal ratio; the longest duration is exact."""
 
     def __init__(self) -> None:
-        # A list: one of its entries is counted up ten times as fast as one of an array.
+        # A list: an entry is incremented ten times as fast as one of an array.
         self._counts = [0] * (PER_DECADE * DECADES + 1)
         self.count = 0
         self.worst = 0.0
 
     def add(self, duration: float) -> None:
-        """One more."""
+        """Count a duration."""
         ratio = max(duration, SHORTEST) / SHORTEST
         place = math.ceil(PER_DECADE * math.log10(ratio) - 1e-9)
         self._counts[min(place, len(self._counts) - 1)] += 1
@@ -29,7 +29,7 @@ class DurationHistogram:
         self.worst = max(self.worst, duration)
 
     def quantile(self, share: float) -> float:
-        """A duration [s] that this share of them did not exceed; 0 where there are none."""
+        """Return the duration [s] that this share of them did not exceed; 0 without durations."""
         if not self.count:
             return 0.0
         place = int(np.searchsorted(np.cumsum(self._counts), math.ceil(share * self.count)))
@@ -38,7 +38,7 @@ class DurationHistogram:
         return min(SHORTEST * 10.0 ** (place / PER_DECADE), self.worst)
 
     def values(self, what: str) -> dict[str, str]:
-        """For the diagnostics."""
+        """Return values for the diagnostics."""
         if not self.count:
             return {}
         shares = {"p50": 0.5, "p99": 0.99, "p99.9": 0.999}

@@ -1,4 +1,4 @@
-"""A lock that is had in turn."""
+"""A lock that threads get in turn."""
 
 import threading
 import time
@@ -6,9 +6,9 @@ from types import TracebackType
 
 
 class FairLock:
-    """Whoever waits for it has it next, before whoever has just had it.
+    """Lock that a waiting thread gets before its last holder can take it again.
 
-    A plain lock may be had again at once by a loop that never rests, and nobody else ever gets it.
+    With a plain lock, a loop that never rests could take it again at once and starve other threads.
     """
 
     def __init__(self) -> None:

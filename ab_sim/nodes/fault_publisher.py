@@ -9,10 +9,10 @@ from ab_sim.drive.faults.fault import Fault
 
 
 class FaultPublisher:
-    """Publishes which faults are in force.
+    """Publisher of the faults in force.
 
     Args:
-        node: it publishes as.
+        node: publishing node.
     """
 
     def __init__(self, node: Node) -> None:
@@ -33,11 +33,11 @@ class FaultPublisher:
             self._node.get_logger().warning(f"faults in force: {self.words}")
 
     def warnings(self) -> list[str]:
-        """A warning for each fault."""
+        """Return a warning for each fault."""
         return [f"fault: {text}" for text in self._texts or []]
 
     def values(self) -> dict[str, str]:
-        """Values for the diagnostics."""
+        """Return values for the diagnostics."""
         return {"faults": self.words}
 
     def close(self) -> None:

@@ -1,4 +1,4 @@
-"""Queues of received messages, between two threads."""
+"""Queues of received messages between two threads."""
 
 import threading
 from collections import deque

@@ -1,4 +1,4 @@
-"""How a node leaves the graph, so that nobody goes on to see it."""
+"""Orderly exit of a node from the graph, so that peers see it leave."""
 
 import os
 import threading
@@ -7,8 +7,8 @@ import time
 from rclpy.node import Node
 
 HEARD = 0.2
-"""s for others to take in that the node has gone, before they hear that its participant has. For a
-program that is paused for up to 0.15 s again and again, 0.1 s was too short in 2 of 80 ends."""
+"""Time for peers to notice that the node has gone, before its participant leaves [s]. For a program
+that is repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
 LONGEST = 5.0
 """s for all of it; on a busy machine it takes one."""
@@ -62,7 +62,7 @@ def _leave_graph(node: Node) -> None:
         enable_rosout=False,
         start_parameter_services=False,
     )
-    with last.handle:  # it is destroyed at the end of this, behind all that it had
+    with last.handle:  # destroyed at the end of this block, after everything that belongs to it
         node.destroy_node()
         last.destroy_node()
         time.sleep(HEARD)

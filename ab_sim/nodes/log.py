@@ -1,4 +1,4 @@
-"""A node's log, in which nothing from outside acts on a terminal."""
+"""Log of a node, with control characters removed that could act on a terminal."""
 
 from typing import Any
 
@@ -9,15 +9,15 @@ from ab_sim.quoting import visible
 
 
 class PlainLog(Node):
-    """To be derived from by nodes, before ``Node`` itself."""
+    """Base class of nodes, to be listed before ``Node``."""
 
     def get_logger(self) -> RcutilsLogger:
-        """As Node's, but for what it is told."""
+        """Return Node's logger, with sanitised messages."""
         return _Logger(super().get_logger().name)
 
 
 class _Logger(RcutilsLogger):
-    """rclpy tells callers apart by their lines, and allows one severity for each."""
+    """Logger with a call per severity: rclpy allows each calling line one severity only."""
 
     def info(self, message: str, **filters: Any) -> bool:
         return super().info(visible(message), **filters)

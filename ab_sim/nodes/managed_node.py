@@ -2,7 +2,7 @@
 
 rclpy carries out a transition in the executor's thread, and serves no other callback meanwhile.
 Here the main loop reads the requests for transitions at its wake-ups. So no transition happens
-during a step, the executor's thread goes on, and long work runs in a thread of its own, while the
+during a step, and the executor's thread continues. Long work runs in a separate thread while the
 loop waits for its end, a signal or another request.
 """
 
@@ -23,9 +23,9 @@ from ab_sim.errors import AbSimError, Interrupted
 from ab_sim.nodes.log import PlainLog
 
 GLANCE = 0.05
-"""s between two checks for requests when the loop is idle."""
+"""Time between two checks for requests when the loop is idle [s]."""
 PROGRESS = 5.0
-"""s between two log messages on long work."""
+"""Time between two log messages on long work [s]."""
 Result = TypeVar("Result")
 Say = Callable[[str], Any]
 
@@ -36,7 +36,7 @@ class ManagedNode(PlainLog, LifecycleNode):
     An AbSimError refuses the transition and is logged; any other exception ends the node.
 
     Args:
-        name: of the node.
+        name: name of the node.
         urgent: names of further services that the main loop serves itself.
     """
 
@@ -63,39 +63,39 @@ class ManagedNode(PlainLog, LifecycleNode):
         self._state_machine.destroy_when_not_in_use()
 
     def configure(self) -> None:
-        """Transition configure: prepare what takes long."""
+        """Prepare long work for the transition configure."""
         raise NotImplementedError
 
     def activate(self) -> None:
-        """Transition activate: start time."""
+        """Start time for the transition activate."""
         raise NotImplementedError
 
     def deactivate(self) -> None:
-        """Transition deactivate: stop time."""
+        """Stop time for the transition deactivate."""
         raise NotImplementedError
 
     def cleanup(self) -> None:
-        """Transition cleanup: release what was prepared."""
+        """Release resources for the transition cleanup."""
         raise NotImplementedError
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """For rclpy."""
+        """Configure; called by rclpy."""
         return self._done(self.configure)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """For rclpy."""
+        """Activate; called by rclpy."""
         return self._done(self.activate)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """For rclpy."""
+        """Deactivate; called by rclpy."""
         return self._done(self.deactivate)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """For rclpy."""
+        """Clean up; called by rclpy."""
         return self._done(self.cleanup)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """For rclpy: an orderly end, as after a signal."""
+        """Request an orderly exit, as after a signal; called by rclpy."""
         self.stopping.set()
         return TransitionCallbackReturn.SUCCESS
 
@@ -103,7 +103,7 @@ class ManagedNode(PlainLog, LifecycleNode):
         """Configure and activate without a request.
 
         Raises:
-            AbSimError: a transition failed; ``Interrupted``: the node was asked to end.
+            AbSimError: a transition failed; ``Interrupted``: the node was asked to exit.
         """
         for transition in (self.trigger_configure, self.trigger_activate):
             if transition() is not TransitionCallbackReturn.SUCCESS:
@@ -113,7 +113,7 @@ class ManagedNode(PlainLog, LifecycleNode):
         """Serve the services of the main loop, transitions included.
 
         Raises:
-            Exception: from a transition, if it is no AbSimError.
+            Exception: a transition raised another error than AbSimError.
         """
         for service in self.by_loop:
             answer_waiting(service)
@@ -125,7 +125,7 @@ class ManagedNode(PlainLog, LifecycleNode):
             self._raise()
 
     def run_in_thread(self, act: Callable[[Say], Result], doing: str) -> Result:
-        """Run long work in a thread of its own, and serve requests until it is done.
+        """Run long work in a separate thread, and serve requests until it is done.
 
         Args:
             act: called with a function that queues a text for the log. The texts are logged here,

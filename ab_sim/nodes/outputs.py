@@ -18,9 +18,9 @@ class Outputs:
     """Publishers that exist as long as the node: subscribers are matched before a scene is loaded.
 
     Args:
-        node: of the publishers.
-        scene: the first one, a name or a file.
-        hardware: ``hardware_id`` in the diagnostics; empty: made of namespace and scene.
+        node: publishing node.
+        scene: name or file of the first scene.
+        hardware: ``hardware_id`` in the diagnostics; empty: namespace and scene.
         clock: whether simulated time is published.
     """
 
@@ -42,20 +42,20 @@ class Outputs:
         self._observed.end()
 
     def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every accelerometer sample of some integration steps, and what follows of all."""
+        """Publish every sensor sample of some integration steps, and the vector once per turn."""
         self._observed.sampled(runs, faults)
 
     def state_values(
         self, present: Trajectory, faults: ActiveFaults
     ) -> tuple[list[float], Set[str]]:
-        """Numbers of the state messages of the last sample, and the sensors without a message."""
+        """Return the numbers of the state messages of the last sample, and the silent sensors."""
         values = self._observed.values_of(present)
         if not values or not faults.faults:
             return values, frozenset()
         return values, self._observed.with_sensor_faults(values, present, faults)
 
     def publish_state(self, time_ns: int, values: list[float], silent: Set[str]) -> None:
-        """Publish these numbers, and the clock."""
+        """Publish numbers of the state, and the clock."""
         self._observed.publish(time_ns, values, silent)
         self.publish_clock(time_ns)
 
@@ -65,7 +65,7 @@ class Outputs:
             self._clock.handle.publish_raw(self._now.at(time_ns, ()))
 
     def write(self, parts: Sequence[Trajectory]) -> None:
-        """Publish a block of the samples in these trajectories, if there are any."""
+        """Publish a block with the samples of these trajectories, if there are any."""
         if parts and len(block := Trajectory.join(list(parts))):
             self._block.publish(topics.block_bytes(Block(block.channels, block.samples)))
 
@@ -81,7 +81,7 @@ class Outputs:
         self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
 
     def other_clock(self) -> str:
-        """Error text if another node publishes the same clock; empty if not."""
+        """Return an error text if another node publishes the same clock; empty if not."""
         if self._clock is None or topics.CLOCK.publishers(self._node) < 2:
             return ""
         clock = self._node.resolve_topic_name(topics.CLOCK.name)

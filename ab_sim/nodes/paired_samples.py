@@ -1,4 +1,4 @@
-"""A sensor's samples, each with the spindle's angle and speed at its time; no ROS."""
+"""Samples of a sensor, each with the spindle's angle and speed at its time; no ROS."""
 
 import math
 from collections import deque
@@ -8,26 +8,26 @@ from typing import Any, NamedTuple
 from ab_sim.stored_numbers import finite, whole
 
 GAP = 50_000_000
-"""ns between two samples of the spindle, beyond which nobody knows where it was between them."""
+"""Time between two spindle samples beyond which the angle in between is unknown [ns]."""
 MOST_WAITING = 4096
-"""Readings that wait for the spindle; of more the oldest are dropped."""
+"""Largest number of readings that wait for the spindle; the oldest are dropped."""
 
 
 class SpindleSample(NamedTuple):
     """The spindle at one instant."""
 
     time: int
-    """ns, by the drive's clock."""
+    """Time by the drive's clock [ns]."""
     angle: float
-    """rad."""
+    """Angle [rad]."""
     speed: float
-    """rad/s."""
+    """Speed [rad/s]."""
 
     def until(self, later: "SpindleSample", time: int) -> tuple[float, float]:
-        """Angle and speed at a time between this and a later sample.
+        """Return angle and speed at a time between this and a later sample.
 
-        The angle is the cubic through both angles and speeds, which is exact as long as the speed
-        grows evenly; of angles that are given within a turn, the turns between are made up for.
+        The angle is the cubic through both angles and speeds, which is exact for constant
+        acceleration. Whole turns missing from angles that are given within a turn are restored.
         """
         h = (later.time - self.time) * 1e-9
         s = (time - self.time) * 1e-9 / h
@@ -43,19 +43,19 @@ class SpindleSample(NamedTuple):
 
 
 class Reading(NamedTuple):
-    """What the sensor reads at one instant."""
+    """Reading of the sensor at one instant."""
 
     time: int
-    """ns, by the drive's clock."""
+    """Time by the drive's clock [ns]."""
     first: float
     second: float
 
 
 class PairedSamples:
-    """Hands each reading on as soon as the spindle is known at its time, in their order.
+    """Passes each reading on, in order, as soon as the spindle is known at its time.
 
-    What is not finite is as good as not said. If time goes back, the drive was reset, and what
-    waits is dropped.
+    Samples that are not finite are ignored. If time runs back, the drive was reset, and waiting
+    readings are dropped.
 
     Args:
         hand_on: called with time [s], angle, speed, and the two readings.
@@ -67,10 +67,10 @@ class PairedSamples:
         self._before: SpindleSample | None = None
         self._last: SpindleSample | None = None
         self.unpaired = 0
-        """Readings at whose time the spindle was not known."""
+        """Number of readings at whose time the spindle was unknown."""
 
     def spindle(self, sample: SpindleSample) -> None:
-        """A sample of the spindle."""
+        """Process a sample of the spindle."""
         if not (math.isfinite(sample.angle) and math.isfinite(sample.speed)):
             return
         if self._last is not None and sample.time < self._last.time:
@@ -82,7 +82,7 @@ class PairedSamples:
             self._pair(self._waiting.popleft())
 
     def reading(self, reading: Reading) -> None:
-        """A sample of the sensor."""
+        """Process a sample of the sensor."""
         if not (math.isfinite(reading.first) and math.isfinite(reading.second)):
             return
         if self._last is not None and reading.time <= self._last.time:
@@ -92,13 +92,13 @@ class PairedSamples:
 
     @property
     def spindle_is_silent(self) -> bool:
-        """Whether readings come, and nothing of the spindle any more."""
+        """Whether readings arrive without samples of the spindle."""
         if not self._waiting:
             return False
         return self._last is None or self._waiting[-1].time > self._last.time + GAP
 
     def state(self) -> dict[str, Any]:
-        """All that it needs to go on, as JSON-able values."""
+        """Return the complete state as JSON-able values."""
         return {
             "waiting": [*self._waiting],
             "spindle": [self._before, self._last],
@@ -106,7 +106,7 @@ class PairedSamples:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from what ``state`` gave."""
+        """Continue from a state of ``state``."""
         before, last = (
             None
             if each is None

@@ -17,7 +17,7 @@ from ab_sim.scene.units import NO_UNIT
 _DEFAULTS: WeakKeyDictionary[Node, dict[str, Any]] = WeakKeyDictionary()
 """Defaults of the parameters that each node has declared, by name; ROS does not keep them."""
 _ROS_DEFAULTS = {"use_sim_time": False, "start_type_description_service": True}
-"""Of the parameters that ROS declares for every node."""
+"""Defaults of the parameters that ROS declares for every node."""
 
 
 class ParameterSpec(NamedTuple):
@@ -25,10 +25,11 @@ class ParameterSpec(NamedTuple):
 
     name: str
     default: Any
-    """Its type is that of the value; an int is taken for a float, one text for a list of texts."""
+    """Default value, which sets the type. An int is accepted for a float, a text for a list of
+    texts."""
     unit: str = ""
     allowed: tuple[float, float] | None = None
-    """Least and greatest value."""
+    """Least and greatest allowed value."""
     choices: Sequence[str] = ()
 
     @property
@@ -42,10 +43,10 @@ class ParameterSpec(NamedTuple):
         return f"{_kind(self.default)} from {self.allowed[0]:g} to {self.allowed[1]:g}{unit}"
 
     def checked(self, given: Any) -> Any:
-        """The value, of the default's type.
+        """Return the value converted to the default's type.
 
         Raises:
-            InputError: it is of another type, or is not allowed.
+            InputError: the value has another type, or is not allowed.
         """
         value = _converted(given, self.default)
         allowed = value is not None and (not self.choices or value in self.choices)
@@ -56,12 +57,12 @@ class ParameterSpec(NamedTuple):
         return value
 
     def declare(self, node: Node, meaning: str, read_only: bool) -> Any:
-        """Declare it and return its value.
+        """Declare the parameter and return its value.
 
         Args:
-            node: its node.
+            node: node of the parameter.
             meaning: one line for people.
-            read_only: whether it stays as it is while the node lives.
+            read_only: whether the value is fixed while the node lives.
 
         Raises:
             InputError: as ``checked``.
@@ -70,7 +71,7 @@ class ParameterSpec(NamedTuple):
             description=meaning + (f" [{self.unit}]" if self.unit else ""),
             additional_constraints=self.allowed_text if self.choices else "",
             read_only=read_only,
-            # Types are checked here: ROS would refuse 250 for a parameter whose default is 250.0.
+            # Types are checked here: ROS would refuse 250 for a parameter with the default 250.0.
             dynamic_typing=True,
         )
         if self.allowed is not None:
@@ -100,12 +101,12 @@ def declare(
     unit: str = "",
     allowed: tuple[float, float] | None = None,
 ) -> Any:
-    """Declare a parameter that stays as it is while the node lives; see ``ParameterSpec``."""
+    """Declare a read-only parameter; see ``ParameterSpec``."""
     return ParameterSpec(name, default, unit, allowed).declare(node, meaning, read_only=True)
 
 
 QOS = "qos_overrides."
-"""What the names of parameters begin with that override a topic's quality of service."""
+"""Prefix of the names of parameters that override a topic's quality of service."""
 QOS_POLICIES: dict[str, Sequence[str]] = {
     "reliability": ("reliable", "best_effort"),
     "history": ("keep_last", "keep_all"),
@@ -118,12 +119,11 @@ PARAMETERS = "parameters"
 def close_parameters(node: Node) -> None:
     """Refuse values for undeclared parameters, and log those that differ from their defaults.
 
-    To be called after all parameters were declared. ROS itself ignores values for undeclared
-    parameters. Overrides of a topic's QoS are declared with the topic: only their form is checked
-    here.
+    Call it after all parameters were declared. ROS itself ignores values for undeclared parameters.
+    Overrides of a topic's QoS are declared with the topic: only their form is checked here.
 
     Raises:
-        InputError: names the parameters that were given and are not there, and the nearest.
+        InputError: a parameter does not exist; the message names the nearest.
     """
     known = _known(node)
     for name, given in node.handle.get_parameters(Parameter).items():
@@ -155,10 +155,10 @@ def _known(node: Node) -> list[str]:
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:
-    """The ratio ``long`` / ``short``, which must be a whole number.
+    """Return the ratio ``long`` / ``short``, which must be an integer.
 
     Raises:
-        InputError: it is not; names both.
+        InputError: the ratio is not an integer; the message names both.
     """
     ratio = long / short
     if round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
@@ -170,15 +170,15 @@ def whole_ratio(long: float, short: float, meaning: str) -> int:
 
 
 def path_of(text: str) -> Path:
-    """The path that a parameter names, with ``~`` expanded."""
+    """Return the path in a parameter, with ``~`` expanded."""
     return Path(os.path.expanduser(text))
 
 
 def recording_file(path: str) -> Path:
-    """The file that the parameter ``path`` of a recorder names, its folder made.
+    """Return the file in a recorder's parameter ``path``, and create its folder.
 
     Raises:
-        InputError: it is no .rrd file, or cannot be written.
+        InputError: the file is not an .rrd file, or cannot be written.
     """
     file, said = path_of(path), "parameter path ="
     check_ending(file, RECORDING, said)
@@ -191,10 +191,10 @@ def recording_file(path: str) -> Path:
 
 
 def recording_folder(path: str) -> Path:
-    """The folder that the parameter ``bag`` of a recorder names; those above it are made.
+    """Return the folder in a recorder's parameter ``bag``, and create its parents.
 
     Raises:
-        InputError: it cannot be written, or its name is that of a file.
+        InputError: the folder cannot be written, or a file has its name.
     """
     folder, said = path_of(path), "parameter bag ="
     check_folder(folder, said)
@@ -229,7 +229,7 @@ def _kind(default: Any) -> str:
 
 
 def _converted(value: Any, default: Any) -> Any:
-    """The value converted to the default's type, or None."""
+    """Return the value converted to the default's type, or None."""
     if isinstance(default, list):
         texts = [value] if isinstance(value, str) else [] if value is None else value
         alike = isinstance(texts, Iterable) and all(isinstance(text, str) for text in texts)

@@ -1,4 +1,4 @@
-"""How many DDS participants this machine has: asked of the system, and not waited for."""
+"""Number of DDS participants on this machine, read from the system's socket tables."""
 
 import os
 from pathlib import Path
@@ -9,15 +9,16 @@ from ab_sim.nodes import discovery
 BASE, PER_DOMAIN, FIRST, PER_PARTICIPANT = 7400, 250, 10, 2
 SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
 READS = 5
-"""The system writes its tables a page at a time; where sockets come and go in between, others are
-passed over: of 100, while three programs opened and closed sockets, in 83 of 1,000 reads, and in
-none of as many times five."""
+"""Number of reads of the system's tables, which the system writes page by page. While sockets come
+and go, a read may miss others: with three busy programs, 83 of 1,000 reads missed some of 100
+sockets; none of as many groups of five reads did."""
 
 
 def participants_here() -> int | None:
-    """The participants on our domain, ourselves if we are one; None if it cannot be known.
+    """Return the number of participants on our domain, this process included; None if unknown.
 
-    It can where discovery ends at this machine: each has a port that the specification names.
+    It is known if discovery is limited to this machine: each participant has a port given by the
+    DDSI specification.
     """
     if not discovery.ends_here():
         return None
@@ -33,5 +34,5 @@ def participants_here() -> int | None:
 
 
 def _port(line: str) -> int:
-    """The local one of a socket: the second word is its address and port, in hexadecimal."""
+    """Return the local port of a socket: the second word is address and port, in hexadecimal."""
     return int(line.split()[1].rpartition(":")[2], 16)

@@ -18,27 +18,27 @@ from ab_sim.nodes.parameters import whole_ratio
 from ab_sim.scene import Scene, load_scene
 
 LONGEST_CHECK = 0.25
-"""Of the time between two wake-ups, the most that a check of the error may take at one of them."""
+"""Largest duration of an error check at one wake-up, as a fraction of the wake-up period."""
 
 
 class Rates(NamedTuple):
-    """How often what is done."""
+    """Rates and delays of the loop."""
 
     wake: float
-    """1/s."""
+    """Wake-ups per second."""
     block: float
-    """1/s."""
+    """Blocks per second."""
     patience: float
-    """s of lag beyond which steps are dropped."""
+    """Lag beyond which steps are dropped [s]."""
     catch_up: float
-    """Most steps at one wake-up, in wake-ups."""
+    """Largest number of steps at one wake-up, in wake-ups."""
 
 
 def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
-    """The scene that parameters name, if it can be run at these rates.
+    """Return the scene that parameters name, if it can be run at these rates.
 
     Raises:
-        SceneError, InputError: there is none, or it cannot.
+        SceneError, InputError: the scene does not exist, or cannot be run.
     """
     scene = load_scene(name, filter(None, changes))
     if scene.accuracy is None:
@@ -47,14 +47,14 @@ def scene_of(name: str, changes: Sequence[str], rates: Rates) -> Scene:
 
 
 class PreparedDrive:
-    """A scene with all that runs it.
+    """A scene with everything needed to run it.
 
     Args:
-        scene: what.
-        rates: how often it is woken.
-        share: of the loop's work, what checks of the error may take; 0: none.
-        tolerance: beyond it there is something to warn of.
-        say: told what takes long.
+        scene: scene to run.
+        rates: rates of the loop.
+        share: share of the loop's work for error checks; 0: no checks.
+        tolerance: limits beyond which there is a warning.
+        say: receives texts on long work.
     """
 
     def __init__(
@@ -82,16 +82,16 @@ class PreparedDrive:
         self._warm_up()
 
     def altered(self, scene: Scene, faults: tuple[Fault, ...], share: float) -> "PreparedDrive":
-        """Another drive of the same set of effects, to go on with: at the same pace and price.
+        """Return another drive with the same effects, at the same pace and measured cost.
 
         Args:
-            scene: with the solver of this one's.
-            faults: all that the drive has.
-            share: of checks of the error.
+            scene: scene with the solver of the present one.
+            faults: all faults of the drive.
+            share: share of the loop's work for error checks.
 
         Raises:
             SceneError: the scene cannot be run.
-            InputError: it has nothing that could be broken so.
+            InputError: a fault does not apply to the scene.
         """
         other = copy.copy(self)
         other.scene, other.drive = scene, Drive(scene, commanded=True, faults=faults)
@@ -108,18 +108,21 @@ class PreparedDrive:
         return self.drive.steps * self.step_ns
 
     def checks_for(self, share: float) -> LiveChecks | None:
-        """Checks of the drive's error; none of a disc that slips: each jerk ends a window."""
+        """Return error checks of the drive.
+
+        None for a slipping disc, whose jerks end each window.
+        """
         if not share or any(fault.ails == "slips" for fault in self.drive.faults):
             return None
         return LiveChecks(self.drive, share, longest=LONGEST_CHECK / self._rates.wake)
 
     def description(self) -> dict[str, Any]:
-        """What is simulated."""
+        """Return the description of the simulated drive."""
         work_precision: WorkPrecision | None = self.work_precision
         return describe(self.scene, None if work_precision is None else work_precision.report())
 
     def words(self) -> str:
-        """The same, for people."""
+        """Return the description in words."""
         scene, drive = self.scene, self.drive
         chosen = scene.solver.stepper == AUTO or self.work_precision is not None
         reason = f" ({self.health.stepper_chosen})" if chosen else ""
@@ -127,9 +130,10 @@ class PreparedDrive:
         return f"{scene.name}: {what}; {drive.stepper.name} at {drive.step:g} s{reason}"
 
     def _warm_up(self) -> None:
-        # Nothing may be compiled inside the real-time loop: go once through all it will call.
+        # Compiling inside the real-time loop would stop it: call everything once that the loop will
+        # call.
         drive = self.drive
-        with contextlib.suppress(DivergedError):  # The loop will find that too, and say so.
+        with contextlib.suppress(DivergedError):  # the loop will detect and report it
             drive.advance(self.per_wake)
             drive.command(drive.servo.max_speed)
             drive.advance(self.per_wake)

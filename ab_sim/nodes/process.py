@@ -1,4 +1,4 @@
-"""A node's life in its process: start, spin in a thread, clean end on Ctrl-C and SIGTERM."""
+"""Life of a node in its process: start, executor thread, orderly exit on Ctrl-C and SIGTERM."""
 
 import contextlib
 import ctypes
@@ -20,12 +20,12 @@ from ab_sim.nodes.leaving import leave_graph
 from ab_sim.quoting import visible
 
 LINGER = 0.5
-"""s."""
+"""Time for subscribers to receive the last messages [s]."""
 ENOUGH = 0.5
-"""s for a callback to come to its end, when the node does."""
+"""Time for a running callback to return at the exit of the node [s]."""
 TURN = 0.5e-3
-"""s for which a thread may keep Python's lock while another one waits for it. Python's own 5 ms are
-more than a wake-up's period: a flood of requests would make the loop late by that."""
+"""Time for which a thread may keep Python's lock while another one waits [s]. Python's default of 5
+ms is longer than a wake-up period: a flood of requests would delay the loop by that."""
 _ARENA_MAX = -8
 """M_ARENA_MAX of glibc's malloc.h."""
 SomeNode = TypeVar("SomeNode", bound=Node)
@@ -36,32 +36,32 @@ def run_node(
     loop: Callable[[SomeNode, threading.Event], None],
     arguments: Sequence[str] | None = None,
 ) -> None:
-    """Make a node, answer its callbacks in a thread, run ``loop``, and end the process.
+    """Create a node, serve its callbacks in a thread, run ``loop``, and exit the process.
 
-    Bad input ends the process with one message and the error's exit code. Ctrl-C and SIGTERM end
-    it at once while Python imports, with 128 + the signal's number; then in order, with 0, and a
-    second one (``interruption.ONE_WISH``) at once.
+    Bad input exits with one message and the error's exit code. Ctrl-C and SIGTERM exit at once,
+    with code 128 + the signal's number, while Python imports. Later they exit in order with 0, and
+    a second signal (after ``interruption.ONE_WISH``) exits at once.
 
     Args:
-        make: makes the node; rclpy is initialised by then, and must not be before.
-        loop: runs in the main thread until the event it is given is set. ROS still works then,
-            so that it can publish what is left.
-        arguments: the program and its arguments; default: those of the process.
+        make: creates the node; rclpy is initialised before, and must not be initialised earlier.
+        loop: runs in the main thread until its event is set. ROS still works then, so that the loop
+            can publish its last messages.
+        arguments: program and arguments; default: those of the process.
     """
     interruption.watch()
     sys.setswitchinterval(TURN)
     code, left = 0, True
     try:
         init_ros(arguments)
-        # From before there is a DDS participant: one that does not leave in order stays in the
-        # graph of others until its lease ends, 20 s later.
+        # From before the DDS participant exists: a participant that does not leave in order stays
+        # in the graph of others until its lease expires, 20 s later.
         with interruption.in_order() as stopping:
             node = make()
             try:
                 try:
                     with _answering(node, stopping):
                         loop(node, stopping)
-                finally:  # an error's last words count most
+                finally:  # an error's last messages matter most
                     _let_last_words_out(node)
             finally:
                 left = leave_graph(node)
@@ -75,11 +75,11 @@ def run_node(
 
 
 def share_heaps() -> None:
-    """Have further threads allocate from the heaps that there are, where the C library is glibc.
+    """Limit glibc's malloc to the existing heaps.
 
-    It makes up to eight for each core, now and then another one, and what is freed in one of them
-    serves no other: memory creeps for hours. Threads may then wait for each other: nothing for who
-    must be on time.
+    glibc creates up to eight heaps for each core over time, and memory freed in one of them is not
+    reused by others: memory use grows for hours. Threads may then wait for each other, so this does
+    not suit real-time loops.
     """
     mallopt = getattr(ctypes.CDLL(None), "mallopt", None)
     if mallopt is not None:
@@ -88,7 +88,7 @@ def share_heaps() -> None:
 
 @contextlib.contextmanager
 def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
-    """Answer the node's callbacks in a thread; what one of them raises ends the process."""
+    """Serve the node's callbacks in a thread; an exception in one of them ends the process."""
     executor = EventsExecutor()
     executor.add_node(node)
     failures: list[BaseException] = []
@@ -111,7 +111,7 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
         done.set()
         executor.wake()
         thread.join(ENOUGH)
-        # What is still being answered, as a scene that compiles, ends with the process.
+        # Work that is still running, such as compiling a scene, ends with the process.
         if not thread.is_alive():
             executor.shutdown()
     if failures:
@@ -119,10 +119,10 @@ def _answering(node: Node, stopping: threading.Event) -> Iterator[None]:
 
 
 def _let_last_words_out(node: Node) -> None:
-    """Wait until listeners have what was published, but no longer than ``LINGER`` in all.
+    """Wait until subscribers have received the last messages, for at most ``LINGER``.
 
-    Acknowledgements may take a heartbeat's period, which is 3 s where ``discovery`` could not make
-    it shorter; the samples themselves are mostly there long before.
+    Acknowledgements may take a heartbeat period, which is 3 s if ``discovery`` could not shorten
+    it. The samples themselves mostly arrive much earlier.
     """
     end = time.monotonic() + LINGER
     for publisher in node.publishers:

@@ -1,4 +1,4 @@
-"""The action ``~/run``: one goal at a time runs a profile to its end, and hears of it meanwhile."""
+"""The action ``~/run``: one goal at a time runs a profile to its end, with feedback."""
 
 from __future__ import annotations
 
@@ -16,33 +16,33 @@ from ab_msgs_py import actions
 from ab_msgs_py.actions import Asked, Outcome, Progress
 
 FEEDBACK_PERIOD = 0.1
-"""s between two feedbacks while nothing else happens."""
+"""Time between two feedback messages without other events [s]."""
 GOODBYE = 1.0
-"""s for the last result to leave when the node ends, and"""
+"""Time for the last result to be sent when the node exits [s]."""
 LINGER = 0.3
-"""s for it to come where it is awaited."""
+"""Time for the last result to arrive [s]."""
 
 if TYPE_CHECKING:
     Goal = ServerGoalHandle[Any, Any, Any]
     _AnyActionServer = ActionServer[Any, Any, Any]
-else:  # rclpy 7, of ROS 2 Jazzy, takes no subscripts at run time
+else:  # rclpy 7 of ROS 2 Jazzy does not support subscripts at run time
     _AnyActionServer = ActionServer
 
 
 class ProfileAction:
-    """Serves the action; without its package built there is none, and the log says so.
+    """Serves the action; if its package is not built, there is no action, and the log reports it.
 
-    A goal that cannot be run is accepted and aborted at once: ROS's refusal of a goal carries no
-    text, a result does. A goal whose client has vanished is run to its end.
+    A goal that cannot be run is accepted and aborted at once: ROS's refusal of a goal has no text,
+    but a result has one. A goal whose client has vanished is run to its end.
 
-    rclpy would have a goal executed by a coroutine, which waits by running again and again: its
-    ``EventsExecutor`` then takes a whole core. So nothing of rclpy's runs while a goal counts as
-    executing; its result is given when its profile is over.
+    rclpy executes a goal with a coroutine that polls, so that its ``EventsExecutor`` uses a whole
+    core. Therefore no code of rclpy runs while a goal is executing; its result is set when the
+    profile is over.
 
     Args:
-        node: offers it.
-        start: starts what a goal asks for; why not, if it does not.
-        cancel: ramps down; whether there was something to ramp down.
+        node: node that offers the action.
+        start: starts the profile of a goal; returns the reason if it does not.
+        cancel: ramps down; returns whether there was a profile to ramp down.
     """
 
     def __init__(
@@ -59,13 +59,13 @@ class ProfileAction:
             node,
             kind,
             actions.RUN,
-            lambda goal: None,  # each goal has a callback of its own
+            lambda goal: None,  # each goal has its own callback
             handle_accepted_callback=self._accepted,
             cancel_callback=self._asked_to_cancel,
         )
 
     def tell(self, progress: Callable[[], Progress], status: str) -> None:
-        """Tell who has asked how far it has come, if it is time, or was not told of this status."""
+        """Send feedback to the goal's client, if it is due or the status is new."""
         now = time.monotonic()
         anew = status != self._said
         if self._goal is not None and (anew or now - self._told >= FEEDBACK_PERIOD):
@@ -73,7 +73,7 @@ class ProfileAction:
             self._goal.publish_feedback(actions.feedback_of(progress()))
 
     def finish(self, well: bool, outcome: Callable[[], Outcome]) -> None:
-        """The profile is over; nothing to do unless it was run for a goal."""
+        """Set the result of the goal, if the profile was run for one."""
         goal, self._goal = self._goal, None
         if goal is not None:
             self._end(goal, well, outcome())
@@ -81,19 +81,20 @@ class ProfileAction:
                 executor.create_task(self._left.set)  # after the result has been sent
 
     def end(self, outcome: Callable[[], Outcome]) -> None:
-        """The node ends: for the thread that does not answer callbacks."""
+        """End a goal when the node exits; for the thread that does not serve callbacks."""
         if self._goal is not None:
             self._left.clear()
             self.finish(False, outcome)
             self._left.wait(GOODBYE)
-            # No one says whether an answer has come, and it is lost with what has sent it.
+            # There is no acknowledgement of an answer, and it is lost if its sender exits too soon.
             time.sleep(LINGER)
 
     def _accepted(self, goal: Goal) -> None:
         goal.execute()
         refusal = "another goal is being run; cancel it first" if self._goal is not None else ""
         if not refusal:
-            self._goal, self._told = goal, -math.inf  # before it is started: it may be over at once
+            # set before the start, because the profile may be over at once
+            self._goal, self._told = goal, -math.inf
             if refusal := self._start(actions.asked_of(goal.request)):
                 self._goal = None
         if refusal:
@@ -117,11 +118,14 @@ class ProfileAction:
 
 
 class _Server(_AnyActionServer):
-    """rclpy's, for goals that are executing before there is a callback for their result."""
+    """Action server for goals that execute before there is a callback for their result."""
 
     def notify_execute(
         self, goal_handle: Goal, execute_callback: Callable[[Goal], Any] | None
     ) -> None:
-        """As rclpy's, which ``Goal.execute`` calls; with no callback nothing is scheduled."""
+        """Schedule the callback as rclpy does; without a callback do nothing.
+
+        ``Goal.execute`` calls this.
+        """
         if execute_callback is not None:
             super().notify_execute(goal_handle, execute_callback)

@@ -1,4 +1,4 @@
-"""`profile_controller`: runs a start-up profile, by a trajectory or by one command per period."""
+"""`profile_controller`: runs a start-up profile by a trajectory, or by one command per period."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ REPORT_PERIOD = 1.0
 GLANCE = 0.05
 """s between two looks at listeners and status."""
 RECORDER = "recorder"
-"""Name of the node that hears commands, and obeys none."""
+"""Name of the node that subscribes to commands without obeying them."""
 LATE = 5
-"""Times that a trajectory may reach the drive too late before the profile is given up."""
+"""Number of times that a trajectory may arrive too late before the profile is aborted."""
 NOT_SIMULATED = (
     "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
 )
@@ -54,10 +54,10 @@ NOT_SIMULATED = (
 class ProfileController(PlainLog):
     """Start-up firmware: commands the speeds of a profile.
 
-    With ``use_sim_time`` it keeps the simulator's time. A profile that is known beforehand is then
-    sent ahead of time, as a trajectory, so that it does not matter when messages arrive. Otherwise,
-    and while nobody listens to trajectories, it sends one speed per period, by the steady clock
-    without ``use_sim_time``.
+    With ``use_sim_time`` it follows the simulator's time. A profile that is known in advance is
+    then sent ahead of time, as a trajectory, so that the arrival times of messages do not matter.
+    Otherwise, and if no node subscribes to trajectories, it sends one speed per period, by the
+    steady clock without ``use_sim_time``.
     """
 
     def __init__(self) -> None:
@@ -112,7 +112,7 @@ class ProfileController(PlainLog):
         self._published = 0
         self._ended = False
         self._sent: SetPoints | None = None
-        """The trajectory by which the drive is led at present; None: it is led by speeds."""
+        """Trajectory that the drive follows at present; None: it follows speeds."""
         self._late = 0
 
         self._command = topics.COMMAND.publisher(self)
@@ -129,8 +129,8 @@ class ProfileController(PlainLog):
         self._action = ProfileAction(self, self._start_goal, self._cancel_goal)
         self._ticker: Ticker | None = None
         if self._simulated:
-            # Each message: a timer of ROS keeps a phase of its own, so that the same run would have
-            # its commands at other times.
+            # Every message is read: a ROS timer has its own phase, so the same run would have its
+            # commands at other times.
             topics.CLOCK.subscription(self, self._hear_clock)
             topics.DIAGNOSTICS.subscription(self, self._hear_drive)
         self._waits = bool(auto_start)
@@ -149,7 +149,7 @@ class ProfileController(PlainLog):
             return True, f"started at t = {began:g} s" if self._simulated else "started"
 
     def abort(self) -> Answer:
-        """Stop the profile: ramp down to standstill."""
+        """Stop the profile and ramp down to standstill."""
         with self._lock:
             before = self._timed.run.state
             if refusal := self._timed.abort(self._now, "by ~/abort"):
@@ -160,7 +160,7 @@ class ProfileController(PlainLog):
             return True, "ramping down to standstill"
 
     def save_snapshot(self) -> Answer:
-        """The present, to a file."""
+        """Save the present state to a file."""
         path = path_of(self._settings.values["snapshot"])
         if not self._simulated:
             return False, NOT_SIMULATED
@@ -171,7 +171,7 @@ class ProfileController(PlainLog):
         return True, f"{path}: t = {snapshot.time * 1e-9:.9g} s, {status}"
 
     def restore_snapshot(self) -> Answer:
-        """Go on from what a file holds, as soon as the drive's time is there."""
+        """Continue from the state in a file, as soon as the drive has reached its time."""
         path = path_of(self._settings.values["snapshot"])
         if not self._simulated:
             return False, NOT_SIMULATED
@@ -189,7 +189,7 @@ class ProfileController(PlainLog):
             if plan is not None:
                 self._ears.listen(plan.hears)
                 if snapshot.trajectory is not None and plan.schedule is not None:
-                    # The drive's own snapshot has it: it is not sent again.
+                    # The drive's own snapshot contains the trajectory: it is not sent again.
                     self._sent = set_points_of(plan.schedule, snapshot.trajectory)
             self._tick()
             there = f"t = {snapshot.time * 1e-9:.9g} s"
@@ -198,21 +198,21 @@ class ProfileController(PlainLog):
 
     @property
     def listeners(self) -> int:
-        """How many nodes listen to the commands: the drive, and perhaps a recorder."""
+        """Number of nodes that subscribe to the commands: the drive, and perhaps a recorder."""
         return self._command.get_subscription_count()
 
     @property
     def status(self) -> str:
-        """What the profile does."""
+        """Status of the profile."""
         return self._timed.run.status
 
     @property
     def _now(self) -> int:
-        """Time [ns]; simulated time is 0 before it was heard."""
+        """Time [ns]; simulated time is 0 before the first message."""
         return self._heard if self._simulated else time.monotonic_ns()
 
     def _listeners_to(self, publisher: Publisher[Any]) -> set[str]:
-        """Full names of the nodes that listen and are no recorder, which obeys none."""
+        """Return the full names of subscribed nodes, without recorders, which do not obey."""
         return {
             f"{info.node_namespace.rstrip('/')}/{info.node_name}"
             for info in self.get_subscriptions_info_by_topic(publisher.topic_name)
@@ -248,7 +248,7 @@ class ProfileController(PlainLog):
         self.end()
 
     def report(self, ended: bool = False) -> None:
-        """Publish this node's health."""
+        """Publish the diagnostics of this node."""
         level, message, values = profile_words.health(self._timed.run)
         if self._ticker is not None:
             values["ticks lost"] = str(self._ticker.lost)
@@ -272,22 +272,22 @@ class ProfileController(PlainLog):
         self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
 
     def end(self) -> None:
-        """Send nothing more; last words."""
+        """Publish the last diagnostics and send nothing more."""
         with self._lock:
             self._ended = True
             self.report(ended=True)
         self._action.end(lambda: self._outcome("the profile controller has ended; "))
 
     def _judge(self, values: Values) -> None:
-        """Read the profile of these; kept, for its file may be another one in a moment.
+        """Read the profile of new parameter values and keep it, because its file may change.
 
         Raises:
-            SceneError, InputError: there is none, or it cannot be run.
+            SceneError, InputError: the profile does not exist, or cannot be run.
         """
         self._judged = self._plan(values["profile"], values["changes"])
 
     def _plan(self, source: str, changes: Iterable[str]) -> PlannedCourse:
-        """A profile to be run.
+        """Return the plan of a profile.
 
         Raises:
             SceneError, InputError: as ``_judge``.
@@ -310,7 +310,7 @@ class ProfileController(PlainLog):
         self.get_logger().info(f"the next ~/start takes {values['profile']}")
 
     def _begin(self, plan: PlannedCourse) -> str:
-        """Run a profile from its beginning; why not, if it cannot."""
+        """Run a profile from its beginning; return the reason if it cannot run."""
         if refusal := self._missing(plan):
             return refusal
         slope, schedule = self._slope or plan.steepest, plan.schedule
@@ -344,7 +344,7 @@ class ProfileController(PlainLog):
             return self._timed.run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
 
     def _missing(self, plan: PlannedCourse) -> str:
-        """What a start still lacks; nothing, if it lacks nothing."""
+        """Return the condition that a start still lacks; empty if there is none."""
         if self._simulated and topics.CLOCK.publishers(self) == 0:
             clock = self.resolve_topic_name(topics.CLOCK.name)
             return f"use_sim_time is set, but nobody publishes {clock}"
@@ -358,7 +358,8 @@ class ProfileController(PlainLog):
             if self._waits and run.state in (ProfileState.IDLE, ProfileState.WAITING):
                 missing = self._missing(self._next)
                 if not missing and self._simulated and self._now == 0:
-                    missing = "time stands at 0"  # or was not heard yet, and began long ago
+                    # or time is unknown because no message has arrived yet
+                    missing = "time stands at 0"
                 if missing:
                     run.wait(missing)
                     return
@@ -396,7 +397,7 @@ class ProfileController(PlainLog):
                 self._finish(run.course is not None and run.course.reached)
 
     def _finish(self, well: bool) -> None:
-        """Tell who has asked for the run that it is over; nobody, if nobody has."""
+        """Set the result of the action's goal, if the run has one."""
         self._action.finish(well and self._timed.run.state is ProfileState.DONE, self._outcome)
 
     def _outcome(self, first: str = "") -> Outcome:
@@ -404,7 +405,7 @@ class ProfileController(PlainLog):
 
     def _send(self, speed: float | None) -> None:
         if self._sent is not None and self._timed.run.state is ProfileState.RUNNING:
-            return  # the trajectory says it
+            return  # the trajectory contains the speed
         self._sent = None
         if speed is not None:
             self._published += 1
@@ -416,7 +417,7 @@ class ProfileController(PlainLog):
         self._trajectory.publish(topics.TRAJECTORY.message(trajectory))
 
     def _hear_drive(self, message: Any) -> None:
-        """Send a trajectory again that came too late, and abort if the drive refuses it."""
+        """Send a late trajectory again, and abort if the drive refuses it."""
         with self._lock:
             sent, run = self._sent, self._timed.run
             if sent is None or run.state is not ProfileState.RUNNING:

@@ -1,4 +1,4 @@
-"""What the profile controller hears of a drive, as far as the present profile needs it."""
+"""Subscriptions of the profile controller to a drive's topics that the present profile needs."""
 
 from collections.abc import Callable
 from typing import Any
@@ -14,7 +14,10 @@ from ab_sim.spindle.segments_course import SegmentsCourse
 
 
 def _as_boards_have_it(topic: Topic, depth: int) -> Topic:
-    """Heard best effort: a board's sensor often is, and one that is reliable is heard as well."""
+    """Return a topic with best-effort reliability.
+
+    It matches best-effort publishers, such as boards' sensors, and reliable ones.
+    """
     return topic._replace(qos=Qos(depth, reliable=False))
 
 
@@ -28,12 +31,12 @@ IF_A_PROBE = (
 
 
 class ProfileEars:
-    """Subscribes to what profiles need, once they do, and hands it to the one under way.
+    """Subscribes to the topics that profiles need, when they need them, and passes samples on.
 
     Args:
-        node: of the subscriptions.
-        course: the profile under way, if there is one; called by the subscriptions' callbacks.
-        now: time by the node's clock [s].
+        node: subscribing node.
+        course: returns the profile in progress, if any; called by the subscriptions' callbacks.
+        now: returns the time by the node's clock [s].
     """
 
     def __init__(
@@ -43,7 +46,7 @@ class ProfileEars:
         self._heard: set[str] = set()
 
     def listen(self, hears: Hears) -> None:
-        """To what a profile needs that is not heard yet."""
+        """Subscribe to further topics that a profile needs."""
         if hears.vibration:
             self._subscribe(VIBRATION, self._vibration)
         if hears.sensor is not None:
@@ -52,7 +55,7 @@ class ProfileEars:
             self._subscribe(SPINDLE, self._spindle)
 
     def missing(self, hears: Hears) -> str:
-        """What nobody publishes of what a profile needs; nothing, if it lacks nothing."""
+        """Return a text on a required topic without publishers; empty if there is none."""
         needed = {
             "a segment of the profile waits for the vibration": [VIBRATION] * hears.vibration,
             "an adaptive start-up needs every sample of its sensor, and the spindle's angle": [

@@ -1,7 +1,7 @@
-"""A profile under way in a file, for a controller to go on from when its drive has been restored.
+"""A profile in progress in a file, from which a controller continues after its drive was restored.
 
-The drive's own snapshot knows nothing of who commands it, and a board cannot be put back at all: so
-the controller has a file of its own, of the same instant.
+The drive's own snapshot does not include the controller, and a real board cannot be restored at
+all. So the controller has its own file for the same instant.
 """
 
 from collections.abc import Mapping
@@ -19,33 +19,33 @@ OTHERWISE = (
     "~/restore_snapshot reads"
 )
 WHO = "ab_sim.nodes.timed_run"
-"""The module that goes on from one."""
+"""Module that continues from a snapshot."""
 
 
 class ProfileSnapshot(NamedTuple):
-    """A controller at one instant."""
+    """State of a controller at one instant."""
 
     time: int
     """Simulated time [ns]."""
     began: int
-    """When the profile began [ns]."""
+    """Start of the profile [ns]."""
     source: str
-    """What the parameter ``profile`` named when the profile was started; empty before the first."""
+    """Parameter ``profile`` at the start of the profile; empty before the first."""
     changes: list[str]
     made_of: Mapping[str, Any] | None
-    """What the profile follows from: see ``PlannedCourse.made_of``; None before the first."""
+    """Definition of the profile: see ``PlannedCourse.made_of``; None before the first."""
     run: Mapping[str, Any]
-    """What becomes of it: see ``ProfileRun.state_values``."""
+    """State of the run: see ``ProfileRun.state_values``."""
     trajectory: int | None = None
-    """Start of the trajectory by which the drive is led [ns]; None: it is led by speeds."""
+    """Start of the trajectory that the drive follows [ns]; None: it follows speeds."""
 
 
 def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
-    """Write one; a file that is there is replaced at once, or stays whole.
+    """Write a snapshot; an existing file is replaced atomically.
 
     Args:
-        path: ends in .json.
-        snapshot: what to write.
+        path: file that ends in .json.
+        snapshot: state to write.
 
     Raises:
         InputError: the file cannot be written.
@@ -54,10 +54,10 @@ def write_profile_snapshot(path: Path, snapshot: ProfileSnapshot) -> None:
 
 
 def read_profile_snapshot(path: Path) -> ProfileSnapshot:
-    """Read one.
+    """Read a snapshot.
 
     Raises:
-        InputError: there is none, it is damaged, or it is of another ab_sim.
+        InputError: the file is missing, damaged, or from another ab_sim.
     """
     content = read_content(path, FORMAT, OTHERWISE)
     check_origin(path, content, WHO)

@@ -1,21 +1,21 @@
-"""What a profile controller says of itself: diagnostics, log, and to who has asked for a run."""
+"""Texts of the profile controller: diagnostics, log, feedback and results."""
 
 from ab_msgs_py import Level
 from ab_msgs_py.actions import Outcome, Progress
 from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 
 GAVE_UP = "at the final speed, but "
-"""Said before why a profile that is over did not come to what it is for."""
+"""Beginning of the message on a finished profile that missed its aim; the reason follows."""
 HEALTH = {
     ProfileState.IDLE: "waiting for ~/start",
     ProfileState.DONE: "profile done, holding its final speed",
     ProfileState.ABORTED: "aborted, commanding standstill",
 }
-"""What the status itself does not say well enough."""
+"""Messages for states whose status alone is not clear enough."""
 
 
 def logged(status: str, well: bool = True) -> str:
-    """A status, for the log; ``well``: whether nothing went wrong."""
+    """Return a status for the log; ``well``: without problems."""
     word, _, more = status.partition(": ")
     state = ProfileState(word)
     if state is ProfileState.DONE and not well:
@@ -25,7 +25,7 @@ def logged(status: str, well: bool = True) -> str:
 
 
 def health(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
-    """Level, message and values of the diagnostics."""
+    """Return level, message and values of the diagnostics."""
     message = HEALTH.get(run.state, run.status)
     if run.why and run.state is ProfileState.DONE:
         message = f"{GAVE_UP}{run.why}"
@@ -42,13 +42,13 @@ def health(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
 
 
 def progress(run: ProfileRun, elapsed: float) -> Progress:
-    """For who has asked for the run; s since it began."""
+    """Return the feedback for a goal's client, with the time since the start [s]."""
     assert run.course is not None
     believed, (segment, segments) = run.course.believed, run.course.segment
     return Progress(run.status, segment, segments, run.command, elapsed, *believed)
 
 
 def outcome(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:
-    """How a run ended, s after it began; ``first`` is said before."""
+    """Return the result of a run, with the time since its start [s]; ``first`` is put in front."""
     why = f": {run.why}" if run.why and run.why not in run.status else ""
     return Outcome(f"{first}{run.status}{why}", run.command, elapsed)

@@ -9,19 +9,19 @@ MCL_CURRENT, MCL_FUTURE = 1, 2
 
 
 def request_priority(priority: int) -> str:
-    """Real-time scheduling (SCHED_FIFO) of the calling thread.
+    """Request real-time scheduling (SCHED_FIFO) of the calling thread.
 
     Args:
         priority: from 1 to 99.
 
     Returns:
-        Why it was refused, and what to do; nothing if it was not.
+        Reason of a refusal and the remedy; empty if it was granted.
     """
     if not sys.platform.startswith("linux"):
         return f"real-time priority {priority}: only Linux has it; scheduled as usual"
     try:
-        # 0 is the calling thread: the one that answers requests stays as it is, and one that
-        # compiles, which it may start, does not inherit it.
+        # 0 is the calling thread. The thread that answers requests is not affected, and a thread
+        # that compiles, started from here, does not inherit the priority.
         os.sched_setscheduler(0, os.SCHED_FIFO | os.SCHED_RESET_ON_FORK, os.sched_param(priority))
     except OSError as error:
         return (
@@ -33,7 +33,7 @@ def request_priority(priority: int) -> str:
 
 
 def lock_memory() -> str:
-    """Lock all memory of the process (mlockall); returns as ``request_priority``."""
+    """Lock all memory of the process (mlockall) and return a text as ``request_priority`` does."""
     try:
         libc = ctypes.CDLL(None, use_errno=True)
         if libc.mlockall(MCL_CURRENT | MCL_FUTURE) == 0:
@@ -52,7 +52,8 @@ def freeze_garbage_collector() -> None:
     """Exclude all existing objects from garbage collection (gc.freeze).
 
     A compiler and a ROS node have hundreds of thousands of objects, and a full collection, which
-    may happen at any wake-up, visits each. Objects frozen before are collected a last time.
+    may happen at any wake-up, visits each. Objects that were frozen before are collected a last
+    time.
     """
     gc.unfreeze()
     gc.collect()
@@ -63,7 +64,7 @@ class RealTimeRequests:
     """Real-time options that a loop requests from the system.
 
     Args:
-        priority: of the loop's thread, see ``request_priority``; 0: default scheduling.
+        priority: priority of the loop's thread, see ``request_priority``; 0: default scheduling.
         memory: whether memory is locked.
         by_hand: whether garbage is collected between wake-ups only. Existing objects are excluded
             from collection in any case.
@@ -75,7 +76,7 @@ class RealTimeRequests:
         """The options that were granted, for the diagnostics."""
 
     def apply(self) -> list[str]:
-        """Request the options, in the loop's thread; returns refusals with their reasons."""
+        """Request the options in the loop's thread, and return the refusals with their reasons."""
         granted, refused = [], []
         asked = []
         if self._priority:
@@ -94,6 +95,6 @@ class RealTimeRequests:
         return refused
 
     def collect_garbage(self) -> None:
-        """Collect garbage now; to be called when the loop is idle."""
+        """Collect garbage now; call it when the loop is idle."""
         if self._by_hand:
             gc.collect()

@@ -1,4 +1,4 @@
-"""The files of a recorder, one after the other, and what is missing in them."""
+"""Successive files of a recorder, and the samples missing in them."""
 
 import contextlib
 import math
@@ -17,28 +17,28 @@ from ab_sim.recording import SHOWN_PERIOD, Recording
 from ab_sim.viewing import Viewer
 
 REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
-"""Numbers that a recorder notes."""
+"""Names of the scalars that a recorder writes."""
 RETRY = 1.0
-"""s between two attempts to begin a file."""
+"""Time between two attempts to begin a file [s]."""
 TAKING_TURNS = 20.0
-"""s between two files that begin because steps run back, where several drives publish: there would
-be one for each block. As long as DDS takes to notice that a drive is gone."""
+"""Least time between two files that begin because steps run back while several drives publish [s].
+Otherwise each block would begin a file. DDS takes as long to notice that a drive has gone."""
 
 
 class RecordedFiles:
-    """What a recorder writes, shown while it grows.
+    """The files of a recorder, with a decimated copy for a viewer while they grow.
 
-    A file ends, and another begins, when the drive is reset or started again, and when the file
-    cannot be written further.
+    A file ends and another begins when the drive is reset or restarted, and when the file cannot be
+    written any more.
 
     Args:
-        path: of the first file; those after it get numbers, and so does the first one if there is
-            a file already: nothing that was recorded is ever overwritten. None: no files.
-        viewer: shown copies of the files, with fewer samples, as they grow.
+        path: first file; later ones get numbers, and so does the first one if the file exists:
+            recordings are never overwritten. None: no files.
+        viewer: shows decimated copies of the files as they grow.
         shown: folder for these copies.
-        logger: told of files.
-        drives: how many publish blocks.
-        thinned: which samples are kept, as `Recording` takes it.
+        logger: reports files.
+        drives: returns the number of publishers of blocks.
+        thinned: selection of samples, as for `Recording`.
     """
 
     def __init__(
@@ -67,39 +67,39 @@ class RecordedFiles:
         self._written = self._lost = 0  # in the files before this one
         self._left_out = self._refused = 0  # there, too
         self.missing = 0
-        """Steps that nobody brought: between two that were, and from 0 on after a reset."""
+        """Number of missing steps: between received ones, and from 0 on after a reset."""
         self.trouble = ""
-        """Why nothing is written, if so."""
+        """Reason why no file can be written; empty if one can."""
         self.why_lost = ""
-        """The last reason for which something was not."""
+        """Last reason for a loss."""
 
     @property
     def path(self) -> str:
-        """Of the file that is written, or nothing."""
+        """Path of the present file, or empty."""
         return "" if self._recording is None else str(self._recording.path)
 
     @property
     def written(self) -> int:
-        """Samples that are in files."""
+        """Number of samples in files."""
         return self._written + (self._recording.rows_written if self._recording else 0)
 
     @property
     def lost(self) -> int:
-        """Samples that came and are in no file, nor will be."""
+        """Number of received samples that are in no file."""
         return self._lost
 
     @property
     def left_out(self) -> int:
-        """Samples that are in no file by intent."""
+        """Number of samples that were left out by intent."""
         return self._left_out + (self._recording.left_out if self._recording else 0)
 
     @property
     def refused(self) -> int:
-        """Stretches around events that were thinned like the rest, for there were too many."""
+        """Number of stretches around events that were decimated because there were too many."""
         return self._refused + (self._recording.stretches_refused if self._recording else 0)
 
     def begin(self, description: Mapping[str, Any]) -> None:
-        """A drive describes itself, for the first time or after it was started again."""
+        """Begin a file for a drive that describes itself, at first or after a restart."""
         if self._path is None:
             return
         self.close()
@@ -108,11 +108,11 @@ class RecordedFiles:
         self._open()
 
     def block(self, channels: Sequence[str], samples: NDArray[np.float64]) -> None:
-        """Take samples, of which there are some.
+        """Write samples, at least one.
 
         Raises:
-            MalformedMessage: steps are not whole, or do not grow, or a time is not finite; or they
-                run back again and again, while several drives publish.
+            MalformedMessage: steps are not integers or do not increase, or a time is not finite, or
+                steps run back repeatedly while several drives publish.
         """
         if self._description is None:
             return
@@ -126,7 +126,7 @@ class RecordedFiles:
         if self._restarted and first != expected:  # blocks may overtake the description
             expected = 0
         elif first < expected:
-            # The drive was reset; a recording's steps only grow.
+            # A drive was reset; steps in a recording only increase.
             now = time.monotonic()
             if now - self._ran_back < TAKING_TURNS and (drives := self._drives()) > 1:
                 raise MalformedMessage(
@@ -147,27 +147,27 @@ class RecordedFiles:
             self._write(lambda recording: recording.block(channels, samples))
 
     def scalar(self, name: str, time: float, value: float) -> None:
-        """Note a number, as `Recording.scalar`."""
+        """Write a scalar, as `Recording.scalar`."""
         self._write(lambda recording: recording.scalar(name, time, value))
 
     def event(self, time: float, text: str, level: str, source: str) -> None:
-        """Note what happened, as `Recording.event`."""
+        """Write an event, as `Recording.event`."""
         self._write(lambda recording: recording.event(time, text, level, source))
 
     def state(self, name: str, time: float, state: str) -> None:
-        """Note a state, as `Recording.state`, and again at the beginning of every further file."""
+        """Write a state, as `Recording.state`, and repeat it at the start of every further file."""
         if self._states.get(name) != state:
             self._states[name] = state
             self._write(lambda recording: recording.state(name, time, state))
 
     def standing(self, about: str, time: float, text: str, source: str) -> None:
-        """Note what holds until it is said otherwise, in this file and in every further one."""
+        """Write an event that holds until it changes, in this file and in every further one."""
         if self._standing.get((source, about)) != text:
             self._standing[source, about] = text
             self.event(time, text, "INFO", source)
 
     def flush(self) -> None:
-        """Write what was taken; where nothing can be written, try another file now and then."""
+        """Write the received samples; if no file can be written, try another one periodically."""
         self._write_to_file(lambda recording: recording.flush(pictures=False))
         self._flush_shown()
         waiting = self._description is not None and self._recording is None
@@ -175,7 +175,7 @@ class RecordedFiles:
             self._open()
 
     def close(self) -> None:
-        """End the file, if there is one."""
+        """Close the file, if there is one."""
         self._write(lambda recording: recording.close())
         if (recording := self._recording) is not None:
             self._leave(recording)
@@ -191,7 +191,7 @@ class RecordedFiles:
         self._tried = time.monotonic()
         while (path := self._numbered).exists():
             self._number += 1
-        with contextlib.suppress(OSError):  # the next line will say it
+        with contextlib.suppress(OSError):  # the next statement reports the error
             path.parent.mkdir(parents=True, exist_ok=True)
         try:
             self._recording = Recording(

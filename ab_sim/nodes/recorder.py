@@ -34,24 +34,24 @@ from ab_sim.recording.drawing import Drawing
 from ab_sim.viewing import Viewer
 
 NICENESS = 5
-"""By how much the recorder's priority is lower than that of the drive (`man nice`)."""
+"""Difference by which the recorder's priority is lower than that of the drive (`man nice`)."""
 WRITE_PERIOD = 0.1
-"""s between two batches; a recording that is killed or looked at is not older than this."""
+"""Time between two batches [s]: the largest age of a recording that is killed or viewed."""
 REPORT_PERIOD = 1.0
-"""s between two diagnostics."""
+"""Time between two diagnostics [s]."""
 SILENCE = 5.0
-"""s without a drive before the recorder says so."""
+"""Time without a drive before the recorder reports it [s]."""
 NONE = "none"
-"""To the parameter ``view``: nobody watches."""
+"""Value of the parameter ``view``: no viewer."""
 
 
 class Recorder(PlainLog):
-    """Collects messages in callbacks, writes them in batches from the main thread.
+    """Collects messages in callbacks, and writes them in batches from the main thread.
 
-    Between the two is an inbox of bounded length: a disk that is too slow costs the oldest
-    messages, which are counted, and never the simulation its time. What is written, too, leaves
-    nothing in memory, so that a recording may go on for days. A viewer is fed from the file, by
-    others, and is nothing that this one could wait for.
+    An inbox of bounded length lies between the two. A disk that is too slow causes the oldest
+    messages to be dropped and counted, and never delays the simulation. Written messages leave
+    nothing in memory, so that a recording may run for days. A viewer reads the file in other
+    processes, so the recorder never waits for it.
     """
 
     def __init__(self) -> None:
@@ -118,11 +118,11 @@ class Recorder(PlainLog):
         self.get_logger().info(f"recording to {target} as soon as a drive describes itself")
 
     def run(self, stopping: threading.Event) -> None:
-        """Write what comes in until told to stop, then what is left.
+        """Write received messages until stopped, then the rest.
 
         Raises:
-            RecordingError: samples came that are in no file; says how many, which is what the last
-                diagnostics say, too.
+            RecordingError: received samples are in no file; the message has their number, as the
+                last diagnostics have.
         """
         failed, text = True, "ended by an error"
         try:
@@ -192,7 +192,7 @@ class Recorder(PlainLog):
         self._write_all()
 
     def _write_all(self) -> None:
-        """Write what has come so far."""
+        """Write everything received so far."""
         if self._bag is not None:
             self._bag.write()
         for name, message in self._inbox.take():
@@ -261,7 +261,8 @@ class Recorder(PlainLog):
         _, level, node, text = event
         if "/" + node.rpartition(".")[0].replace(".", "/") != self.get_namespace():
             return
-        if not text.startswith(f"{PARAMETERS}: "):  # in the diagnostics, for late recorders, too
+        # the parameters are in the diagnostics, which late recorders receive, too
+        if not text.startswith(f"{PARAMETERS}: "):
             self._files.event(self._time, f"{node}: {text}", level, "log")
 
     def _state(self) -> str:
@@ -323,8 +324,8 @@ def _number(text: str) -> float:
 
 
 def main() -> None:
-    """Entry point of the executable."""
-    # It may be late and the drive may not; viewers are started from here, and inherit this.
+    """Run the node."""
+    # The recorder may be late, the drive may not; viewers started from here inherit this priority.
     os.nice(NICENESS)
     share_heaps()
     run_node(Recorder, Recorder.run)

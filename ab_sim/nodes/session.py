@@ -29,10 +29,10 @@ class Session:
     Public methods are for the main loop's thread, or for the holder of the node's lock.
 
     Args:
-        node: its node.
+        node: node of the session.
         outputs: the publishers.
         fixed: settings that do not change.
-        settings: those that can change, see ``apply_settings``.
+        settings: changeable settings, see ``apply_settings``.
         prepared: the drive.
     """
 
@@ -67,7 +67,7 @@ class Session:
 
     @property
     def mode(self) -> TimeMode:
-        """What advances simulated time."""
+        """Source of the progress of simulated time."""
         return mode_of(self._settings.values)
 
     @property
@@ -77,7 +77,7 @@ class Session:
 
     @property
     def standing(self) -> bool:
-        """Whether time stands still until a request."""
+        """Whether time is stopped until a request."""
         return self.paused or self.mode is TimeMode.LOCK_STEP
 
     def begin(self, prepared: PreparedDrive) -> None:
@@ -88,7 +88,7 @@ class Session:
         self.pending = [prepared.drive.present()]
         self._outputs.begin(prepared.scene, prepared.drive.channels)
         self.fault_publisher.publish(())
-        # Latched, and only now: who has read it knows that the drive is ready.
+        # Latched, and published only now: it signals that the drive is ready.
         description = prepared.description() | self._run
         self._description.publish(topics.DESCRIPTION.message(description))
         self._node.get_logger().info(prepared.words() + (", paused" if self.paused else ""))
@@ -141,7 +141,7 @@ class Session:
             pacer.start(time.monotonic())
         elif self.mode is TimeMode.FREE:
             self.advance(self.now.per_wake)
-        # After catching up nothing may be due; time that stands still is not published.
+        # After catching up, no step may be due; paused time is not published.
         elif due := pacer.due(time.monotonic()):
             self.advance(due)
         if self.commanded.checks is not None:
@@ -149,7 +149,7 @@ class Session:
             self.commanded.checks.work(time.thread_time() - begin)
 
     def rest(self) -> float:
-        """Time until the next wake-up [s]."""
+        """Return the time until the next wake-up [s]."""
         if self.mode is TimeMode.FREE and not self.paused:
             return 0.0
         return self.now.pacer.wait(time.monotonic())
@@ -265,17 +265,17 @@ class Session:
         if self._commands.publishers_changed() or answered or due:
             self.report()
         elif self._reported:
-            # Not after the same wake-up: each takes much of a period of 1 ms.
+            # Not after the same wake-up: each of the two takes much of a period of 1 ms.
             self._real_time.collect_garbage()
             self._reported = False
         if due:
             self._reported = True
             if self.standing:
-                # For late subscribers: a silent clock looks like none.
+                # For late subscribers, who could not tell a silent clock from a missing one.
                 self._outputs.publish_clock(self.now.time_ns)
 
     def checks_for_settings(self, before: Values) -> LiveChecks | None:
-        """Checks of the error after settings have changed; others may take long to make."""
+        """Return the error checks after a change of settings; making new ones may take long."""
         share = self._settings.values["error_checks"]
         return (
             self.commanded.checks if share == before["error_checks"] else self.now.checks_for(share)
@@ -286,7 +286,7 @@ class Session:
 
         Args:
             before: the former values.
-            checks: those of ``checks_for_settings``.
+            checks: result of ``checks_for_settings``.
         """
         values = self._settings.values
         if any(values[name] != before[name] for name in ("time_mode", "speed_factor")):

@@ -19,7 +19,7 @@ class Settings:
     """The changeable parameters of a node.
 
     Args:
-        node: theirs.
+        node: node of the parameters.
     """
 
     def __init__(self, node: Node) -> None:
@@ -28,13 +28,13 @@ class Settings:
         self.values: dict[str, Any] = {}
         """Present values, by name."""
         self.explicitly_set: set[str] = set()
-        """Names of parameters that were set, or began with a value other than the default."""
+        """Names of parameters that were set, or started with a value other than the default."""
 
     def declare(self, meaning: str, spec: ParameterSpec) -> None:
         """Declare a parameter.
 
         Raises:
-            InputError: the value given is of another type, or is not allowed.
+            InputError: the value has another type, or is not allowed.
         """
         self._specs[spec.name] = spec
         value = spec.declare(self._node, meaning, read_only=False)
@@ -70,13 +70,13 @@ class Settings:
         self._node.add_post_set_parameters_callback(applied)
 
     def _with(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
-        """All values with some changed; parameters declared elsewhere are ignored.
+        """Return all values with some changed; parameters declared elsewhere are ignored.
 
         Raises:
             InputError: a value has the wrong type or is not allowed, or a parameter is deleted.
         """
         for p in parameters:
-            # ROS would forget it, and know no parameter of that name from then on.
+            # ROS would forget the parameter, and reject its name from then on.
             if p.name in self._specs and p.type_ is Parameter.Type.NOT_SET:
                 raise InputError(f"parameter {p.name}: cannot be deleted; set it instead")
         changes = {p.name: p.value for p in parameters if p.name in self._specs}

@@ -1,4 +1,4 @@
-"""Commands a drive's speed once, as any publisher does, and reports what the drive did with it."""
+"""Single speed command to a drive, as from any publisher, and the drive's reaction."""
 
 from typing import Any, NamedTuple
 
@@ -12,7 +12,8 @@ from ab_sim.spindle import SpeedServo
 
 COUNTS = ("commands accepted", "commands rejected", "commands ignored")
 ROUNDED = 1.0 + 1e-5
-"""Diagnostics give limits to six digits: the drive itself judges a command this close to one."""
+"""Relative margin for limits, which diagnostics give to six digits; the drive judges such
+commands."""
 
 SPEED_WAIT = 1.0
 """Time to wait for the drive's present speed [s], which is part of the answer."""
@@ -22,14 +23,14 @@ class AcceptedSpeed(NamedTuple):
     """A command that the drive has accepted."""
 
     before: float | None
-    """Spindle speed when it was sent [rad/s]; None if the drive publishes none."""
+    """Spindle speed before the command [rad/s]; None if the drive publishes none."""
     limits: SpeedServo
     health: Health
-    """The drive's, after the command."""
+    """Diagnostics of the drive after the command."""
 
     @property
     def standing(self) -> bool:
-        """Whether the drive's time stands still."""
+        """Whether the drive's time is paused."""
         return self.health.message.startswith("paused")
 
     @property
@@ -39,7 +40,7 @@ class AcceptedSpeed(NamedTuple):
 
 
 class SpeedCaller(Caller):
-    """A caller that commands a speed, too."""
+    """A service caller that can also command a speed."""
 
     def command(self, node: str, speed: float) -> AcceptedSpeed:
         """Publish a speed [rad/s] as soon as a drive listens, and wait for the drive's answer.
@@ -49,7 +50,7 @@ class SpeedCaller(Caller):
             speed: target speed of the spindle [rad/s].
 
         Raises:
-            InputError: there is no such drive, or the speed is beyond its limit.
+            InputError: the drive does not exist, or the speed is beyond its limit.
             Refused: the drive does not listen, or ignores commands.
             AbSimError: the drive does not answer.
         """
@@ -83,7 +84,7 @@ class SpeedCaller(Caller):
             raise Refused(
                 f"{node}: commands are ignored after an emergency stop, until reset-emergency-stop"
             )
-        # A drive whose time stands still has no speed to tell.
+        # A drive whose time is paused publishes no speed.
         self._until(lambda: speeds, SPEED_WAIT)
         before, known = _counts(healths[-1]), len(healths)
         standing_at = speeds[-1] if speeds else None
@@ -109,7 +110,7 @@ class SpeedCaller(Caller):
 
 
 def _counts(health: Health) -> tuple[int, ...]:
-    """How many commands the drive has accepted, rejected, ignored; empty if it takes none."""
+    """Return the numbers of accepted, rejected and ignored commands; empty if there are none."""
     return tuple(int(health.values[key]) for key in COUNTS if key in health.values)
 
 

@@ -8,7 +8,7 @@ class StageTimer:
     """Measures the durations of the stages of a wake-up.
 
     Args:
-        names: of the stages.
+        names: names of the stages.
         clock: returns the time [ns].
     """
 
@@ -30,7 +30,7 @@ class StageTimer:
         self._mark = now
 
     def values(self) -> dict[str, str]:
-        """Mean and longest duration of each stage since the last call, for the diagnostics."""
+        """Return mean and longest duration of each stage since the last call."""
         values = {}
         for name in self._names:
             mean = 1e-9 * self._totals[name] / max(self._counts[name], 1)

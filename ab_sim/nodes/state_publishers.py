@@ -1,4 +1,4 @@
-"""Publishers of a drive's state, at every wake-up."""
+"""Publishers of a drive's state at every wake-up."""
 
 import math
 from collections.abc import Callable, Sequence, Set
@@ -31,12 +31,12 @@ from ab_sim.scene import Scene
 class StatePublishers:
     """Publishes a drive's state (`ab_sim.drive.published`), and the deck's pose on tf.
 
-    Also the drive's URDF, every sample of its accelerometers, and what comes once per turn. A deck
-    in the plane has the same topics: it moves along two axes and does not turn. tf needs tf2_msgs;
+    It also publishes the drive's URDF, every sensor sample, and the vector once per turn. A deck in
+    the plane has the same topics: it moves along two axes and does not turn. tf needs tf2_msgs;
     without it a message is logged.
 
     Args:
-        node: of the publishers; its namespace is part of the frames' names.
+        node: publishing node; its namespace is part of the frames' names.
     """
 
     def __init__(self, node: Node) -> None:
@@ -60,8 +60,8 @@ class StatePublishers:
         """Publish the state of a scene's drive from now on.
 
         Args:
-            scene: of the drive.
-            channels: of its samples.
+            scene: scene of the drive.
+            channels: channels of its samples.
         """
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
         self._model.publish(topics.MODEL.message(urdf_of(scene)))
@@ -81,7 +81,8 @@ class StatePublishers:
             (deck,) = pose(named)
             moving = deck._replace(sample=[(named.frame(DECK), deck.sample)])
             self._streams.append(self._stream(topics.TF, moving))
-            # Latched: of a scene without sensors, too, or those of another one would stay.
+            # Latched, and also published without sensors; otherwise those of another scene would
+            # stay.
             placed = [(named.frame(name), _place(scene, name, named)) for name in scene.sensors]
             self._tf_static.publish(topics.TF_STATIC.message(placed))
 
@@ -92,7 +93,7 @@ class StatePublishers:
             self._tf_static.publish(topics.TF_STATIC.message([]))
 
     def values_of(self, present: Trajectory) -> list[float]:
-        """All published numbers of the last sample; empty if no topic has a subscriber."""
+        """Return all published numbers of the last sample; empty if no topic has a subscriber."""
         self._subscribed = [stream for stream in self._streams if stream.listeners()]
         if not self._subscribed:
             return []
@@ -102,7 +103,7 @@ class StatePublishers:
             forces = self._driven.forces(present)[0]
             turning = present.angular_acceleration[0].tolist()
         else:
-            # The same, in a third of the time: no channel need be looked for.
+            # The same formulas in a third of the time, without looking up channels.
             x, y, psi, omega, theta, rate = (row[at] for at in self._driving)
             forces = self._driven.force(x, y, psi + theta, omega + rate)
         efforts = (-self._radius * forces).tolist()
@@ -111,7 +112,7 @@ class StatePublishers:
     def with_sensor_faults(
         self, values: list[float], present: Trajectory, faults: ActiveFaults
     ) -> Set[str]:
-        """Replace sensor readings by those of faulty sensors, in place; returns silent sensors."""
+        """Replace the readings of faulty sensors in place, and return the silent sensors."""
         read, silent = faults.readings(present.last(1))
         values[: len(read.channels)] = read.samples[0].tolist()
         for ball in faults.lost:
@@ -128,13 +129,13 @@ class StatePublishers:
                 stream.send(stream.message.at(time, stream.numbers(values)))
 
     def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
-        """Publish every accelerometer sample of some integration steps, and what follows of all."""
+        """Publish every sensor sample of some integration steps, and the vector once per turn."""
         self._accelerometers.publish(runs, faults)
         self._turn_vector.publish(runs)
 
     def _stream(self, topic: Topic, messages: Template) -> "_Stream":
         handle = self._publishers[topic].handle
-        # By the C handle: rclpy's own publish takes as long again as sending.
+        # By the C handle: rclpy's own publish takes twice as long.
         return _Stream(
             handle.get_subscription_count,
             handle.publish_raw,
@@ -152,9 +153,9 @@ class _Stream(NamedTuple):
     send: Callable[[bytes], None]
     message: Prefilled
     numbers: Callable[[list[float]], tuple[float, ...]]
-    """Selects its numbers from all published ones."""
+    """Function that selects the numbers of the message from all published ones."""
     sensor: str
-    """The sensor that it reports; empty: the true state."""
+    """Sensor that the message reports; empty: the true state."""
 
 
 def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, ...]]:
@@ -163,7 +164,7 @@ def _numbers_at(places: Sequence[int]) -> Callable[[list[float]], tuple[float, .
 
 
 def _place(scene: Scene, name: str, state: StateChannels) -> PoseSample:
-    """Pose of a sensor in the deck's frame."""
+    """Return the pose of a sensor in the deck's frame."""
     sensor = scene.sensors[name]
     half = 0.5 * sensor.axis_angle
     turn = (math.cos(half), 0.0, 0.0, math.sin(half))

@@ -1,4 +1,4 @@
-"""A profile by a clock that may leap, and its way into a snapshot and out of it; no ROS."""
+"""A profile by a clock that may jump, and its snapshots; no ROS."""
 
 from collections.abc import Callable
 
@@ -10,20 +10,20 @@ from ab_sim.spindle.course import Course
 from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 
 LEAP = 2_000_000_000
-"""ns; a clock that goes on by more than this between two commands has leapt."""
+"""Advance of a clock between two commands beyond which it has jumped [ns]."""
 FASTEST = 200.0
-"""Times real time; faster than a simulator is asked to go, and what its clock does is a leap."""
+"""Largest speed of a simulated clock relative to real time; a faster advance is a jump."""
 
 
 class TimedRun:
-    """Runs profiles by a clock. Simulated time may leap, as a simulator is reset or put back.
+    """Runs profiles by a clock. Simulated time may jump when a simulator is reset or restored.
 
     Args:
-        period: between two commands [s].
-        simulated: whether time is a simulator's; then periods count from a profile's beginning, and
-            else whenever it is asked is when a command is due.
+        period: time between two commands [s].
+        simulated: whether time is a simulator's. Periods then count from the profile's start;
+            otherwise a command is due at every call.
         say: see ``ProfileRun``.
-        warn: told of leaps.
+        warn: receives reports on jumps.
     """
 
     def __init__(
@@ -42,17 +42,17 @@ class TimedRun:
 
     @property
     def waits(self) -> bool:
-        """Whether it was put back, and the drive was not yet."""
+        """Whether the run was restored before the drive."""
         return self._put_back is not None
 
     @property
     def course(self) -> Course | None:
-        """Who is to hear what comes."""
+        """Course that receives samples; None while waiting for the drive."""
         return None if self.waits else self.run.course
 
     @property
     def elapsed(self) -> float:
-        """Time since the profile began [s]; 0 before it begins."""
+        """Time since the start of the profile [s]; 0 before."""
         return max(self._now * 1e-9 - self.run.began, 0.0)
 
     def start(
@@ -69,11 +69,11 @@ class TimedRun:
             now: time [ns].
             plan: the profile.
             silence: see ``PlannedCourse.course``.
-            deceleration: of an abort [rad/s^2].
+            deceleration: deceleration of an abort [rad/s^2].
             begin: time of the beginning [ns], not before now; None: now.
 
         Returns:
-            Why not, if it may not be; else nothing.
+            Reason of a refusal; empty if the profile runs.
         """
         course, begin = plan.course(silence), now if begin is None else begin
         if refusal := self.run.start(now * 1e-9, course, deceleration, begin * 1e-9):
@@ -83,16 +83,16 @@ class TimedRun:
         return ""
 
     def postpone(self, begin: int) -> None:
-        """Let the profile begin at a later time [ns]."""
+        """Move the start of the profile to a later time [ns]."""
         self._began = begin
         self.run.shift(begin * 1e-9)
 
     def tick(self, now: int, passed: float) -> float | None:
-        """What is to be commanded now [rad/s]; None: nothing.
+        """Return the speed to command now [rad/s]; None: no command.
 
         Args:
             now: time [ns].
-            passed: since the last call, by the steady clock [s].
+            passed: time since the last call by the steady clock [s].
         """
         if self._put_back is not None:
             return self._wait(now)
@@ -100,7 +100,7 @@ class TimedRun:
         if now >= before and not self._due(before, now):
             return None
         if before == self._began == 0 and now >= LEAP:
-            # Started before the first message on /clock was heard: the profile begins now.
+            # Started before the first message on /clock: the profile begins now.
             before = self._began = now
             self.run.shift(now * 1e-9)
         self._now = now
@@ -108,14 +108,17 @@ class TimedRun:
         return self.run.tick(now * 1e-9)
 
     def abort(self, now: int, why: str) -> str:
-        """Ramp down to standstill, time being now [ns]; why not, if that makes no sense."""
+        """Ramp down to standstill at the time ``now`` [ns].
+
+        Return the reason if that makes no sense.
+        """
         if self._put_back is not None:
-            # Whoever aborts does not wait for a drive to be put back.
+            # An abort does not wait for the drive to be restored.
             self._put_back, self._now = None, now
         return self.run.abort(now * 1e-9, why)
 
     def snapshot(self) -> ProfileSnapshot:
-        """The present."""
+        """Return the present state as a snapshot."""
         plan, kept = self._plan, self.run.state_values()
         if plan is None:
             return ProfileSnapshot(self._now, self._began, "", [], None, kept)
@@ -126,16 +129,16 @@ class TimedRun:
     def restore(
         self, now: int, snapshot: ProfileSnapshot, plan: PlannedCourse | None, silence: float
     ) -> None:
-        """Go on from a snapshot, as soon as the drive's time is there.
+        """Continue from a snapshot, as soon as the drive has reached its time.
 
         Args:
             now: time [ns].
-            snapshot: the present of then.
-            plan: the profile that it is of; None: there was none.
+            snapshot: state to restore.
+            plan: profile of the snapshot; None: no profile.
             silence: see ``PlannedCourse.course``.
 
         Raises:
-            InputError: it is of another profile, or damaged; nothing has changed.
+            InputError: the snapshot belongs to another profile or is damaged; nothing has changed.
         """
         if plan is not None and plan.made_of != snapshot.made_of:
             raise InputError(f"{plan.source} is another profile than it was; save it again")
@@ -147,13 +150,16 @@ class TimedRun:
         self._put_back = now
 
     def _wait(self, now: int) -> float | None:
-        """For the drive: until its time goes back, or comes as far as the snapshot's."""
+        """Wait until the drive's time runs back, or reaches the snapshot's.
+
+        Return the command then.
+        """
         since, self._put_back = self._put_back, now
         assert since is not None
         if not (now < since if since > self._now else now >= self._now):
             return None
         self._put_back = None
-        # Again: the command of then may have been under way when the drive was kept.
+        # Sent again, because the command may have been in transit when the drive was saved.
         again, anew = self.run.commanded, self.tick(now, 0.0)
         return again if anew is None else anew
 
@@ -166,9 +172,9 @@ class TimedRun:
         if self.run.state not in (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING):
             return
         leapt = f"time leapt from {before / 1e9:g} to {now / 1e9:g} s"
-        # At a hundred times real time a moment's delay is seconds, and no leap.
+        # At a hundred times real time, a short delay is seconds of simulated time, and no jump.
         if now < before:
-            # The drive was reset or restarted, and stands where it stood at first.
+            # The drive was reset or restarted, and is at its start.
             self._warn(leapt)
             self.run.drop(leapt)
         elif now - before >= max(LEAP, round(1e9 * FASTEST * passed)):

@@ -1,4 +1,4 @@
-"""The vibration's part that comes once per turn, as a balancing machine shows it."""
+"""The part of the vibration that repeats once per turn, as on a balancing machine."""
 
 from collections.abc import Sequence
 
@@ -18,7 +18,7 @@ class TurnVectorPublisher:
     """Publishes the vector over the last turn while somebody listens.
 
     Args:
-        node: of the publisher; its namespace is part of the frame's name.
+        node: publishing node; its namespace is part of the frame's name.
     """
 
     def __init__(self, node: Node) -> None:
@@ -30,11 +30,11 @@ class TurnVectorPublisher:
         self._turn: TurnVector | None = None
 
     def begin(self, scene: Scene) -> None:
-        """Begin with the next sample: it belongs to another run."""
+        """Restart with the next sample, which belongs to another run."""
         self._turn, self._step_ns = None, round(scene.solver.step * 1e9)
 
     def publish(self, runs: Sequence[Trajectory]) -> None:
-        """Publish the vector at the last of further samples, if a whole turn lies before it.
+        """Publish the vector at the last sample, if a whole turn lies before it.
 
         Args:
             runs: the samples of all integration steps since the last call.

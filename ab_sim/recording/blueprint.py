@@ -1,4 +1,4 @@
-"""How the viewer is laid out."""
+"""Layout of the viewer."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from ab_sim.recording.plots import PlottedCurves, lines, plot
 from ab_sim.recording.vibration import SPAN, SPECTRUM_SPAN, size_curves
 
 MOST_NAMES = 8
-"""Curves beyond so many have no legend."""
+"""Largest number of curves with a legend."""
 _LOWER = rrb.Corner2D.RightBottom
 _TITLES = {
     "real_time_factor": "Real-time factor [1]; 1 keeps up",
@@ -30,17 +30,17 @@ _STYLES: dict[str, Any] = {
 
 
 def style(scalar: str) -> Any:
-    """Archetype that says how a scalar is drawn."""
+    """Return the archetype with the style of a scalar's plot."""
     return _STYLES.get(scalar, lines([scalar]))
 
 
 def state_colours() -> rr.StateConfiguration:
-    """How the states of nodes, of a profile and of faults look."""
+    """Return the colours of the states of nodes, of a profile and of faults."""
     colours = {
         "OK": GREEN, "WARN": ORANGE, "ERROR": VERMILION, "STALE": GREY,
         "idle": GREY, "waiting": GREY, "running": SKY, "done": GREEN, "aborting": ORANGE,
         "aborted": VERMILION,
-        "none": GREEN,  # faults; any other text of them has a colour of the viewer's
+        "none": GREEN,  # faults; other texts have a colour of the viewer's choice
     }  # fmt: skip
     return rr.StateConfiguration(
         values=list(colours), labels=list(colours), colors=list(colours.values())
@@ -66,7 +66,7 @@ def blueprint(
 
 
 def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
-    """Curves of groups of channels, as far as there are such."""
+    """Return the curves of those groups of channels that exist."""
     layout = layout_of(channels)
     return [
         PlottedCurves.of_channels(group, lines([channels[column] for column in layout[group]]))
@@ -76,17 +76,17 @@ def _of_channels(channels: Sequence[str], *groups: str) -> list[PlottedCurves]:
 
 
 def _beside(channels: Sequence[str]) -> dict[str, list[PlottedCurves]]:
-    """What is plotted beside scalars.
+    """Return curves to plot together with scalars.
 
-    Rerun links the time axes of plots only once one of them is zoomed; until then each spans its
-    own data. So every plot holds something of the whole run.
+    Rerun links the time axes of plots only when one of them is zoomed; until then each spans its
+    own data. So every plot contains a curve that covers the whole run.
     """
     speed = _of_channels(channels, "spindle_speed")
     return {"real_time_factor": [Curves.real_time()], "commands_received": speed}
 
 
 def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
-    """The page that explains the run."""
+    """Return the page that explains the run."""
     curves = drawing.curves
     speed = [*_of_channels(channels, "spindle_speed"), curves.speed_level()]
     pictures = rrb.Grid(drawing.space.view(), drawing.top.view())
@@ -98,8 +98,7 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
         name = "Ball angles from the unbalance [deg]"
         plots.append(plot(name, *curves.angles(), legend=drawing.balls <= MOST_NAMES))
     text = rrb.TextDocumentView(origin="/about", name="What is seen")
-    # Rerun lays out a grid of three in one row where the window is wide, in one column where it is
-    # narrow.
+    # Rerun lays out a grid of three in one row in a wide window, and in one column in a narrow one.
     return rrb.Grid(
         pictures,
         rrb.Vertical(*plots),
@@ -111,7 +110,10 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 
 
 def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container]:
-    """The page of forces and, in space, of the deck's other motion; none if there are none."""
+    """Return the page of forces and, in space, of the deck's other motion.
+
+    None if there are none.
+    """
     curves, plots = drawing.curves, []
     if drawing.explained.driven is not None:
         name = "Driving force on the balls, forward positive [N]"
@@ -127,7 +129,7 @@ def _forces(drawing: Drawing, channels: Sequence[str]) -> Iterator[rrb.Container
 
 
 def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
-    """The page of what a pick-up would feel."""
+    """Return the page of the vibration that a sensor would measure."""
     what = "deck and sensors" if drawing.sensors else "deck"
     return rrb.Grid(
         plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.vector_lengths(channels)),
@@ -144,7 +146,7 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
 def _health(
     scalars: Sequence[str], shown_beside: Mapping[str, list[PlottedCurves]]
 ) -> rrb.Container:
-    """The page of how the run itself goes."""
+    """Return the page on the progress of the run itself."""
     plots: list[rrb.View] = []
     for scalar in scalars:
         title = _TITLES.get(scalar, scalar.replace("_", " ").capitalize())
@@ -165,7 +167,7 @@ def _events() -> rrb.View:
 
 
 def _whirl(drawing: Drawing) -> str:
-    """Title of the whirl's plot, of logarithms: Rerun 0.41 has no logarithmic axis."""
+    """Return the title of the whirl's plot, in logarithms: Rerun 0.41 has no logarithmic axis."""
     return f"Whirl, log10 of {'W/e' if drawing.eccentricity else 'W in mm'}: -1 is 0.1, 0 is 1"
 
 
@@ -187,7 +189,7 @@ _PLOTTED = {
 def plain_blueprint(
     channels: Sequence[str], scalars: Sequence[str] = (), live: bool = False
 ) -> rrb.Blueprint:
-    """Lay out a plot of each group of channels, of a run of which positions are not known."""
+    """Lay out a plot of each group of channels, for a run without known positions."""
     plots = [
         plot(_PLOTTED.get(group, group.partition("_")[2]), *_of_channels(channels, group))
         for group in layout_of(channels)

@@ -1,4 +1,4 @@
-"""Curves over time that are derived from the channels."""
+"""Curves over time, derived from the channels."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ from ab_sim.recording.layout import SAMPLES, Array, vector_columns
 from ab_sim.recording.plots import PlottedCurves, lines
 
 FRAMES = "/plot/frames"
-"""The entity of curves that have a row for each frame of the pictures, and not for each sample."""
+"""Entity of curves with a row for each frame of the pictures instead of each sample."""
 LEAST = 1e-4
-"""Whirl below this, in e or in mm, has no logarithm in a plot."""
+"""Whirl in e or in mm below which its logarithm is not plotted."""
 _WHIRL, _FELT = "whirl", "felt"
 _ALONE, _TILT, _HEIGHT, _BALLS = "alone", "tilt", "height", "balls"
 _LEVELS, _DRIVING = "balls_levels", "driving"
@@ -28,17 +28,20 @@ _SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
 
 @dataclass(frozen=True)
 class Curves:
-    """Which curves there are."""
+    """Description of the derived curves."""
 
     balls: int
     eccentricity: float
-    """e [mm]."""
+    """Eccentricity e [mm]."""
     tilts: bool
     explained: Explanation
 
     @property
     def levels(self) -> tuple[float, ...]:
-        """Angles of the balanced positions [deg]; none where there are many, or -180 is the one."""
+        """Angles of the balanced positions [deg], without -180.
+
+        Empty if there are many positions.
+        """
         balance = self.explained.balance
         if balance is None or balance.many or balance.residual > 0.0:
             return ()
@@ -55,7 +58,7 @@ class Curves:
         return curves
 
     def vector_lengths(self, channels: Sequence[str]) -> list[PlottedCurves]:
-        """Lengths of the deck's acceleration and of readings."""
+        """Return the lengths of the deck's acceleration and of readings."""
         names = [
             "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
             for name in vector_columns(channels)
@@ -64,31 +67,31 @@ class Curves:
         return [PlottedCurves.derived(SAMPLES, _FELT, look)] if names else []
 
     def speed_level(self) -> PlottedCurves:
-        """The critical speed."""
-        # Where there is none, the plot is to reach down to 0 at least.
+        """Return the line of the critical speed."""
+        # Without one, the plot should at least include 0.
         known = self.explained.critical_speed is not None
         name = "critical speed" if known else "standstill"
         return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[LIMIT]))
 
     @staticmethod
     def real_time() -> PlottedCurves:
-        """What keeps up."""
+        """Return the reference line of real time."""
         return PlottedCurves.derived(
             FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY)
         )
 
     @staticmethod
     def tilt() -> PlottedCurves:
-        """Of a deck in space."""
+        """Return the tilt curves of a deck in space."""
         return PlottedCurves.derived(FRAMES, _TILT, lines(["alpha", "beta", "gamma"], swings=True))
 
     @staticmethod
     def height() -> PlottedCurves:
-        """Of the shaft, of a deck in space."""
+        """Return the curve of the shaft's height, for a deck in space."""
         return PlottedCurves.derived(SAMPLES, _HEIGHT, lines(["z"], swings=True))
 
     def angles(self) -> list[PlottedCurves]:
-        """Of the balls, and those where they balance."""
+        """Return the curves of the balls' angles, and of the balanced positions."""
         look = lines(["opposite, -180", *["balanced"] * len(self.levels)],
                      colors=[LIMIT, *[BALANCED] * len(self.levels)])  # fmt: skip
         return [
@@ -97,16 +100,16 @@ class Curves:
         ]
 
     def driving(self) -> PlottedCurves:
-        """Forces on the balls."""
+        """Return the curves of the forces on the balls."""
         return PlottedCurves.derived(FRAMES, _DRIVING, lines(*self._of_balls(), swings=True))
 
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
-        """Values that every sample has, shape (rows, series).
+        """Return the values per sample, shape (rows, series).
 
         Args:
             run: the rows, with the channels that pictures use.
-            channels: of ``rows``.
-            rows: as they were recorded.
+            channels: channels of ``rows``.
+            rows: recorded rows.
         """
         values = {_WHIRL: self._logarithm(run.whirl)}
         if self.tilts:
@@ -122,7 +125,7 @@ class Curves:
     def of_frames(self, run: Trajectory, alone: Array | None) -> dict[str, Array]:
         """Return the values that every frame has; ``alone`` is the whirl without balls [m]."""
         explained, rows = self.explained, len(run)
-        # Lines at one height, in every row: a plot spans the data that it holds.
+        # Constant lines have a value in every row, because a plot spans its data.
         values = {
             _REAL_TIME: np.ones((rows, 1)),
             _SPEED_LEVEL: np.full((rows, 1), explained.critical_speed or 0.0),
@@ -144,7 +147,7 @@ class Curves:
         return np.log10(np.where(values >= LEAST, values, np.nan))
 
     def _of_balls(self) -> tuple[list[str], list[float]]:
-        """Names and widths."""
-        # Where curves coincide, the first ones show on both sides of the last ones.
+        """Return names and widths of the balls' curves."""
+        # If curves coincide, the first ones remain visible on both sides of the last ones.
         widths = np.linspace(4.0, 1.5, self.balls).tolist()
         return [f"ball {ball}" for ball in range(self.balls)], widths

@@ -1,4 +1,4 @@
-"""What is drawn of a drive: its sizes, and the pictures that show it."""
+"""Sizes of a drive for its pictures, and the views that show it."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class Drawing:
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
-        """Take from a description what is drawn; RecordingError if it is not there."""
+        """Read from a description what is drawn; RecordingError if it is missing."""
         try:
             race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
             eccentricity = 1e3 * float(description["eccentricity"])
@@ -77,17 +77,17 @@ class Drawing:
 
     @property
     def needs(self) -> tuple[str, ...]:
-        """Channels, beside the balls' angles, without which there is nothing to draw."""
+        """Channels that the drawing needs, besides the balls' angles."""
         return ("angle", "x", "y", *(("z", "qw", "qx", "qy", "qz") if self.tilts else ()))
 
     def scenery(self) -> Parts:
-        """What stays: archetypes, logged once."""
+        """Yield static archetypes, which are logged once."""
         yield from self.top.scenery()
         yield from self.space.scenery()
 
 
 def description_text(description: Mapping[str, Any]) -> str:
-    """Write the description for people, with its JSON in a fence for `read_recording`."""
+    """Return the description for people, with its JSON in a fence for `read_recording`."""
     try:
         text = json.dumps(dict(description), indent=2)
     except (TypeError, ValueError) as error:

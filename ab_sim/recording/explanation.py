@@ -1,4 +1,4 @@
-"""What a description says besides sizes: with it, pictures explain a run."""
+"""Quantities in a description, besides sizes, with which pictures explain a run."""
 
 from __future__ import annotations
 
@@ -16,32 +16,32 @@ from ab_sim.recording.layout import Array
 
 @dataclass(frozen=True)
 class Explanation:
-    """See `ab_sim.drive.explanation.explain`; what is None is not drawn."""
+    """Quantities of `ab_sim.drive.explanation.explain`; those that are None are not drawn."""
 
     motion: float | None
-    """How large the deck's motion is [m]."""
+    """Size of the deck's motion [m]."""
     unbalance: float | None
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     moments: Array
-    """m_i R [kg m], shape (balls,)."""
+    """Moments m_i R of the balls [kg m], shape (balls,)."""
     balance: Balance | None
     alone: RotorWithoutBalls | None
     driven: DrivenBalls | None
     critical_speed: float | None
-    """rad/s."""
+    """Critical speed [rad/s]."""
     top_speed: float | None
-    """rad/s."""
+    """Top speed [rad/s]."""
     period: Mapping[str, float] | None
-    """Of variable speed."""
+    """Variable-speed period."""
     left_out: Mapping[str, str]
-    """Why there is no ``balance``, no ``alone``."""
+    """Reasons for a missing ``balance`` or ``alone``."""
 
     @classmethod
     def of(cls, description: Mapping[str, Any], balls: int) -> Explanation:
-        """Take it from a description.
+        """Read the quantities from a description.
 
         Raises:
-            KeyError, TypeError, ValueError: it is not what ``explain`` gives.
+            KeyError, TypeError, ValueError: the values are not those of ``explain``.
         """
         balance, alone, driven = (description.get(name) for name in ("balance", "alone", "driven"))
         given = {"balance": balance, "alone": alone}
@@ -69,7 +69,7 @@ class Explanation:
 
     @property
     def vectors(self) -> bool:
-        """Whether there is an unbalance, or are balls, to draw arrows of."""
+        """Whether there is an unbalance, or are balls, to draw as arrows."""
         return self.unbalance is not None and max([self.unbalance, *self.moments], default=0.0) > 0
 
 

@@ -1,4 +1,4 @@
-"""A recording as a table in other formats, written a block at a time."""
+"""A recording as a table in other formats, written block by block."""
 
 from __future__ import annotations
 
@@ -24,32 +24,32 @@ from ab_sim.recording.stored import StoredRun
 
 PARQUET, CSV = "parquet", "csv"
 WHIRL = "whirl"
-"""A column that is not recorded: W = |u| [m], from where the deck hangs at rest."""
+"""Name of a derived column: W = |u| [m], from the deck's position at rest."""
 DERIVED = (WHIRL, SIZE, PHASE)
-"""All such columns; the others are those of ``TurnVector``."""
+"""All derived columns; the others are those of ``TurnVector``."""
 
 
 @dataclass(frozen=True)
 class Part:
-    """Which samples of a recording."""
+    """Selection of the samples of a recording."""
 
     begin: float = -np.inf
-    """From this time on [s]."""
+    """Time of the first sample [s]."""
     end: float = np.inf
-    """Until this time [s]; a sample at it is in."""
+    """Time of the last sample [s], inclusive."""
     every: int = 1
-    """One of so many of these, beginning with the first."""
+    """Decimation: every ``every``-th sample, beginning with the first."""
     channels: tuple[str, ...] | None = None
-    """In this order; None: all, and those of ``DERIVED``."""
+    """Channels in this order; None: all, and those of ``DERIVED``."""
     hangs: tuple[float, float] | None = (0.0, 0.0)
-    """x and y [m] of where the deck hangs at rest, from which ``DERIVED`` is measured; None: not
-    known."""
+    """x and y [m] of the deck at rest, from which ``DERIVED`` is measured; None: unknown."""
 
     def names(self, run: StoredRun) -> tuple[str, ...]:
-        """The channels.
+        """Return the channels.
 
         Raises:
-            InputError: the recording has no such channel, none at all, or one is asked for twice.
+            InputError: the recording lacks a channel or has none at all, or a channel is requested
+                twice.
         """
         there = run.channels
         if {"x", "y", "angle"} <= set(there):
@@ -74,9 +74,9 @@ class Part:
         return names
 
     def blocks(self, run: StoredRun) -> Iterator[tuple[int, Array]]:
-        """How many samples were read so far, and of these the next that are in the part.
+        """Yield the number of samples read so far, and the selected ones among the last block.
 
-        Those have shape (rows, channels), and may be none.
+        The arrays have the shape (rows, channels), and may be empty.
         """
         names, read, seen = self.names(run), 0, 0
         derived = [name for name in names if name in DERIVED and name not in run.channels]
@@ -108,7 +108,7 @@ class Part:
 
 
 def _derived(x: Array, y: Array, angle: Array, turns: TurnVector) -> dict[str, Array]:
-    """The columns of ``DERIVED``, of further samples."""
+    """Return the columns of ``DERIVED`` for further samples."""
     vectors = turns.of(angle, x, y)
     return {WHIRL: whirl_of(x, y), SIZE: np.abs(vectors), PHASE: np.angle(vectors)}
 
@@ -121,23 +121,23 @@ def export(
 ) -> int:
     """Write samples, in double precision to the bit, with the channels' units.
 
-    Parquet has ``unit`` in the metadata of each column, and what was run as ``ab_sim``, JSON, in
-    that of the file. CSV has the units in its header, ``x [m]``, and numbers in as many digits as
-    it takes to get the same ones back. Only the bits of a NaN that say what it is of are lost in
-    CSV. Files are there once they are whole; what was there before stays until then.
+    Parquet has ``unit`` in the metadata of each column, and the description of the run as
+    ``ab_sim``, JSON, in that of the file. CSV has the units in its header, ``x [m]``, and numbers
+    with enough digits to restore the same bits, except the payload of a NaN. Files appear when they
+    are complete; existing files are kept until then.
 
     Args:
         run: a recording.
         files: by format, ``PARQUET`` or ``CSV``.
-        part: which samples.
-        progress: called with the number of samples read so far, after every block; what it
-            raises ends the export, and nothing is left of it.
+        part: selection of samples.
+        progress: called with the number of samples read so far, after every block; an exception
+            from it ends the export without files.
 
     Returns:
-        How many samples were written.
+        Number of written samples.
 
     Raises:
-        InputError: see ``Part``; or there are no samples in this part; nothing is written.
+        InputError: see ``Part``; or the part has no samples; nothing is written.
         RecordingError: the recording cannot be read, or a file not be written.
     """
     names, rows = part.names(run), 0
@@ -149,7 +149,7 @@ def export(
                 unfinished = stack.enter_context(replacing(file))
                 writers.append(stack.enter_context(_WRITERS[form](unfinished, schema)))
             for read, block in part.blocks(run):
-                # Not by `to_pandas_dtype`, which imports pandas before pyarrow 26.
+                # `to_pandas_dtype` would import pandas before pyarrow 26.
                 columns = [
                     pa.array(block[:, at], type=field.type) for at, field in enumerate(schema)
                 ]
@@ -171,7 +171,7 @@ def export(
 
 
 def _schema(names: Sequence[str], description: Mapping[str, Any]) -> pa.Schema:
-    """A whole number for ``step``, doubles for the rest."""
+    """Return the schema: an integer for ``step``, doubles for the rest."""
     fields = []
     for name in names:
         unit = unit_of(name)

@@ -20,10 +20,10 @@ LEFT_OUT = "left_out"
 """Component with the number of rows left out by thinning before each row."""
 
 SAMPLES = "/samples"
-"""The entity of all samples. Whatever is sent to an entity costs 32 bytes of index in each row, and
-some 1.2 kB besides: all channels in one take a third of the room of an entity for each group."""
+"""Entity of all samples. Each entity costs 32 bytes of index per row, and some 1.2 kB per message:
+all channels in one entity take a third of the space of an entity for each group."""
 CHANNELS, DERIVED = "channels", "plot"
-"""Prefixes of its components: of channels, and of derived curves."""
+"""Prefixes of components of the samples: channels, and derived curves."""
 
 _GROUPS = {
     "time": ("time",),
@@ -43,7 +43,7 @@ _READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
 
 
 def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
-    """Columns of components ``KIND:NAME`` for values of shape (rows, series)."""
+    """Return columns of components ``KIND:NAME`` for values of shape (rows, series)."""
     columns: list[Any] = []
     for name, each in values.items():
         rows, series = each.shape
@@ -53,19 +53,19 @@ def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
 
 
 def plotted_columns(values: Mapping[str, Array]) -> list[Any]:
-    """The same for plots, in single precision."""
+    """Return columns for plots, in single precision."""
     return named_columns(DERIVED, {name: each.astype(np.float32) for name, each in values.items()})
 
 
 def scalar_columns(values: Array) -> Any:
-    """Columns of Scalars for values (rows, series)."""
+    """Return columns of Scalars for values of shape (rows, series)."""
     rows, series = values.shape
     return rr.Scalars.columns(scalars=values.ravel()).partition(np.full(rows, series))
 
 
 def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeColumn]:
     """Return the timelines for rows at these times [s] and steps."""
-    # Rounded here, because Rerun truncates: 0.003 s would come out as 2,999,999 ns.
+    # Rounded here, because Rerun truncates: 0.003 s would become 2,999,999 ns.
     nanoseconds = np.rint(np.asarray(time, dtype=np.float64) * 1e9).astype("timedelta64[ns]")
     index = [rr.TimeColumn("sim_time", duration=nanoseconds)]
     if step is not None:
@@ -74,12 +74,12 @@ def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeCol
 
 
 def entity_path(*parts: str) -> str:
-    """Join parts, of any characters, to the path of an entity."""
+    """Return the path of an entity from parts with any characters."""
     return str(rr.new_entity_path(list(parts)))  # escapes what Rerun reserves
 
 
 def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Columns of every group of channels, in order. ``step`` is a timeline and not among them."""
+    """Return the columns of every group of channels, in order, without ``step``, a timeline."""
     layout: dict[str, list[int]] = {}
     for column, name in enumerate(channels):
         if name != "step":
@@ -98,9 +98,9 @@ def _group_of(channel: str) -> str:
 
 
 def vector_columns(channels: Sequence[str]) -> dict[str, list[int]]:
-    """Columns of the vectors whose lengths are plotted: the deck's acceleration and readings.
+    """Return the columns of vectors whose lengths are plotted: acceleration and readings.
 
-    One curve each, never a solid block, on an axis that begins at 0.
+    Each has one curve, never a solid block, on an axis that begins at 0.
     """
     layout = layout_of(channels)
     wanted = [name for name in layout if name == "deck_acceleration" or name.startswith("sensor_")]

@@ -14,8 +14,8 @@ def legend_text(drawing: Drawing, final: tuple[float, float | None] | None) -> s
     """Return the text next to the pictures, in Markdown.
 
     Args:
-        drawing: of the drive.
-        final: whirl at the end and that without balls [m], as far as they are known.
+        drawing: drawing of the drive.
+        final: final whirl, with and without balls [m]; None if unknown.
     """
     explained = drawing.explained
     parts = [

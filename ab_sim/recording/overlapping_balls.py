@@ -1,6 +1,6 @@
-"""Balls that are in the same place, drawn so that each is seen.
+"""Drawing of balls at the same place, so that each is visible.
 
-Without contact balls may pass through each other, and started together they stay so.
+Without contact, balls may pass through each other, and balls that start together stay together.
 """
 
 from __future__ import annotations
@@ -11,12 +11,12 @@ from ab_sim.recording.layout import Array
 
 
 def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
-    """Radii, shape (rows, balls): the true ones, smaller for a ball that covers one before it.
+    """Return drawn radii, shape (rows, balls): smaller for a ball that covers an earlier one.
 
     Args:
         angles: rad, shape (rows, balls).
         race: radius of the circle of their centres.
-        radii: of the balls, in the same unit.
+        radii: radii of the balls, in the same unit.
     """
     drawn = np.tile(radii, (len(angles), 1))
     for ball in range(1, len(radii)):
@@ -27,9 +27,9 @@ def shrunk(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
 
 
 def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
-    """Heights above the race, shape (rows, balls): 0, more for a ball in the place of one before.
+    """Return heights above the race, shape (rows, balls): 0, more for a ball on an earlier one.
 
-    A ball inside another could not be seen in space; these stand on one another. Arguments as of
+    A ball inside another would be invisible in space, so the balls are stacked. Arguments as in
     `shrunk`.
     """
     heights = np.zeros(angles.shape)
@@ -40,6 +40,6 @@ def stacked(angles: Array, race: float, radii: tuple[float, ...]) -> Array:
 
 
 def _cover(angles: Array, ball: int, race: float, radius: float) -> Array:
-    """How much a ball covers each one before it: 1 in the same place, 0 from its radius on."""
+    """Return how much a ball covers each earlier one: 1 at the same place, 0 from its radius on."""
     chord = 2.0 * race * np.abs(np.sin(0.5 * (angles[:, :ball] - angles[:, ball, None])))
     return np.asarray(np.clip(1.0 - chord / radius, 0.0, 1.0))

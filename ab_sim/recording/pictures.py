@@ -18,7 +18,7 @@ from ab_sim.recording.vibration import VibrationCurves
 from ab_sim.recording.windows import FrameRate
 
 PERIOD = 1e-2
-"""Shortest time between two frames [s], as of a screen: a frame needs as much space as three
+"""Shortest time between two frames [s], as on a screen: a frame needs as much space as three
 samples. Channels are recorded at every step."""
 
 _PLANE = ("x", "y", "ax", "ay")
@@ -31,9 +31,9 @@ class Pictures:
     """Converts the rows of a run to frames; the result does not depend on the size of blocks.
 
     Args:
-        drawing: of the drive.
-        channels: of the rows. Channels beyond ``drawing.needs`` that are missing, such as speed and
-            acceleration, are NaN.
+        drawing: drawing of the drive.
+        channels: channels of the rows. Channels beyond ``drawing.needs`` that are missing, such as
+            speed and acceleration, are NaN.
         period: shortest time between two frames [s].
     """
 
@@ -51,17 +51,17 @@ class Pictures:
         self._final, self._final_alone = FinalRms(), FinalRms()  # of the whirl [m]
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
-        """Static archetypes, by entity."""
+        """Yield static archetypes, by entity."""
         yield from self._phase.scenery()
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Additional columns of samples."""
+        """Return additional columns of samples."""
         run = Trajectory(self._names, self._selected(rows))
         self._final.take(run["time"], run.whirl)
         return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Frames of the next rows."""
+        """Yield the frames of the next rows."""
         samples = self._selected(rows)
         yield from self._vibration.of(samples)
         yield from self._phase.of(samples)
@@ -81,10 +81,10 @@ class Pictures:
         yield FRAMES, thin, plotted_columns(drawing.curves.of_frames(run, alone))
 
     def final_whirl(self) -> tuple[float, float | None] | None:
-        """Return the whirl over the last `LAST` of the run, r.m.s. [m], and that without balls."""
+        """Return the r.m.s. whirl over the last `LAST` of the run [m], with and without balls."""
         final = self._final.value
         return None if final is None else (final, self._final_alone.value)
 
     def _selected(self, rows: Array) -> Array:
-        """The columns that pictures use."""
+        """Return the columns that pictures use."""
         return np.column_stack([rows, np.full(len(rows), np.nan)])[:, self._columns]

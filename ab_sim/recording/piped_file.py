@@ -17,11 +17,11 @@ FLUSH_SECONDS = 10.0  # A disk that takes longer counts as failed.
 
 
 class PipedFile:
-    """Copies from a pipe, to which Rerun writes, to the file.
+    """Copies the output of Rerun from a pipe to the file.
 
-    Given a file, Rerun 0.41 does not survive a write error: its writer thread ends, the reason is
-    only printed, and often flush(), disconnect() and the end of the process then block for good.
-    A pipe never fails, and errors of the file are raised here.
+    With a file, Rerun 0.41 does not survive a write error: its writer thread ends, the reason is
+    only printed, and often flush(), disconnect() and the exit of the process then block for ever. A
+    pipe never fails, and errors of the file are raised here.
     """
 
     def __init__(self, path: Path, stream: rr.RecordingStream, index: bool) -> None:
@@ -64,7 +64,7 @@ class PipedFile:
         self._file.close()
 
     def _loss(self) -> OSError | None:
-        """An error if the file under this name is not the one that was written."""
+        """Return an error if the file under this name is not the one that was written."""
         file = os.fstat(self._file.fileno())
         try:
             if not os.path.samestat(self._path.stat(), file):
@@ -79,7 +79,7 @@ class PipedFile:
 
     def cut(self) -> None:
         """Truncate an incomplete message at the end, with which the file would be unreadable."""
-        with contextlib.suppress(OSError):  # a device, say
+        with contextlib.suppress(OSError):  # for a device, for example
             self._file.truncate(self._whole)
 
     def remove(self) -> None:
@@ -96,7 +96,7 @@ class PipedFile:
             poll.poll()
 
     def _drain(self) -> bool:
-        """Copy the pipe's data to the file. False: the pipe was closed."""
+        """Copy the pipe's data to the file; return False when the pipe is closed."""
         with self._lock:
             while size := self._pipe.readinto(self._buffer):
                 rest = memoryview(self._buffer)[:size]

@@ -1,4 +1,4 @@
-"""How plots over time look, and where their curves come from."""
+"""Style of plots over time, and the sources of their curves."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _BALL = re.compile(r"ball[_ ](\d+)")
 
 
 class PlottedCurves(NamedTuple):
-    """Curves in a plot: a component, which may have several series, and how they look."""
+    """Curves in a plot: a component, which may have several series, and their style."""
 
     entity: str
     component: str
@@ -25,12 +25,12 @@ class PlottedCurves(NamedTuple):
 
     @classmethod
     def of_channels(cls, group: str, look: rr.SeriesLines) -> PlottedCurves:
-        """Of a group of channels."""
+        """Return the curves of a group of channels."""
         return cls(SAMPLES, f"{CHANNELS}:{group}", look)
 
     @classmethod
     def derived(cls, entity: str, name: str, look: rr.SeriesLines) -> PlottedCurves:
-        """Of what is only plotted."""
+        """Return curves of a derived component."""
         return cls(entity, f"{DERIVED}:{name}", look)
 
 
@@ -41,7 +41,7 @@ def plot(
     legend: bool = True,
     span: tuple[float, float] | None = None,
 ) -> rrb.View:
-    """A plot of curves, and of entities that are plotted as they are."""
+    """Return a plot of curves, and of entities that are plotted directly."""
     drawn: dict[Any, Any] = {}
     for curve in curves:
         if isinstance(curve, PlottedCurves):
@@ -58,7 +58,7 @@ def plot(
         overrides=drawn,
         axis_x=rrb.TimeAxis(link="LinkToGlobal"),  # zooming one zooms all
         axis_y=rrb.ScalarAxis(range=span) if span else None,
-        # On the right, where it covers the end: a run begins with what matters.
+        # On the right, where it covers the end: the beginning of a run matters most.
         plot_legend=rrb.PlotLegend(corner, visible=legend),
     )
 
@@ -69,10 +69,10 @@ def lines(
     swings: bool = False,
     colors: Sequence[Colour] | None = None,
 ) -> rr.SeriesLines:
-    """Name and colour the series of a curve.
+    """Return the names and colours of a curve's series.
 
-    Of what swings about 0, Rerun is to show the range where it cannot show every sample: it would
-    show the mean, which is nothing.
+    For signals that swing about 0, Rerun should show the range if it cannot show every sample. It
+    would otherwise show the mean, which is about zero.
     """
     if colors is None:
         colors = _colours(names)

@@ -1,4 +1,4 @@
-"""Reading a recording back as a whole."""
+"""Reading of a whole recording."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ab_sim.recording.stored import Event, open_recording
 
 @dataclass(frozen=True, eq=False)
 class RecordedRun:
-    """A run as it was recorded. ``run["x"]`` is the column of a channel."""
+    """A recorded run. ``run["x"]`` is the column of a channel."""
 
     description: dict[str, Any]
     channels: tuple[str, ...]
@@ -32,9 +32,9 @@ class RecordedRun:
 
 
 def read_recording(path: Path | str) -> RecordedRun:
-    """Read what `Recording` wrote, finished or not, into memory.
+    """Read a recording by `Recording`, finished or not, into memory.
 
-    :raises RecordingError: see `open_recording`, which is for runs too long for this.
+    :raises RecordingError: see `open_recording`, which is for longer runs.
     """
     stored = open_recording(path)
     blocks = list(stored.blocks()) if stored.channels else []

@@ -1,7 +1,7 @@
-"""What a stretch of vibration is made of.
+"""Components of a section of vibration.
 
-Vectors are on axes fixed in space or on the deck, shape (rows, axes). Sizes are root mean squares
-of the whole vector, so that a vector of length A that goes round in a circle has the size A.
+Vectors are on fixed axes or on the deck's, shape (rows, axes). Sizes are root mean squares of the
+whole vector, so that a vector of length A on a circle has the size A.
 """
 
 from __future__ import annotations
@@ -11,21 +11,21 @@ import numpy as np
 from ab_sim.recording.layout import Array
 
 LAST = 0.1
-"""Share of a run at its end over which its final whirl is taken."""
+"""Final share of a run over which its final whirl is taken."""
 MOST_SUMS = 20_000
 TURNS = 2
-"""Whole revolutions that are needed to tell what comes once per revolution."""
+"""Number of whole revolutions that are needed for the part once per revolution."""
 
 
 def rms(time: Array, vectors: Array) -> float:
-    """Root mean square of the length, over time [s], whatever its spacing; at least two rows."""
+    """Return the root mean square of the length over time [s]; at least two rows, any spacing."""
     return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
 
 
 class FinalRms:
-    """Root mean square of the last tenth of values that come a few at a time.
+    """Root mean square of the last tenth of values that come in blocks.
 
-    Sums are kept, at most `MOST_SUMS` of them: of more every other one is dropped.
+    It keeps cumulative sums, at most `MOST_SUMS` of them; beyond that, every second one is dropped.
     """
 
     def __init__(self) -> None:
@@ -41,7 +41,7 @@ class FinalRms:
 
     @property
     def value(self) -> float | None:
-        """The root mean square; None if there are no values."""
+        """Root mean square; None without values."""
         if len(self._sums) == 1:
             return None
         time, (_, count, total) = self._sums[1:, 0], self._sums[-1]
@@ -51,18 +51,18 @@ class FinalRms:
 
 
 def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
-    """Size of what comes once per revolution, and that of the rest.
+    """Return the size of the part once per revolution, and that of the rest.
 
-    The last whole revolutions of the rows are taken, weighed by Hann's window over the *angle*,
-    so that neither a changing speed nor rows that do not fit the revolutions matter.
+    The last whole revolutions are weighted by Hann's window over the *angle*, so that neither a
+    changing speed nor rows that do not fit the revolutions matter.
 
     Args:
-        angle: of the rotor [rad], shape (rows,).
+        angle: angle of the rotor [rad], shape (rows,).
         vectors: shape (rows, axes).
 
     Returns:
-        None where there are less than `TURNS` revolutions, all in one sense, or less than two rows
-        in each of them.
+        None for less than `TURNS` revolutions in one direction, or less than two rows per
+        revolution.
     """
     if len(angle) < 2:
         return None
@@ -84,13 +84,13 @@ def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
 
 
 def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
-    """Frequencies [Hz], and the size of the vibration at each.
+    """Return frequencies [Hz], and the size of the vibration at each.
 
-    Hann's window, the mean taken off; a sine on one axis of amplitude A, at one of the
-    frequencies, has there the size A / sqrt(2).
+    The mean is removed, and Hann's window is applied. A sine on one axis with the amplitude A, at
+    one of the frequencies, has the size A / sqrt(2) there.
 
     Args:
-        step: between rows [s], the same between all.
+        step: time between rows [s], which is constant.
         vectors: at least two rows.
     """
     rows = len(vectors)

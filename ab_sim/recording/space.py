@@ -1,8 +1,8 @@
 """The drive in space, in mm.
 
 Displacement and tilt are hundreds of times smaller than the deck, so the drawing exaggerates both
-by one factor, which the text next to it says: the displacement of every point of the deck then is,
-to first order, so many times what it was. The spindle and the balls turn as they do.
+by one factor, which the text next to it states. To first order, the displacement of every point of
+the deck is then multiplied by that factor. Spindle and balls turn by their true angles.
 """
 
 from __future__ import annotations
@@ -26,27 +26,27 @@ Parts = Iterator[tuple[str, Any]]
 _DECK, _SPRING = (90, 140, 190), (150, 150, 90)
 _GLASS = (75, 80, 90)
 _SHOWN = 0.04
-"""What the unbalance alone does to the deck is drawn about so large, as a share of its size."""
+"""Drawn size of the deck's motion due to the unbalance alone, as a share of the deck's size."""
 
 
 @dataclass(frozen=True)
 class Space:
-    """What is drawn of a drive in space, and how."""
+    """The drawing of a drive in space."""
 
     mounts: Array
-    """Where they hold the deck, on its axes [mm], shape (mounts, 3)."""
+    """Positions of the mounts on the deck, on its axes [mm], shape (mounts, 3)."""
     race_heights: tuple[float, ...]
     ball_heights: tuple[float, ...]
     rotor_height: float
-    """mm."""
+    """Height of the rotor [mm]."""
     race: float
     """Radius of the circle of the balls' centres [mm]."""
     radii: tuple[float, ...]
-    """Of the balls [mm]."""
+    """Radii of the balls [mm]."""
     factor: float
-    """By which displacement and tilt are exaggerated."""
+    """Factor by which displacement and tilt are exaggerated."""
     tilts: bool
-    """Whether the deck moves in space, and not in the plane of the disc only."""
+    """Whether the deck moves in space, and not only in the plane of the disc."""
     arrows: Arrows | None
 
     @classmethod
@@ -58,17 +58,17 @@ class Space:
         motion: float,
         arrows: Arrows | None,
     ) -> Space:
-        """Take from a description's ``deck`` what is drawn.
+        """Read the drawing from a description's ``deck``.
 
         Args:
-            deck: None of one that moves in the plane of the disc: its plate is a square.
+            deck: None for a deck in the plane of the disc, whose plate is a square.
             race: radius of the circle of the balls' centres [mm].
-            radii: of the balls [mm].
-            motion: how large the deck's motion is [mm].
-            arrows: to draw.
+            radii: radii of the balls [mm].
+            motion: size of the deck's motion [mm].
+            arrows: arrows to draw.
 
         Raises:
-            KeyError, TypeError, ValueError: it is not there.
+            KeyError, TypeError, ValueError: a value is missing or invalid.
         """
         if deck is None:
             flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
@@ -92,7 +92,7 @@ class Space:
         )
 
     def scenery(self) -> Parts:
-        """What stays: archetypes, logged once."""
+        """Yield static archetypes, which are logged once."""
         r, (low, high) = self.race, self._plate()
         plate = _rectangle(low, high)
         line = 0.01 * r
@@ -125,13 +125,13 @@ class Space:
             )
 
     def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
-        """What moves: columns, one row per sample.
+        """Yield the columns of moving parts, one row per sample.
 
         Args:
-            angle: of the spindle [rad], shape (rows,).
-            place: of the deck [m], shape (rows, 2), or 3 in space: of C.
+            angle: angle of the spindle [rad], shape (rows,).
+            place: displacement of the deck [m], shape (rows, 2), or (rows, 3) in space: that of C.
             turn: quaternions (w, x, y, z), shape (rows, 4).
-            balls: their angles from the unbalance [rad], shape (rows, balls).
+            balls: angles of the balls from the unbalance [rad], shape (rows, balls).
         """
         rows, turned = len(angle), _more(turn, self.factor)
         moved = np.zeros((rows, 3))
@@ -164,7 +164,7 @@ class Space:
         yield "/space/deck/rotor", rotor
 
     def view(self) -> rrb.View:
-        """The 3-D view."""
+        """Return the 3-D view."""
         low, high = self._plate()
         middle, size = 0.5 * (low + high), float(np.hypot(*(high - low)[:2]))
         eye = middle + size * np.array([0.33, -0.85, 0.6])
@@ -178,13 +178,13 @@ class Space:
         )
 
     def _stacked(self, balls: Array) -> Array:
-        """How far balls of one race are lifted to be seen; those of different ones are apart."""
+        """Return how far balls in one race are lifted to be visible; several races need no lift."""
         if len({*self.ball_heights}) > 1:
             return np.zeros_like(balls)
         return stacked(balls, self.race, self.radii)
 
     def _plate(self) -> tuple[Array, Array]:
-        """Corners of the rectangle that holds mounts and race, at the mounts' height."""
+        """Return the corners of the rectangle that holds mounts and race, at the mounts' height."""
         ring = self.race * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
         points = np.vstack([self.mounts, ring])
         low, high = points.min(axis=0), points.max(axis=0)
@@ -192,12 +192,12 @@ class Space:
         return low, high
 
     def _anchors(self) -> Array:
-        """Where the mounts hold on to the housing: below, for them to be seen."""
+        """Return the mounts' attachments to the housing, drawn below the deck to be visible."""
         return self.mounts - [0.0, 0.0, 0.6 * self.race]
 
 
 def _more(turn: Array, factor: float) -> Array:
-    """The same turns about the same axes, so many times as far."""
+    """Return rotations about the same axes, by multiplied angles."""
     turn = turn * np.where(turn[:, :1] < 0, -1.0, 1.0)
     sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
     half = factor * np.arctan2(sine, turn[:, :1])
@@ -206,14 +206,14 @@ def _more(turn: Array, factor: float) -> Array:
 
 
 def _rotated(turn: Array, points: Array) -> Array:
-    """Points turned by unit quaternions (w, x, y, z)."""
+    """Return points rotated by unit quaternions (w, x, y, z)."""
     axis = turn[..., 1:]
     across = np.cross(axis, points)
     return np.asarray(points + 2.0 * (turn[..., :1] * across + np.cross(axis, across)))
 
 
 def _round_down(factor: float) -> float:
-    """To 1, 2 or 5 times a power of ten, and at least 1: a number that people can keep in mind."""
+    """Round down to 1, 2 or 5 times a power of ten, which is easy to remember; at least 1."""
     if factor < 1.0:
         return 1.0
     power = 10.0 ** np.floor(np.log10(factor))
@@ -233,7 +233,7 @@ def _circle(radius: float, height: float) -> Array:
 
 
 def _disc(radius: float, height: float) -> Any:
-    """A plate, seen from both sides."""
+    """Return a plate, visible from both sides."""
     rim = _circle(radius, height)[:-1]
     count = len(rim)
     corners = np.vstack([rim, [[0.0, 0.0, height]]])
@@ -247,6 +247,6 @@ def _disc(radius: float, height: float) -> Any:
 
 
 def _flat(points: Array, height: float) -> Array:
-    """In a plane of the rotor."""
+    """Return points in a plane of the rotor."""
     flat = points.ravel()
     return np.column_stack([flat.real, flat.imag, np.full(len(flat), height)])

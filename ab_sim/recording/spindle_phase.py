@@ -1,4 +1,4 @@
-"""Phase of the spindle's motion, found from its speed, live or offline."""
+"""Phase of the spindle's motion, determined from its speed, live or offline."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from ab_sim.recording.layout import Array, scalar_columns
 from ab_sim.recording.windows import SlidingWindows
 
 HOP = 0.02
-"""s: how often the acceleration is taken, and over how long."""
+"""Length and spacing of the windows for the acceleration [s]."""
 STILL, STEADY = 1e-3, 0.02
-"""Speeds that count as standstill, and changes within a second that count as none, as shares of
-the top speed."""
+"""Speeds that count as standstill, and changes per second that count as none, relative to the top
+speed."""
 PERIOD = "variable-speed period"
 PHASES: Mapping[str, Colour] = {
     "standstill": GREY,
@@ -34,10 +34,10 @@ class SpindlePhase:
     """Finds the phases of the spindle's motion in the rows of a run.
 
     Args:
-        channels: of the rows, ``speed`` [rad/s] among them.
-        top_speed: rad/s; None: not known.
-        period: of variable speed, as ``explain`` describes it. It is known by its speed and
-            acceleration, so that it need not be known when a live profile was started.
+        channels: channels of the rows, with ``speed`` [rad/s].
+        top_speed: rad/s; None: unknown.
+        period: variable-speed period, as ``explain`` describes it. It is identified by its speed
+            and acceleration, so that the start of a live profile need not be known.
     """
 
     def __init__(
@@ -52,7 +52,7 @@ class SpindlePhase:
         self._phase = ""
 
     def scenery(self) -> Iterator[tuple[str, Any]]:
-        """Static archetypes, by entity."""
+        """Yield static archetypes, by entity."""
         yield (
             "/state/spindle",
             rr.StateConfiguration(
@@ -68,7 +68,7 @@ class SpindlePhase:
             )
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Phases that the next rows complete."""
+        """Yield the phases that the next rows complete."""
         changes, names, ends, within = [], [], [], []
         for window in self._windows.of(rows):
             if len(window) < 2:
@@ -79,7 +79,7 @@ class SpindlePhase:
                 changes.append(window[0])
                 names.append(self._phase)
             if PERIOD in (self._phase, before):
-                ends.append(window[-1])  # what is not a number ends the line
+                ends.append(window[-1])  # a NaN ends the line
                 within.append(run["speed"][-1] if self._phase == PERIOD else np.nan)
         if changes:
             yield "/state/spindle", np.array(changes), rr.StateChange.columns(state=names)
@@ -87,7 +87,7 @@ class SpindlePhase:
             yield "/plot/speed/period", np.array(ends), scalar_columns(np.array(within)[:, None])
 
     def phase_of(self, time: Array, speed: Array) -> str:
-        """One of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
+        """Return one of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
         slope = (speed[-1] - speed[0]) / (time[-1] - time[0])
         if np.max(np.abs(speed)) < STILL * self._scale:
             return "standstill"

@@ -1,4 +1,4 @@
-"""A recording on disk, read a block at a time: how long it is does not matter."""
+"""A recording on disk, read block by block, so that its length does not matter."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from ab_sim.recording.layout import CHANNELS, CLOSED, LEFT_OUT, SAMPLES, THINNED
 from ab_sim.recording.unfinished_file import readable_part
 
 BLOCK_ROWS = 10_000
-"""Rows of a block, unless told: large enough for numpy, some MB."""
+"""Default number of rows of a block: large enough for numpy, some MB."""
 
 
 @dataclass(frozen=True)
 class Event:
-    """What `Recording.event` noted; ``time`` [s] is rounded to ns, ``level`` has Rerun's name."""
+    """Entry of `Recording.event`; ``time`` [s] is rounded to ns, ``level`` has Rerun's name."""
 
     time: float
     level: str
@@ -36,7 +36,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Extent:
-    """How much there is in a recording."""
+    """Amount of data in a recording."""
 
     rows: int
     first: tuple[float, float]  # step and time [s] of the first row; NaN if there is none
@@ -48,7 +48,7 @@ class Extent:
 
 @dataclass(frozen=True)
 class Notes:
-    """What a recording holds beside its samples."""
+    """Content of a recording besides its samples."""
 
     events: list[Event]  # in the order of time
     scalars: dict[str, Array]  # name: (n, 2), time [s] and value
@@ -56,10 +56,10 @@ class Notes:
 
 
 class StoredRun:
-    """A recording that is read from disk when asked, any number of times; see `open_recording`.
+    """A recording that is read from disk on each request; see `open_recording`.
 
-    ``torn`` says why its end cannot be read, if so; all before that can. Of one that is still being
-    written, each pass reads what there is by then.
+    ``torn`` states why its end cannot be read; everything before can. For a recording in progress,
+    each pass reads the data written so far.
     """
 
     def __init__(self, path: Path | str) -> None:
@@ -84,19 +84,19 @@ class StoredRun:
         self.channels: tuple[str, ...] = tuple(named)
         rule = found.get(THINNED)
         self.every = int(_column(rule, "every")[0]) if rule else 1
-        """One step of so many is kept wherever nothing happens."""
+        """Decimation: one step in every ``every`` is kept away from events."""
         self.around = float(_column(rule, "around")[0]) if rule else 0.0
-        """And all of them so long before and after what happens [s]."""
+        """Time before and after an event in which all steps are kept [s]."""
 
     def blocks(
         self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS
     ) -> Iterator[Array]:
-        """Samples in the order of step, bit for bit as they were recorded.
+        """Yield samples in the order of step, bit for bit as recorded.
 
-        :param channels: which, in which order; default: all. Where not every step is kept,
-            `LEFT_OUT` is one, too: how many rows were left out by intent up to each.
-        :param rows: of a block, the last one has what is left.
-        :returns: arrays of shape (rows, channels); what was yielded is not kept.
+        :param channels: channels in order; default: all. In a decimated recording, `LEFT_OUT` is
+            one, too: the number of rows left out by intent up to each row.
+        :param rows: rows of a block; the last one may be shorter.
+        :returns: arrays of shape (rows, channels), which are not kept.
         :raises KeyError: there is no such channel.
         """
         names = self.channels if channels is None else tuple(channels)
@@ -114,9 +114,9 @@ class StoredRun:
             yield np.concatenate(kept)
 
     def trajectory(self) -> Trajectory:
-        """All samples, read into memory.
+        """Read all samples into memory.
 
-        :raises RecordingError: it cannot be read.
+        :raises RecordingError: the recording cannot be read.
         """
         blocks = list(self.blocks()) if self.channels else []
         return Trajectory(
@@ -140,7 +140,7 @@ class StoredRun:
 
     @cached_property
     def extent(self) -> Extent:
-        """How much there is; takes a pass over the file."""
+        """Amount of data; takes a pass over the file."""
         rows = gaps = missing = left_out = 0
         first = last = (float("nan"), float("nan"))
         counted = (LEFT_OUT,) if self.every > 1 else ()
@@ -158,7 +158,7 @@ class StoredRun:
 
     @cached_property
     def notes(self) -> Notes:
-        """Events and numbers noted during the run; takes a pass over the file."""
+        """Events and scalars of the run; takes a pass over the file."""
         events: list[Event] = []
         scalars: dict[str, list[Array]] = {}
         closed = None
@@ -184,12 +184,15 @@ class StoredRun:
 
     @property
     def complete(self) -> bool:
-        """Whether it was closed; else it is still running, was killed, or the disk was full."""
+        """Whether the recording was closed.
+
+        Otherwise it is in progress, was killed, or the disk was full.
+        """
         return self.notes.closed_with == self.extent.rows
 
     def _chunks(self, is_static: bool | None = None) -> Iterator[Chunk]:
         size = self.path.stat().st_size if self.path.is_file() else -1
-        if size < 0 or size != self._size:  # it is still being written, or was just opened
+        if size < 0 or size != self._size:  # it is in progress, or was just opened
             self._readable, self.torn = readable_part(self.path)
             self._size = size
         try:
@@ -206,7 +209,7 @@ class StoredRun:
             ) from error
 
     def _rows(self, names: Sequence[str]) -> Iterator[Array]:
-        """Rows as they come: of each all channels were sent at once."""
+        """Yield rows as stored: all channels of a row were sent at once."""
         layout = {
             group: [self.channels[column] for column in columns]
             for group, columns in layout_of(self.channels).items()
@@ -244,9 +247,9 @@ class StoredRun:
 
 
 def open_recording(path: Path | str) -> StoredRun:
-    """Open what `Recording` wrote, finished or not, to be read in blocks.
+    """Open a recording by `Recording`, finished or not, to be read in blocks.
 
-    Of one that was killed while it wrote, all is read but the batch that is torn.
+    If its writer was killed, everything except the incomplete last batch is read.
 
     Parameters
     ----------
@@ -257,12 +260,12 @@ def open_recording(path: Path | str) -> StoredRun:
     -------
     StoredRun
         ``trajectory()`` reads all samples into memory, ``blocks()`` yields them in arrays of shape
-        (rows, channels); ``extent``: how many there are; ``notes.events``; ``description``.
+        (rows, channels); ``extent`` is their number; ``notes.events``; ``description``.
 
     Raises
     ------
     RecordingError
-        No such file, not a Rerun file, or not ours; reading may raise it, too.
+        The file is missing, not a Rerun file, or not by ab_sim; reading may raise it, too.
 
     Examples
     --------
@@ -281,7 +284,7 @@ _EVENT = ("TextLog:level", "source", "TextLog:text")
 
 
 def _column(batch: pa.RecordBatch, name: str) -> NDArray[Any]:
-    """All values of a component or timeline, flat."""
+    """Return all values of a component or timeline, flat."""
     column = batch[name]
     flat = column.flatten() if pa.types.is_list(column.type) else column
     return np.asarray(flat.to_numpy(zero_copy_only=False))

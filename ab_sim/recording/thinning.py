@@ -1,4 +1,4 @@
-"""Thinning: which samples of a long run are recorded."""
+"""Thinning: selection of the samples of a long run that are recorded."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from ab_sim.errors import RecordingError
 from ab_sim.recording.layout import Array
 
 AROUND = 0.5
-"""s before and after an event that are recorded at full rate, by default."""
+"""Default time before and after an event at full rate [s]."""
 SHARE = 0.1
 """Largest share of the time at full rate, in the long run."""
 STRETCHES = 20
@@ -62,11 +62,11 @@ class Thinning:
             self._event_times.add(time)
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
-        """Add rows; returns those that are decided on, see `_rows_to_keep`.
+        """Add rows, and return those whose selection is final, see `_rows_to_keep`.
 
         Args:
             rows: step, time and so on; at least one.
-            command: the column of the command, if there is one.
+            command: column of the command, if there is one.
 
         With ``every`` = 1 these are all rows.
         """
@@ -79,7 +79,7 @@ class Thinning:
             self._note_command_changes(rows[:, 1], rows[:, command])
         self._new.append(rows)
         if 4 * sum(map(len, self._new)) < len(self._pending):
-            return rows[:0], np.empty(0)  # few new rows: the pending ones are not copied each time
+            return rows[:0], np.empty(0)  # few new rows: pending ones are not copied each time
         self._append_new_rows()
         newest = rows[-1, 1]
         self._select_stretches(newest - self._around)
@@ -89,7 +89,7 @@ class Thinning:
         return self._rows_to_keep(len(early) if early.all() else int(np.argmin(early)))
 
     def rest(self) -> tuple[Array, Array]:
-        """The rest of the rows that are kept, at the end of the run; as `take`."""
+        """Return the rest of the rows to keep, at the end of the run; as `take`."""
         if not self._new and not len(self._pending):
             return self._pending, np.empty(0)
         if not self._command_constant:
@@ -136,9 +136,9 @@ class Thinning:
             self._stretches.append((start, end))
 
     def _rows_to_keep(self, count: int, last: bool = False) -> tuple[Array, Array]:
-        """Of the first pending rows that are kept, and the numbers of rows left out before each.
+        """Select among the first pending rows, and count the rows left out before each.
 
-        It counts from the first row of the run.
+        The count begins at the first row of the run.
         """
         rows, self._pending = self._pending[:count], self._pending[count:]
         if not count:
@@ -155,7 +155,7 @@ class Thinning:
 
 
 class ThinnedInput:
-    """Replaces `Thinning` for rows that were thinned before, with counts of the rows left out.
+    """Replacement of `Thinning` for rows thinned before, with counts of the rows left out.
 
     Args:
         every, around: the rule of that thinning.
@@ -168,7 +168,7 @@ class ThinnedInput:
         self.left_out = 0
 
     def note(self, time: float) -> None:
-        """Events have no effect."""
+        """Do nothing: events have no effect."""
 
     def counted(self, rows: Array, left_out: Array) -> tuple[Array, Array]:
         """Add rows, with the number of rows left out before each."""
@@ -176,9 +176,9 @@ class ThinnedInput:
         return rows, left_out
 
     def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
-        """Add rows without gaps."""
+        """Add rows without gaps, and return them."""
         return self.counted(rows, np.full(len(rows), float(self.left_out)))
 
     def rest(self) -> tuple[Array, Array]:
-        """No rows are pending."""
+        """Return no rows, because none are pending."""
         return np.empty((0, 0)), np.empty(0)

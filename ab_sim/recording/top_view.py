@@ -23,26 +23,26 @@ from ab_sim.recording.vectors import Arrows
 Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
 
 _SIDE = 1.35
-"""Half the width of the picture, as a share of the race's radius."""
+"""Half the width of the picture, relative to the race's radius."""
 _TOP, _BOTTOM = -1.55, 1.8
-"""Its upper and lower edge, with room for labels."""
+"""Upper and lower edge of the picture, with room for labels."""
 _CORNERS = np.array([[-1.15, -1.5], [1.15, -1.5], [-1.15, 1.3], [1.15, 1.3]])
-"""Places of the labels, which are written below them."""
+"""Positions of the labels, which are written below them."""
 
 
 @dataclass(frozen=True)
 class TopView:
-    """What is drawn."""
+    """The drawing from above."""
 
     race: float
     """Radius of the circle on which the balls' centres run [mm]."""
     radii: tuple[float, ...]
-    """Of the balls [mm]."""
+    """Radii of the balls [mm]."""
     arrows: Arrows | None
     balance: Balance | None
 
     def scenery(self) -> Parts:
-        """What stays: archetypes, logged once."""
+        """Yield static archetypes, which are logged once."""
         r, widest = self.race, max(self.radii, default=0.0)
         c, mark = 0.1 * r, 0.88 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
@@ -73,12 +73,12 @@ class TopView:
             yield "/top/rotor/legend", self._legend(self.arrows)
 
     def frames(self, angle: Array, place: Array, balls: Array) -> Parts:
-        """What moves: columns, one row per sample.
+        """Yield the columns of moving parts, one row per sample.
 
         Args:
-            angle: of the spindle [rad], shape (rows,).
-            place: of the deck [mm], shape (rows, 2), or 3 in space.
-            balls: their angles [rad], shape (rows, balls).
+            angle: angle of the spindle [rad], shape (rows,).
+            place: displacement of the deck [mm], shape (rows, 2), or (rows, 3) in space.
+            balls: angles of the balls [rad], shape (rows, balls).
         """
         rows, zero = len(angle), np.zeros_like(angle)
         shaft = np.column_stack([place[:, 0], -place[:, 1], zero])
@@ -108,7 +108,7 @@ class TopView:
         )
 
     def view(self) -> rrb.View:
-        """The view."""
+        """Return the view."""
         sides = np.array([-_SIDE, _SIDE]) * self.race
         height = np.array([_TOP, _BOTTOM]) * self.race
         return rrb.Spatial2DView(

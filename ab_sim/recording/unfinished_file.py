@@ -1,4 +1,4 @@
-"""Files with an incomplete last message, which Rerun refuses: their writer was killed."""
+"""Files of a killed writer, with an incomplete last message, which Rerun refuses."""
 
 from __future__ import annotations
 
@@ -25,10 +25,10 @@ class ReadableFile:
 
 
 def readable_part(path: Path) -> tuple[ReadableFile, str | None]:
-    """A file without an incomplete message at its end.
+    """Return a file without an incomplete message at its end.
 
-    :returns: the file itself, or a copy of its complete messages and a text on what was left out.
-    :raises RecordingError: there is no such file, or it is not one of Rerun's.
+    :returns: the file itself, or a copy of its complete messages and a text on the rest.
+    :raises RecordingError: the file is missing, or not one of Rerun's.
     """
     if not path.is_file():
         reason = "it is a folder" if path.is_dir() else "no such file"
@@ -47,7 +47,7 @@ def readable_part(path: Path) -> tuple[ReadableFile, str | None]:
 
 
 def _whole_size(path: Path) -> int:
-    """Size up to the end of the last complete message [bytes]."""
+    """Return the size up to the end of the last complete message [bytes]."""
     size = path.stat().st_size
     with path.open("rb") as file:
         if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or size < _HEADER:

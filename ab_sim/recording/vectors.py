@@ -1,4 +1,4 @@
-"""The sum of unbalances as arrows: the rotor's, the balls' from its tip on, and what is left."""
+"""The sum of unbalances as arrows: the rotor's, the balls' from its tip, and the residual."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import Array
 
 REACH = 0.62
-"""The longer one of the rotor's and the balls' greatest unbalance, as a share of the race's
+"""Length of the longer one of the rotor's and the balls' greatest unbalance, relative to the race's
 radius."""
 
 
@@ -20,15 +20,15 @@ class Arrows(NamedTuple):
     """The arrows of a drawing: M0 e, sum m_i R exp(i theta_i), and their sum."""
 
     unbalance: float
-    """M0 e [kg m]."""
+    """Unbalance M0 e [kg m]."""
     moments: Array
-    """m_i R [kg m], shape (balls,)."""
+    """Moments m_i R of the balls [kg m], shape (balls,)."""
     scale: float
-    """Length drawn per kg m."""
+    """Drawn length per kg m."""
 
     @classmethod
     def of(cls, explained: Explanation, race: float) -> Arrows | None:
-        """Those to draw in a race of that radius; None where there is no unbalance to speak of."""
+        """Return the arrows for a race of that radius; None without an unbalance."""
         if not explained.vectors:
             return None
         assert explained.unbalance is not None
@@ -37,22 +37,22 @@ class Arrows(NamedTuple):
 
     @property
     def labels(self) -> list[str]:
-        """What each is."""
+        """Names of the arrows."""
         return ["unbalance", "balls", "residual"] if len(self.moments) else ["unbalance"]
 
     @property
     def colors(self) -> list[Colour]:
-        """One each."""
+        """Colours of the arrows."""
         return [UNBALANCE, RESULTANT, RESIDUAL][: len(self.labels)]
 
     def drawn(self, angles: Array) -> tuple[Array, Array]:
-        """Where the arrows begin, and what they are, on the rotor's axes, complex.
+        """Return origins and vectors of the arrows on the rotor's axes, complex.
 
         Args:
-            angles: of the balls from the unbalance [rad], shape (rows, balls).
+            angles: angles of the balls from the unbalance [rad], shape (rows, balls).
 
         Returns:
-            Two of shape (rows, arrows).
+            Two arrays of shape (rows, arrows).
         """
         rotor = np.full(len(angles), self.scale * self.unbalance, dtype=complex)
         none = np.zeros_like(rotor)

@@ -1,4 +1,4 @@
-"""The deck's vibration during a run: r.m.s., once-per-revolution part, spectrum."""
+"""Vibration of the deck during a run: r.m.s., part once per revolution, spectrum."""
 
 from __future__ import annotations
 
@@ -16,13 +16,15 @@ from ab_sim.recording.signals import once_per_turn, rms, spectrum
 from ab_sim.recording.windows import SlidingWindows
 
 HOP, SPAN = 0.1, 0.25
-"""s: how often sizes are taken, and of how long a stretch."""
+"""Spacing and length of the sections for sizes [s]."""
 SPECTRUM_HOP, SPECTRUM_SPAN = 0.5, 0.5
-"""s: the same for spectra; the longer stretch parts neighbouring frequencies."""
+"""Spacing and length of the sections for spectra [s]; a longer section separates close
+frequencies."""
 ORDERS, MOST_LINES = 5.0, 500
-"""A spectrum goes to so many times the top speed, and has at most so many lines."""
+"""Highest frequency of a spectrum in multiples of the top speed, and largest number of its
+lines."""
 SIZES = "/plot/vibration"
-"""The entity of curves that have a row for each ``HOP``."""
+"""Entity of curves that have a row for each ``HOP``."""
 _RMS, _ORDERS = "rms", "orders"
 FEWEST = 4
 """Smallest number of rows of a window."""
@@ -31,7 +33,7 @@ Sent = tuple[str, Array, Any]  # entity, the rows that say when, columns
 
 
 def size_curves() -> list[PlottedCurves]:
-    """Curves of the once-per-revolution part, of the rest, and of the whole."""
+    """Return curves of the part once per revolution, of the rest, and of the whole."""
     names = ["once per turn", "the rest"]
     orders = lines(names, [2.5, 2.0], colors=[UNBALANCE, GREEN])
     whole = lines(["r.m.s. of all"], [2.5], colors=[RUN])
@@ -45,8 +47,8 @@ class VibrationCurves:
     """Computes the curves from the rows of a run, block by block.
 
     Args:
-        channels: of the rows; ``ax``, ``ay`` [m/s^2] among them, and in space ``az``.
-        top_speed: rad/s; None: not known.
+        channels: channels of the rows; ``ax``, ``ay`` [m/s^2] among them, and in space ``az``.
+        top_speed: rad/s; None: unknown.
     """
 
     def __init__(self, channels: tuple[str, ...], top_speed: float | None) -> None:
@@ -57,7 +59,7 @@ class VibrationCurves:
         self._frequencies = np.empty(0)
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Curves that the next rows complete."""
+        """Yield the curves that the next rows complete."""
         ends, sizes, orders = [], [], []
         for window in self._sizes.of(rows):
             if len(window) < FEWEST:
@@ -73,10 +75,13 @@ class VibrationCurves:
         yield from self._spectra(rows)
 
     def _spectrum(self, window: Array) -> tuple[Array, float, Array] | None:
-        """Frequencies, the spindle's frequency [Hz], amplitudes; None without a spectrum."""
+        """Return frequencies, the spindle's frequency [Hz], and amplitudes.
+
+        None without a spectrum.
+        """
         steps = np.diff(window[:, 0])
         if len(window) < FEWEST or np.any(steps != steps[0]):
-            return None  # rows are missing, or were left out: none rather than a wrong one
+            return None  # rows are missing or left out: no spectrum is better than a wrong one
         run = Trajectory(self._channels, window)
         length = run["time"][-1] - run["time"][0]
         step = length / (len(window) - 1)
@@ -103,7 +108,7 @@ class VibrationCurves:
 
 
 def _axis(frequencies: Array, color: Any) -> Any:
-    """Columns of a bar chart without its values; they hold until the next ones."""
+    """Return the columns of a bar chart without its values; they hold until the next ones."""
     width = np.full((1, len(frequencies)), frequencies[1] - frequencies[0])
     whole = rr.BarChart.columns(
         values=[frequencies], abscissa=[frequencies], widths=width, color=[color]

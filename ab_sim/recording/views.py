@@ -32,13 +32,13 @@ class DriveView:
         self.needs: tuple[str, ...] = (*ALWAYS, *self._drawing.needs)
 
     def statics(self) -> Iterator[tuple[str, Any]]:
-        """Static archetypes, by entity."""
+        """Yield static archetypes, by entity."""
         yield self._about()
         yield from self._drawing.scenery()
         yield from self._pictures.scenery()
 
     def begin(self, channels: Sequence[str]) -> None:
-        """Set the channels; the layout follows from them."""
+        """Set the channels, from which the layout follows."""
         balls = len(layout_of(channels).get("balls_angle", ()))
         if balls != self._drawing.balls:
             raise RecordingError(
@@ -49,19 +49,19 @@ class DriveView:
         self._channels = tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """Additional columns of samples, for plots."""
+        """Return additional columns of samples, for plots."""
         return self._pictures.of_samples(rows)
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Frames of the pictures, from the next rows."""
+        """Yield the frames of the pictures from the next rows."""
         return self._pictures.of(rows)
 
     def conclusion(self) -> Iterator[tuple[str, Any]]:
-        """Static archetypes that a finished run replaces, by entity."""
+        """Yield static archetypes that a finished run replaces, by entity."""
         yield self._about()
 
     def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
-        """Layout of the viewer."""
+        """Return the layout of the viewer."""
         return blueprint(self._drawing, self._channels, scalars, live=live)
 
     def _about(self) -> tuple[str, Any]:
@@ -70,7 +70,7 @@ class DriveView:
 
 
 class PlotsView:
-    """One plot for each entity."""
+    """View with one plot for each entity."""
 
     needs = ALWAYS
 
@@ -78,32 +78,32 @@ class PlotsView:
         self._channels: tuple[str, ...] = ()
 
     def statics(self) -> Iterator[tuple[str, Any]]:
-        """No static archetypes."""
+        """Yield no static archetypes."""
         return iter(())
 
     def begin(self, channels: Sequence[str]) -> None:
-        """Set the channels; the layout follows from them."""
+        """Set the channels, from which the layout follows."""
         self._channels = tuple(channels)
 
     def of_samples(self, rows: Array) -> list[Any]:
-        """No additional columns."""
+        """Return no additional columns."""
         return []
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """No frames."""
+        """Yield no frames."""
         return iter(())
 
     def conclusion(self) -> Iterator[tuple[str, Any]]:
-        """No archetypes."""
+        """Yield no archetypes."""
         return iter(())
 
     def blueprint(self, scalars: Sequence[str], live: bool) -> rrb.Blueprint:
-        """Layout of the viewer."""
+        """Return the layout of the viewer."""
         return plain_blueprint(self._channels, scalars, live=live)
 
 
 def drawable(description: Mapping[str, Any], channels: Sequence[str]) -> bool:
-    """Whether description and channels suffice for pictures of the run."""
+    """Return whether description and channels suffice for pictures of the run."""
     try:
         drawn = DriveView(description)
         drawn.begin(channels)

@@ -15,8 +15,8 @@ class SlidingWindows:
     Windows depend on the rows' times only, and not on the size of blocks.
 
     Args:
-        span: of a window [s].
-        hop: between the ends of two windows [s].
+        span: length of a window [s].
+        hop: time between the ends of two windows [s].
     """
 
     def __init__(self, span: float, hop: float) -> None:
@@ -24,7 +24,7 @@ class SlidingWindows:
         self._kept = np.empty((0, 0))
 
     def of(self, rows: Array) -> Iterator[Array]:
-        """All windows that the next rows complete; none without rows, or where time decreases.
+        """Yield all windows that the next rows complete; none without rows, or if time decreases.
 
         Args:
             rows: the next rows; ``time`` [s] is their second column.
@@ -33,7 +33,7 @@ class SlidingWindows:
         every = np.concatenate([self._kept, rows]) if seen else rows
         time = nanoseconds(every[:, 1])
         part = time // self._hop
-        # Of earlier parts all but the last were complete before: their windows were given.
+        # All earlier parts except the last were complete before: their windows were returned.
         over = 1 + np.flatnonzero(np.diff(part))
         first = np.searchsorted(time, (part + 1) * self._hop - self._span)
         self._kept = every[first[-1] :].copy()
@@ -51,12 +51,12 @@ class FrameRate:
         self._last = np.iinfo(np.int64).min
 
     def of(self, rows: Array) -> Array:
-        """The selected rows; ``time`` [s] is the second column."""
+        """Return the selected rows; ``time`` [s] is the second column."""
         part = nanoseconds(rows[:, 1]) // self._period
         before, self._last = self._last, part[-1]
         return rows[np.concatenate([[part[0] != before], part[1:] != part[:-1]])]
 
 
 def nanoseconds(time: Array) -> np.ndarray:
-    """Times [s] in whole nanoseconds."""
+    """Return times [s] in whole nanoseconds."""
     return np.rint(time * 1e9).astype(np.int64)

@@ -1,4 +1,4 @@
-"""Writing a recording."""
+"""Writing of a recording."""
 
 from __future__ import annotations
 
@@ -41,36 +41,36 @@ _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
 
 
 class Recording:
-    """Writes one run to an ``.rrd`` file, which Rerun can open meanwhile.
+    """Writer of one run to an ``.rrd`` file, which Rerun can open meanwhile.
 
     An existing file is replaced. Use it from one thread at a time. Every method raises
-    `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again,
-    and the file is cut back to the last batch that was written whole, so that it stays readable;
-    one that would hold no samples is removed.
-    Rows, scalars and events are collected until there are `BATCH_ROWS` of them, or until `flush`. A
-    live recorder calls it periodically; a killed recording loses what came after the last flush.
+    `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again, and
+    the file is cut back to the last batch that was written whole, so that it stays readable; one
+    that would hold no samples is removed. Rows, scalars and events are collected until there are
+    `BATCH_ROWS` of them, or until `flush`. A live recorder calls it periodically; a killed
+    recording loses what came after the last flush.
 
     :param path: the file; its folder must exist.
-    :param description: what was run, JSON-able; kept as it is. The pictures use ``race_radius``
-        [m], ``eccentricity`` [m], ``balls`` (how many), ``ball_radii`` [m] (one per ball; None:
-        some that fit), of ``effects`` whether there is a motor, the names of ``sensors``, and of
-        a deck in space in ``deck`` what `ab_sim.drive.description` says of it.
+    :param description: description of the run, JSON-able, stored unchanged. The pictures use
+        ``race_radius`` [m], ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one
+        per ball; None: stand-ins that fit), a motor in ``effects``, the names of ``sensors``, and
+        for a deck in space ``deck`` as in `ab_sim.drive.description`.
     :param index: whether the file ends with Rerun's index, for quick access to parts of it. Until
-        then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB
-        an hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
+        then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB an
+        hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
         optimize`` adds it afterwards.
-    :param drawn: whether there is a drawing. Without one the description need not say anything of
-        the drive, nor the channels where anything is, and there are plots of what there is.
-    :param every: keep one step of so many, and all of them around events and the ends of a
-        command's moves (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
+    :param drawn: whether there is a drawing. Without a drawing, description and channels need not
+        contain anything about the drive, and all channels are plotted.
+    :param every: keep one step in every ``every``, and all steps around events and the ends of a
+        command's ramps (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
         ``around`` before they are sent.
-    :param around: what is kept at full rate before and after an event [s], if not all is.
+    :param around: time at full rate before and after an event [s], if ``every`` is more than 1.
     :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
-        are still made from all rows, as of the vibration, which those rows alone would falsify.
+        are still made from all rows, because the shown rows alone would falsify the vibration.
         Nothing is sent until `flush`. The viewer follows the newest samples until the recording is
         closed; every other file opens at its start, paused.
-    :param thinned: ``every`` and ``around`` were already applied by somebody else, and `block` is
-        told what that has left out.
+    :param thinned: ``every`` and ``around`` have already been applied, and `block` receives the
+        numbers of rows left out.
 
     Examples
     --------
@@ -154,8 +154,8 @@ class Recording:
     def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
         """Send the layout before the first samples, complete, so that it is sent once only.
 
-        :param channels: of the samples.
-        :param scalars: names of those that may come.
+        :param channels: channels of the samples.
+        :param scalars: names of scalars that may come.
         """
         self._check_usable()
         for name in scalars:
@@ -169,11 +169,11 @@ class Recording:
 
         :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
             ``y`` and the angles of all balls are needed for the drawing, and of a deck in space
-            ``z`` and its quaternion; the rest is free.
-        :param samples: (rows, channels), float64, copied. ``step`` must grow from row to row;
-            it may leap, which `read_recording` counts.
-        :param left_out: of samples that somebody else has thinned, how many were left out by intent
-            up to each row; only with ``thinned``.
+            ``z`` and its quaternion; other channels are free.
+        :param samples: (rows, channels), float64, copied. ``step`` must increase from row to row;
+            gaps are counted by `read_recording`.
+        :param left_out: for samples that were thinned before, the number of rows left out up to
+            each row; only with ``thinned``.
         """
         self._check_usable()
         names, rows = tuple(channels), np.array(samples, dtype=np.float64)
@@ -210,7 +210,7 @@ class Recording:
             raise RecordingError(
                 f"{self.path}: the name of a scalar must be one word, not {name!r}"
             )
-        if name not in self._scalars:  # every name gets a plot; an empty one would only puzzle
+        if name not in self._scalars:  # every name gets a plot, and an empty one would only confuse
             self._declare_scalar(name)
             if self._channels:
                 self._send_layout()
@@ -237,8 +237,8 @@ class Recording:
     def flush(self, pictures: bool = True) -> None:
         """Send the collected data, and wait until they are in the file.
 
-        :param pictures: also what is drawn of it. Without, that waits until there is a second of
-            the run: a message costs some 1.2 kB however little is in it.
+        :param pictures: also send the pictures. Otherwise they wait for a second of the run,
+            because each message costs some 1.2 kB, whatever its content.
         """
         self._check_usable()
         self._send_collected()
@@ -370,18 +370,18 @@ class Recording:
 
     @property
     def _picture_delay(self) -> float:
-        """How much of the run pictures wait for [s]."""
+        """Time of the run for which pictures are pending [s]."""
         return float(self._rows_without_pictures[-1][-1, 1] - self._rows_without_pictures[0][0, 1])
 
     def _send_pictures(self) -> None:
-        """What is derived from the rows since the last time."""
+        """Send the pictures derived from the rows since the last time."""
         rows = np.concatenate(self._rows_without_pictures)
         self._rows_without_pictures.clear()
         for entity, when, columns in self._view.of(rows):
             self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
 
     def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
-        """The timelines for what has a time, and the step that it fell into."""
+        """Return the timelines for entries with a time, and the step in which they fall."""
         if self._step is None:
             return index_columns(times)
         return index_columns(times, np.rint(np.asarray(times) / self._step))
@@ -397,7 +397,8 @@ class Recording:
             self.rows_written = self.missing = 0
         elif isinstance(reason, OSError):
             self._file.cut()
-        if isinstance(reason, OSError):  # otherwise the disk hangs, and so would this
+        # otherwise the disk hangs, and this call would hang as well
+        if isinstance(reason, OSError):
             self._stream.disconnect()
             if not self.rows_written:
                 self._file.remove()
@@ -409,5 +410,5 @@ class Recording:
 
 
 def _positive(value: object) -> float | None:
-    """The value, if it is a number above 0."""
+    """Return the value, if it is a number above 0."""
     return float(value) if isinstance(value, (int, float)) and 0.0 < value < np.inf else None

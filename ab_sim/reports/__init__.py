@@ -1,1 +1,1 @@
-"""What recordings come to: tables, pictures and pages of runs, and runs beside a simulation."""
+"""Reports on recordings: tables, pictures and pages of runs, and comparisons with simulations."""

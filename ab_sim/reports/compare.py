@@ -1,4 +1,4 @@
-"""A recording beside what a scene does under the recorded commands."""
+"""Comparison of a recording with a scene's run under the recorded commands."""
 
 import math
 from collections.abc import Callable
@@ -18,28 +18,28 @@ from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 
 ASKED = ("step", "time", "command")
-"""Channels that a comparison cannot do without; it needs one more to compare."""
+"""Channels that a comparison needs, besides at least one to compare."""
 PROFILE, COMMANDS = "the scene's profile", "the recorded commands"
 
 
 @dataclass
 class ChannelDeviation:
-    """How far a channel is from the recording."""
+    """Deviation of a channel from the recording."""
 
     channel: str
     unit: str | None
     largest: float = 0.0
-    """|simulated - recorded|, in its unit."""
+    """Largest |simulated - recorded|, in the channel's unit."""
     at: float = math.nan
-    """When [s]."""
+    """Time of the largest deviation [s]."""
     same: bool = True
-    """To the bit, everywhere."""
+    """Whether all samples are identical to the bit."""
     least: float = math.inf
-    """The least that was recorded, ..."""
+    """Least recorded value."""
     most: float = -math.inf
-    """... and the most."""
+    """Largest recorded value."""
     compared: int = 0
-    """At how many samples; where one of the two is not finite there is nothing to compare."""
+    """Number of compared samples; those that are not finite are left out."""
     squares: float = 0.0
 
     def take(self, time: np.ndarray, recorded: np.ndarray, simulated: np.ndarray) -> None:
@@ -63,12 +63,12 @@ class ChannelDeviation:
         return math.sqrt(self.squares / self.compared) if self.compared else None
 
     def relative(self, value: float | None) -> float | None:
-        """In the range of what was recorded; None where that did not vary."""
+        """Return a value relative to the recorded range; None if the recorded value is constant."""
         span = self.most - self.least
         return None if value is None or not span > 0 else value / span
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return JSON-able values."""
         there = self.compared > 0
         return {
             "channel": self.channel,
@@ -87,30 +87,30 @@ class ChannelDeviation:
 
 @dataclass(frozen=True, repr=False)
 class RecordingComparison(Presented):
-    """A recording beside a simulation; see ``ab_sim.compare_recording``."""
+    """Comparison of a recording with a simulation; see ``ab_sim.compare_recording``."""
 
     _picture = "ab_sim.reports.compare_picture:drawn_comparison"
 
     scene: Scene
     deviations: tuple[ChannelDeviation, ...]
     not_compared: dict[str, tuple[str, ...]]
-    """Every other channel of the two, by the reason."""
+    """Channels that were not compared, by the reason."""
     recorded: Envelope
     simulated: Envelope
     differences: Envelope
     driven_by: str
     """``PROFILE`` or ``COMMANDS``."""
     aligned: str
-    """How samples were brought to the same times."""
+    """Alignment of samples in time."""
     rows: int
     duration: float
-    """s."""
+    """Duration [s]."""
     notes: tuple[str, ...]
-    """What the numbers do not mean."""
+    """Limits of the meaning of the numbers."""
 
     @property
     def same(self) -> bool:
-        """Whether every channel that was compared is, to the bit."""
+        """Whether every compared channel is identical to the bit."""
         return all(deviation.same for deviation in self.deviations)
 
     def _facts(self) -> dict[str, str]:
@@ -133,7 +133,7 @@ class RecordingComparison(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values: see ``ab-sim compare --help``."""
+        """Return JSON-able values: see ``ab-sim compare --help``."""
         return {
             "scene": self.scene.name,
             "driven_by": self.driven_by,
@@ -154,22 +154,23 @@ class RecordingComparison(Presented):
 def compare_with(
     run: StoredRun, scene: Scene, progress: Callable[[int], None] | None = None
 ) -> RecordingComparison:
-    """Run a scene under the commands of a recording, and measure how far it is from it.
+    """Run a scene under the commands of a recording, and measure the deviations.
 
-    A recording of ab_sim says which step it was made with. With that step the scene is stepped
-    along, and under the same circumstances gives the same bits; a recording whose commands are the
-    scene's profile is taken for a run of that. Any other recording is aligned by time: it begins
+    A recording of ab_sim contains its step. With that step the scene is simulated step by step, and
+    under the same circumstances gives the same bits. If the commands are the scene's profile, the
+    recording is treated as a run of that profile. Any other recording is aligned by time: it begins
     with the scene's start, commands act from their time on, and the simulation is interpolated
     linearly at the recorded times.
 
     Args:
         run: a recording with the channels ``ASKED`` and at least one that the scene has, too.
-        scene: what to run; if it asks for an accuracy, the recording's solver is used.
+        scene: scene to run; if it requests an accuracy, the recording's solver is used.
         progress: called with the number of samples compared so far.
 
     Raises:
-        InputError: the recording cannot be compared with this scene; says why and what to do.
-        RecordingError: it cannot be read.
+        InputError: the recording cannot be compared with this scene; the message has reason and
+            remedy.
+        RecordingError: the recording cannot be read.
         SceneError, DivergedError: see ``Drive``.
     """
     missing = [name for name in ASKED if name not in run.channels]
@@ -198,7 +199,7 @@ def compare_with(
         (sample, *_) = run.blocks(rows=1)
         recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
         drive = Drive(scene_from(scene, recorded), commanded=True)
-        # What is in force accelerates the first sample, too.
+        # The command in force accelerates the first sample, too.
         if math.isfinite(recorded["command"]):
             drive.command(recorded["command"])
         notes.append(
@@ -212,7 +213,7 @@ def compare_with(
 
 
 def _begun_before(run: StoredRun, scene: Scene) -> bool:
-    """Whether nothing had been commanded yet: then all is known from the run's start on."""
+    """Return whether no command had come before, so that everything is known from the start."""
     (sample, *_) = run.blocks(rows=1)
     recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
     drive, steps = Drive(scene, commanded=True), int(recorded["step"])
@@ -227,16 +228,16 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
 
 
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
-    """Whether the commands are the scene's profile, to the bit, at the first samples."""
+    """Return whether the first commands are the scene's profile, to the bit."""
     if scene.is_led:
-        return False  # what was measured has decided
+        return False  # measurements have decided
     steps, commands = next(run.blocks(("step", "command"))).T
     replay = ReplayedDrive(Drive(scene), obeys=False)
     return replay.at_steps(steps, commands)["command"].tobytes() == commands.tobytes()
 
 
 def _solved(run: StoredRun, scene: Scene) -> tuple[Scene, bool]:
-    """The scene with a solver, and whether it steps as the recording does."""
+    """Return the scene with a solver, and whether it has the recording's steps."""
     step, stepper = run.description.get("step"), run.description.get("stepper")
     if not isinstance(step, float) or not isinstance(stepper, str):
         if scene.accuracy is not None:
@@ -306,7 +307,7 @@ def _along(
 
 
 def _not_compared(run: StoredRun, drive: Drive, names: list[str]) -> dict[str, tuple[str, ...]]:
-    """Why the channels that are not among these are not compared."""
+    """Return the reasons why other channels are not compared."""
     rest = [name for name in dict.fromkeys((*run.channels, *drive.channels)) if name not in names]
     reasons: dict[str, tuple[str, ...]] = {}
     for name in rest:

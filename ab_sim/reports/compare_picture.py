@@ -1,4 +1,4 @@
-"""A recording and a simulation in one picture, and what is between them."""
+"""Picture of a recording, a simulation and the difference."""
 
 import textwrap
 from pathlib import Path
@@ -11,23 +11,23 @@ from ab_sim.figures.saved import ResultFigure, save, with_plain_texts
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
 MOST = 6
-"""Channels drawn, those that matter to people first."""
+"""Largest number of drawn channels, the most important ones first."""
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
 
 
 def compare_picture(found: RecordingComparison, recording: str, path: Path) -> None:
-    """Draw recorded and simulated channels, and beside each the difference.
+    """Draw recorded and simulated channels, each with the difference.
 
     Args:
-        found: a comparison.
+        found: the comparison.
         recording: its name, for the title.
-        path: file to write; its ending says the format (png, svg, pdf).
+        path: file to write; its ending sets the format (png, svg, pdf).
     """
     save(_drawn(found, recording), path, 110)
 
 
 def drawn_comparison(found: RecordingComparison) -> ResultFigure:
-    """The same, not written: what ``plot()`` of a comparison draws."""
+    """Return the figure without writing it, for ``plot()`` of a comparison."""
     return with_plain_texts(_drawn(found, "the recording"))
 
 
@@ -52,7 +52,7 @@ def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
 
 
 def _left_out(found: RecordingComparison, shown: list[ChannelDeviation]) -> str:
-    """What the picture does not show, and why: lines of text."""
+    """Return lines of text on channels that the picture does not show, with reasons."""
     names = ", ".join(each.channel for each in found.deviations if each not in shown)
     told = [f"Compared, not drawn: {names}."] if names else []
     told += [
@@ -83,7 +83,7 @@ def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: Channe
         share = deviation.relative(deviation.largest)
         beside = "" if share is None else f" ({100 * share:.2g} % of the range)"
         text = f"largest {deviation.largest:.3g}{unit}{beside} at {deviation.at:.4g} s"
-        # Room above the curve for the text.
+        # Leave room above the curve for the text.
         low, high = right.get_ylim()
         right.set_ylim(low, high + 0.25 * (high - low))
     right.text(0.01, 0.97, text, transform=right.transAxes, va="top", fontsize=8)

@@ -1,4 +1,4 @@
-"""Curves of any number of samples in few points, none of whose peaks is lost."""
+"""Curves of any number of samples in few points, with all peaks."""
 
 from collections.abc import Sequence
 
@@ -9,14 +9,14 @@ POINTS = 2000
 
 
 class Envelope:
-    """The least and the largest sample of each channel in bins of equally many samples.
+    """Least and largest sample of each channel in bins of equal numbers of samples.
 
-    Curves of so few samples that each has a bin of its own are what was sampled.
+    If there are at most as many samples as bins, the curves contain all samples.
 
     Args:
-        channels: names.
-        count: how many samples there will be.
-        bins: how many at most.
+        channels: names of the channels.
+        count: total number of samples.
+        bins: largest number of bins.
     """
 
     def __init__(self, channels: Sequence[str], count: int, bins: int = POINTS) -> None:
@@ -38,18 +38,18 @@ class Envelope:
         self._done += len(time)
         edges = np.flatnonzero(np.diff(bins, prepend=-1, append=-1))
         for begin, end in zip(edges[:-1], edges[1:], strict=True):
-            if bins[begin] < self._bins:  # else there are more samples than were to come
+            if bins[begin] < self._bins:  # otherwise there are more samples than announced
                 self._merge(int(bins[begin]), time[begin:end], values[begin:end])
 
     def curve(self, channel: str) -> tuple[np.ndarray, np.ndarray]:
-        """Times [s] and values of a channel, at most two of each bin, in order."""
+        """Return times [s] and values of a channel, at most two per bin, in order."""
         at = self.channels.index(channel)
         times, values = self._times[:, :, at], self._values[:, :, at]
         order = np.argsort(times, axis=0)
         times = np.take_along_axis(times, order, 0).T.ravel()
         values = np.take_along_axis(values, order, 0).T.ravel()
         there = np.isfinite(times) & np.isfinite(values)
-        # A bin of one sample has it twice.
+        # A bin with one sample contains it twice.
         there[1:] &= ~((times[1:] == times[:-1]) & (values[1:] == values[:-1]))
         return times[there], values[there]
 

@@ -1,4 +1,4 @@
-"""What a report says of a recording, gathered a block at a time."""
+"""Data of a report, gathered from a recording block by block."""
 
 import math
 from collections.abc import Callable, Iterator
@@ -25,47 +25,47 @@ from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 
 TURNS = 20
-"""Of the spindle, at the end of the run: drawn as the last orbit."""
+"""Number of final turns of the spindle in the last orbit."""
 ORBIT = 4000
-"""Points of an orbit at most."""
+"""Largest number of points of an orbit."""
 
 
 @dataclass(frozen=True)
 class RunData:
-    """A recording in few enough numbers to be drawn and told."""
+    """Data of a recording, reduced for figures and tables."""
 
     run: StoredRun
     name: str
     scene: Scene | None
-    """None: what was run is not known, and it cannot be judged."""
+    """Scene of the run; None: unknown, and the run cannot be judged."""
     merits: Merits | None
     curves: Envelope
-    """Of speed, command, whirl, ball angles, ... [SI units], as far as there are such channels."""
+    """Curves of speed, command, whirl, ball angles, ... [SI units], for existing channels."""
     orbit: np.ndarray
-    """Time, x, y [s, m] of some samples of the whole run, shape (points, 3)."""
+    """Time, x, y [s, m] of selected samples of the whole run, shape (points, 3)."""
     last_orbit: np.ndarray
-    """The same of the last ``TURNS`` turns."""
+    """Time, x, y of the last ``TURNS`` turns."""
     vibrating: str
-    """What the vibration is of."""
+    """Name of the vibrating quantity."""
     vibration: OncePerTurn
-    """Of the last stretch."""
+    """Vibration in the last section."""
     spectrum: PowerSpectrum
-    """Of the last stretch."""
+    """Spectrum of the last section."""
     waterfall: Waterfall
     notes: tuple[str, ...]
     without_balls: Envelope | None
-    """``whirl`` of the drive without balls along the run's speed [m]; None if not known."""
+    """``whirl`` of the drive without balls along the run's speed [m]; None if unknown."""
     final_without_balls: float | None
-    """Its final whirl [m], as of merits."""
+    """Its final whirl [m], as in the metrics."""
 
     @property
     def eccentricity(self) -> float:
-        """e [m]; 0 where it is not known."""
+        """Eccentricity e [m]; 0 if unknown."""
         known = self.run.description.get("eccentricity")
         return float(known) if isinstance(known, int | float) else 0.0
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values: see ``ab-sim report --help``."""
+        """Return JSON-able values: see ``ab-sim report --help``."""
         extent, factors = self.run.extent, self.real_time_factors
         merits = None if self.merits is None else self.merits.report(self.eccentricity)
         return {
@@ -91,23 +91,23 @@ class RunData:
 
     @property
     def real_time_factors(self) -> np.ndarray:
-        """Those that were recorded live; none of an offline run."""
+        """Recorded real-time factors of a live run; empty for an offline run."""
         return self.run.notes.scalars.get("real_time_factor", np.empty((0, 2)))[:, 1]
 
 
 def gather(
     run: StoredRun, name: str, progress: Callable[[int, int], None] | None = None
 ) -> RunData:
-    """Read a recording, three times, and keep what a report needs.
+    """Read a recording, in three passes, and keep the data of a report.
 
     Args:
         run: a recording.
-        name: what to call it.
-        progress: called with how many samples have been read, and of how many.
+        name: name in the report.
+        progress: called with the number of samples read and the total.
 
     Raises:
-        InputError: it has no samples.
-        RecordingError: it cannot be read.
+        InputError: the recording has no samples.
+        RecordingError: the recording cannot be read.
     """
     extent = run.extent
     if extent.rows == 0:
@@ -117,13 +117,15 @@ def gather(
     passes = 1 + (0 if scene is None else passes_of()) + (run.every > 1)
 
     def pieces() -> Iterator[Trajectory]:
-        left = extent.rows  # of one that is still being written, no more than at first
+        # for a recording in progress, only the samples at the start of the report
+        left = extent.rows
         for block in run.blocks():
             rows = block[:left]
             if len(rows) == 0:
                 return
             left -= len(rows)
-            # At even distances: what is kept beside them would weigh more than the rest.
+            # Evenly spaced samples only: the full-rate ones around events would have too much
+            # weight.
             piece = Trajectory(run.channels, rows[rows[:, 0] % run.every == 0])
             if len(piece):
                 yield piece
@@ -156,7 +158,7 @@ def gather(
 
 
 def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
-    """What was run, or why it is not known."""
+    """Return the scene of a recording, or why it is unknown."""
     try:
         scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
         channels = channels_of(scene, system_of(scene))
@@ -235,11 +237,11 @@ class _Collected:
         if "angle" not in seen.channels:
             return
         self._turning.append(np.column_stack([rows, seen["angle"]]))
-        # Whole blocks that lie before the last turns are not needed any more.
+        # Blocks before the last turns are not needed any more.
         end = self._turning[-1][-1, 3]
         while len(self._turning) > 1 and _turns(end, self._turning[0][-1, 3]) > TURNS:
             del self._turning[0]
-        if len(self._turning) > 100:  # it stands still: what is long ago is not drawn
+        if len(self._turning) > 100:  # at standstill, old samples are not drawn
             del self._turning[:50]
 
     def result(self, name: str, merits: Merits | None, notes: tuple[str, ...]) -> RunData:
@@ -261,7 +263,7 @@ def _turns(end: float, angle: Any) -> Any:
 
 
 def _vibrating(run: StoredRun) -> tuple[list[str], str]:
-    """Channels of the vibration across the shaft: the first sensor's, else the deck's."""
+    """Return the channels of the vibration across the shaft: the first sensor's, or the deck's."""
     for sensor in run.description.get("sensors") or ():
         axes = [f"{sensor}_{axis}" for axis in (1, 2)]
         if set(axes) <= set(run.channels):

@@ -1,4 +1,4 @@
-"""Panels of several runs, side by side on the same axes."""
+"""Panels of several runs, side by side on shared axes."""
 
 import math
 from collections.abc import Sequence
@@ -9,30 +9,30 @@ import numpy as np
 from ab_sim.reports.panels import KEYS, TIME, Panel
 
 Limits = tuple[tuple[float, float], tuple[float, float]]
-"""From and to, across and up."""
+"""Limits across and up."""
 
 LEAST_HEIGHT = 0.1
-"""Share of the height of shared axes that each panel fills; else all have axes of their own."""
+"""Least share of the height of shared axes for each panel; otherwise each has separate axes."""
 
 
 @dataclass(frozen=True)
 class Grid:
-    """A column for each run, a row for each kind of panel that any of them has."""
+    """Panels in a column for each run and a row for each kind of panel."""
 
     names: tuple[str, ...]
     rows: tuple[tuple[Panel | None, ...], ...]
     limits: tuple[tuple[Limits, ...], ...]
-    """Of each row's panels: the same for all, unless that would flatten one of them."""
+    """Limits of each row's panels: shared, unless that would flatten one of them."""
     own: tuple[bool, ...]
-    """Of each row, whether its panels have scales of their own upwards."""
+    """Whether the panels of each row have separate vertical scales."""
 
 
 def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
-    """Lay panels out.
+    """Lay out panels.
 
     Args:
-        names: of the runs.
-        runs: the panels of each.
+        names: names of the runs.
+        runs: panels of each run.
     """
     keys = [key for key in KEYS if any(p.key == key for panels in runs for p in panels)]
     by_key = [{panel.key: panel for panel in panels} for panels in runs]
@@ -55,12 +55,12 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
 
 
 def grid_title(panel: Panel, own: bool) -> str:
-    """What stands above a panel: also that it cannot be compared with its neighbours by eye."""
+    """Return the title of a panel, with a note if its scale differs from its neighbours'."""
     return f"{panel.title} (own scale)" if own and not panel.note else panel.title
 
 
 def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
-    """Whether on shared axes a panel's curves would fill too little of the height to be read."""
+    """Return whether shared axes would make a panel's curves too flat to read."""
     if len(panels) < 2 or panels[0].heat is not None:
         return False  # Rows of a map are speeds, which are compared.
 
@@ -70,7 +70,7 @@ def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
 
     log = any(panel.log for panel in panels)
     whole = height(shared, log)
-    # One that does not vary, as a speed that is held, is as flat on axes of its own.
+    # A constant curve, such as a held speed, is flat on its own axes, too.
     heights = [height(_limits([panel]), log) for panel in panels if _varies(panel)]
     return any(own < LEAST_HEIGHT * whole for own in heights)
 
@@ -81,7 +81,7 @@ def _varies(panel: Panel) -> bool:
 
 
 def _alone(panel: Panel, shared: Limits) -> Limits:
-    """Limits of its own, but for a time, which all have."""
+    """Return a panel's own limits, with the shared time axis."""
     if panel.note:
         return shared
     across, up = _limits([panel])

@@ -1,4 +1,4 @@
-"""An identification as one page for a browser: measured beside fitted, values, intervals."""
+"""An identification as one web page: measured and fitted signals, values, intervals."""
 
 import math
 from collections.abc import Iterator, Sequence
@@ -16,25 +16,25 @@ from ab_sim.reports.page import panel_html, shown, write_page
 from ab_sim.reports.panels import TIME, Panel, PanelLine
 
 POINTS = 3000
-"""Of a curve; more are drawn as the least and the largest of those that share a place."""
+"""Largest number of points of a curve; larger ones are drawn by their extremes."""
 QUANTILE = 3.84
-"""By so much the sum of squares rises at the ends of an interval of 95 %, in units of noise."""
+"""Rise of the sum of squares at the ends of an interval of 95 %, in units of noise."""
 SMOOTH = 120
-"""Points of a profile's curve."""
+"""Number of points of a profile's curve."""
 BINS = 200
-"""Of a residual spectrum."""
+"""Number of bins of a residual spectrum."""
 Rows = Sequence[Sequence[str]]
 
 
 def identification_page(found: Identification, path: Path) -> None:
-    """Write a page that needs nothing else.
+    """Write a self-contained page.
 
     Args:
-        found: what is shown.
+        found: the identification.
         path: file to write: .html.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     write_page(path, f"{found.before.name}: {found.verdict}", "".join(_sections(found)))
 
@@ -136,7 +136,7 @@ def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
 
 
 def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
-    """Of noise it is level."""
+    """Return the spectrum of residuals, which is level for white noise."""
     measured = each.measured
     unit, scale = shown_unit(measured.unit)
     rate = 1.0 / float(np.median(np.diff(measured.time)))
@@ -160,7 +160,7 @@ def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
 
 
 def _profile(profile: ProfilePoints) -> tuple[Panel, Limits]:
-    # Of a parabola the root is straight: between points so is what is drawn here.
+    # The root of a parabola is straight, so it is interpolated linearly.
     best = int(np.argmin(profile.rises))
     roots = np.sqrt(profile.rises) * np.sign(np.arange(len(profile.rises)) - best)
     values = np.linspace(min(profile.values), max(profile.values), SMOOTH)
@@ -183,7 +183,7 @@ def _correlations(found: Identification) -> Rows:
 
 
 def _thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Few enough points, of which none hides a peak."""
+    """Return fewer points without hiding a peak."""
     if len(time) <= POINTS:
         return time, values
     width = math.ceil(2 * len(time) / POINTS)

@@ -1,4 +1,4 @@
-"""A report as one page for a browser, with figures to zoom; it needs nothing from elsewhere."""
+"""A report as one self-contained web page, with zoomable figures."""
 
 import html
 from collections.abc import Sequence
@@ -17,7 +17,7 @@ from ab_sim.reports.panels import TIME, Panel
 from ab_sim.reports.summary import CAPTION, Row
 
 HEIGHT = 270
-"""Pixels of a panel of height 1."""
+"""Height in pixels of a panel of height 1."""
 _STYLE = """
 body { font-family: sans-serif; margin: 1.5em; color: #222; }
 table { border-collapse: collapse; margin-bottom: 0.5em; }
@@ -60,13 +60,13 @@ def report_page(
     """Write runs side by side as a page.
 
     Args:
-        grid: what to show.
+        grid: panels to show.
         rows: the table above.
-        notes: what has to be said of each run.
+        notes: notes on each run.
         path: file to write: .html.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     title = "Report: " + ", ".join(grid.names)
     heads = "".join(f"<th>{shown(name)}</th>" for name in ("", *grid.names))
@@ -96,15 +96,15 @@ def report_page(
 
 
 def write_page(path: Path, title: str, body: str) -> None:
-    """Write a page that has all that its figures need.
+    """Write a page that includes everything its figures need.
 
     Args:
         path: file to write: .html.
         title: a text from outside.
-        body: what is below the title, as HTML.
+        body: HTML below the title.
 
     Raises:
-        OSError: it cannot be written.
+        OSError: the file cannot be written.
     """
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
@@ -117,7 +117,7 @@ def write_page(path: Path, title: str, body: str) -> None:
 
 
 def shown(text: str) -> str:
-    """A text from outside, as it stands in a page."""
+    """Return a text from outside, escaped for a page."""
     return html.escape(visible(text))
 
 
@@ -129,7 +129,7 @@ def _division(name: str, panel: Panel, limits: Limits, own: bool) -> str:
 
 
 def panel_html(panel: Panel, limits: Limits) -> str:
-    """A panel as a part of a page, on axes of these limits."""
+    """Return a panel as a part of a page, with axes of these limits."""
     drawn: str = _figure(panel, limits).to_html(
         full_html=False, include_plotlyjs=False, config={"displaylogo": False, "responsive": True}
     )
@@ -184,5 +184,5 @@ def _figure(panel: Panel, limits: Limits) -> Any:
 
 
 def _short(values: np.ndarray) -> np.ndarray:
-    """Half as many bytes, and more digits than a screen has."""
+    """Return values in single precision: half as many bytes, and more digits than a screen has."""
     return np.asarray(values, np.float32)

@@ -1,4 +1,4 @@
-"""What the pictures of a run show, whoever draws them."""
+"""Content of the pictures of a run, independent of the renderer."""
 
 import math
 from collections.abc import Iterator
@@ -16,25 +16,25 @@ KEYS = (
     "speed", "whirl", "force", "angles", "tilt", "torque", "orbit", "last orbit", "spectrum",
     "waterfall",
 )  # fmt: skip
-"""Of panels, from above to below."""
+"""Keys of panels, from top to bottom."""
 TIME = "time [s]"
 DASHED = DASHES[1]
 ORDERS = {1: VERMILION, 2: SKY}
-"""Times the spindle's speed, drawn as lines in these colours."""
+"""Multiples of the spindle's speed that are drawn as lines, and their colours."""
 WATERFALL_DECADES = 4.0
-"""Below the largest amplitude; what is smaller is drawn alike."""
+"""Range of a waterfall below the largest amplitude [decades]; smaller values look alike."""
 LEAST = 1e-4
-"""Whirl smaller than this share of its peak is not drawn."""
+"""Share of the peak below which the whirl is not drawn."""
 SPECTRUM_LEAST = 1e-6
-"""Nor is a density so much smaller than the largest."""
+"""Share of the largest density below which a density is not drawn."""
 COLUMNS = 300
-"""Of a waterfall at most."""
+"""Largest number of columns of a waterfall."""
 Cells = tuple[np.ndarray, np.ndarray, np.ndarray]
 
 
 @dataclass(frozen=True)
 class PanelLine:
-    """A line."""
+    """A line of a panel."""
 
     name: str
     x: np.ndarray
@@ -46,7 +46,7 @@ class PanelLine:
 
 @dataclass(frozen=True)
 class Cloud:
-    """Points whose colours are the time."""
+    """Points coloured by time."""
 
     x: np.ndarray
     y: np.ndarray
@@ -55,7 +55,7 @@ class Cloud:
 
 @dataclass(frozen=True)
 class Heat:
-    """A map of values, NaN where there are none; x and y are the middles of its cells."""
+    """A map of values, NaN where missing; x and y are the centres of its cells."""
 
     x: np.ndarray
     y: np.ndarray
@@ -65,7 +65,7 @@ class Heat:
 
 @dataclass(frozen=True)
 class Panel:
-    """One pair of axes. Those of several runs that have the same key have the same axes."""
+    """One pair of axes. Panels of several runs with the same key share axes."""
 
     key: str
     title: str
@@ -79,13 +79,13 @@ class Panel:
     heat: Heat | None = None
     log: bool = False
     equal: bool = False
-    """One unit is as long upwards as across."""
+    """Whether both axes have the same scale."""
     note: str = ""
-    """Why there is nothing to see."""
+    """Reason for an empty panel."""
 
 
 def panels_of(data: RunData) -> list[Panel]:
-    """All that there is to show of a run, from above to below."""
+    """Return all panels of a run, from top to bottom."""
     return [panel for panel in _panels(data) if panel.curves or panel.cloud or panel.note]
 
 
@@ -127,7 +127,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
 
 
 def whirl_scale(data: RunData) -> tuple[str, str, float]:
-    """What a whirl is called, its unit, and by what m are multiplied."""
+    """Return name and unit of the whirl, and the factor from m."""
     e = data.eccentricity
     return ("W/e", "1", 1.0 / e) if e > 0 else ("W", "mm", 1e3)
 
@@ -189,8 +189,8 @@ def _spectra(data: RunData) -> Iterator[Panel]:
     title = f"Vibration, last tenth of the run: {data.vibrating}"
     density, frequencies = data.spectrum.density, data.spectrum.frequencies
     if len(density):
-        # At 0 there is nothing: what is constant was left out. What is smaller than rounding leaves
-        # of the largest is a gap, for a line there would look like data.
+        # The constant part at 0 was left out. Values below the rounding of the largest one are a
+        # gap, because a line there would look like data.
         root = np.sqrt(density[1:])
         root = np.where(root > SPECTRUM_LEAST * root.max(), root, np.nan)
         curve = PanelLine("spectrum", frequencies[1:], root, RUN, 1.0)
@@ -225,7 +225,7 @@ def _spectra(data: RunData) -> Iterator[Panel]:
 
 
 def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
-    """Once and twice the speed at the end of the run."""
+    """Yield lines at once and twice the speed at the end of the run."""
     if "speed" not in data.curves.channels:
         return
     speed = abs(float(data.curves.curve("speed")[1][-1])) / (2.0 * math.pi)
@@ -238,7 +238,7 @@ def _orders_at(data: RunData, root: np.ndarray) -> Iterator[PanelLine]:
 
 
 def _pooled(x: np.ndarray, y: np.ndarray, values: np.ndarray) -> Cells:
-    """The largest of neighbours, where there are more columns than can be seen."""
+    """Return the largest of neighbouring columns, if there are too many to be seen."""
     many = -(-len(x) // COLUMNS)
     starts = np.arange(0, len(x), many)
     return (

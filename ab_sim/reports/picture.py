@@ -1,4 +1,4 @@
-"""A report as a picture: a column for each run, a row for each thing to see."""
+"""A report as a picture: a column for each run, a row for each kind of panel."""
 
 from pathlib import Path
 
@@ -13,16 +13,17 @@ from ab_sim.reports.grid import Grid, Limits, grid_title
 from ab_sim.reports.panels import Panel
 
 MOST_NAMES = 8
-"""Curves beyond so many have no legend."""
+"""Largest number of curves with a legend."""
 BAR = (1.02, 0.0, 0.03, 1.0)
-"""A colours' bar, close to its panel however wide legends above are; in shares of the panel."""
+"""Position of a colour bar, close to its panel whatever the width of legends above; in shares of
+the panel."""
 
 
 def report_picture(grid: Grid, path: Path) -> None:
     """Draw runs side by side, and write them to a file.
 
     Args:
-        grid: what to show.
+        grid: panels to show.
         path: file to write: .png.
     """
     heights = [max(p.height for p in row if p) for row in grid.rows]
@@ -81,6 +82,6 @@ def _draw(figure: Figure, axes: Axes, panel: Panel, title: str, limits: Limits) 
     axes.set_ylim(*limits[1])
     axes.grid(alpha=0.3)
     if 1 < len(panel.curves) + bool(panel.levels) <= MOST_NAMES + 1:
-        # Beside the panel, where it covers no curve; a map has its colours' bar there.
+        # Next to the panel, where it covers no curve; a map has its colour bar there.
         beside = {"loc": "upper left", "bbox_to_anchor": (1.01, 1.0), "borderaxespad": 0.0}
         axes.legend(fontsize=8, **(beside if panel.heat is None else {"loc": "lower right"}))

@@ -1,4 +1,4 @@
-"""What runs come to, as rows of text: for tables on the terminal and on pages."""
+"""Results of runs as rows of text, for tables in the terminal and on pages."""
 
 import math
 from collections.abc import Callable, Iterator, Sequence
@@ -21,7 +21,7 @@ Row = tuple[str, list[str]]
 
 
 def summary_rows(runs: Sequence[RunData]) -> list[Row]:
-    """Labels, each with a cell for every run; what no run has is left out."""
+    """Return labels with a cell for every run, without rows that no run has."""
     rows = [(label, [tell(data) for data in runs]) for label, tell in _told()]
     return [(label, cells) for label, cells in rows if any(cell != NOTHING for cell in cells)]
 

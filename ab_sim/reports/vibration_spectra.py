@@ -1,4 +1,4 @@
-"""How a deck vibrates, from samples that come a block at a time: spectra, and what turns along."""
+"""Vibration of a deck from samples in blocks: spectra, and the part that turns with the spindle."""
 
 import math
 from typing import Literal
@@ -7,22 +7,22 @@ import numpy as np
 from scipy.signal import periodogram
 
 SEGMENT_TIME = 0.5
-"""s of a segment of a waterfall: 2 Hz apart are told apart, and a run-up is hardly smeared."""
+"""Length of a segment of a waterfall [s]: it resolves 2 Hz, and hardly smears a run-up."""
 LONGEST, SHORTEST = 8192, 32
-"""Samples of a segment."""
+"""Largest and least number of samples of a segment."""
 MOST_SEGMENTS = 600
 SPEEDS = 80
-"""Rows of a waterfall."""
+"""Number of rows of a waterfall."""
 
 
 class WelchSegments:
-    """Stretches of consecutive samples, equally far apart, of a length and so much after another.
+    """Sections of consecutive, equidistant samples with a fixed length and spacing.
 
-    Those across a gap are left out, and those with another distance than the first.
+    Sections across a gap, or with another sample distance than the first, are left out.
 
     Args:
-        length: samples of each.
-        hop: samples from the start of one to that of the next.
+        length: samples of each section.
+        hop: samples between the starts of two sections.
     """
 
     def __init__(self, length: int, hop: int) -> None:
@@ -30,16 +30,16 @@ class WelchSegments:
         self._kept: np.ndarray | None = None
         self._skip = 0
         self.stride: float | None = None
-        """Steps between samples; None: there was no segment yet."""
+        """Steps between samples; None before the first segment."""
 
     def take(self, rows: np.ndarray) -> list[np.ndarray]:
         """Add samples.
 
         Args:
-            rows: shape (samples, columns), the first column being the step.
+            rows: shape (samples, columns); the first column is the step.
 
         Returns:
-            The segments that are whole now, shape (length, columns).
+            Segments that are complete now, shape (length, columns).
         """
         rows = rows if self._kept is None else np.concatenate([self._kept, rows])
         found, begin = [], self._skip
@@ -53,7 +53,7 @@ class WelchSegments:
                 begin += self._hop
             elif even:
                 begin += self._hop
-            else:  # go on behind the last place where the distance changes
+            else:  # continue after the last change of the sample distance
                 begin += int(np.flatnonzero(np.diff(strides))[-1]) + 1
         self._skip = max(begin - len(rows), 0)
         self._kept = rows[begin:].copy()
@@ -61,12 +61,12 @@ class WelchSegments:
 
 
 class PowerSpectrum:
-    """Power spectral density by Welch's method: of all axes together, what is constant left out.
+    """Power spectral density by Welch's method, summed over all axes, without the constant part.
 
-    Hann windows that overlap by half, as ``scipy.signal.welch`` has it.
+    Hann windows overlap by half, as in ``scipy.signal.welch``.
 
     Args:
-        count: how many samples there will be.
+        count: total number of samples.
     """
 
     def __init__(self, count: int) -> None:
@@ -75,7 +75,7 @@ class PowerSpectrum:
         self._sum: np.ndarray | None = None
         self._count = 0
         self.frequencies = np.empty(0)
-        """Hz."""
+        """Frequencies [Hz]."""
 
     def take(self, step: np.ndarray, time: np.ndarray, axes: np.ndarray) -> None:
         """Add samples of acceleration [m/s^2], shape (samples, axes)."""
@@ -88,16 +88,16 @@ class PowerSpectrum:
 
     @property
     def density(self) -> np.ndarray:
-        """(m/s^2)^2/Hz at each of ``frequencies``; empty if there are too few samples."""
+        """Density [(m/s^2)^2/Hz] at each of ``frequencies``; empty with too few samples."""
         return np.empty(0) if self._sum is None else self._sum / self._count
 
 
 class Waterfall:
-    """Amplitudes over frequency and spindle speed: in each range of speed the largest met there.
+    """Amplitudes over frequency and spindle speed: the largest in each range of speed.
 
     Args:
-        count: how many samples there will be.
-        rate: samples per second, about.
+        count: total number of samples.
+        rate: approximate number of samples per second.
         speeds: least and largest speed of the spindle [rad/s].
     """
 
@@ -108,11 +108,11 @@ class Waterfall:
         self._hop = min(hop, self.length)
         self._segments = WelchSegments(self.length, hop)
         self.edges = np.linspace(*speeds, SPEEDS + 1)
-        """Of the ranges of speed [rad/s]."""
+        """Edges of the ranges of speed [rad/s]."""
         self.frequencies = np.empty(0)
-        """Hz."""
+        """Frequencies [Hz]."""
         self.amplitudes = np.empty((SPEEDS, 0))
-        """m/s^2, shape (speeds, frequencies); NaN where the spindle never was."""
+        """Amplitudes [m/s^2], shape (speeds, frequencies); NaN for speeds that did not occur."""
 
     def take(self, step: np.ndarray, time: np.ndarray, speed: np.ndarray, axes: np.ndarray) -> None:
         """Add samples of speed [rad/s] and acceleration [m/s^2], shape (samples, axes)."""
@@ -124,7 +124,8 @@ class Waterfall:
             self.frequencies, power = density_of(segment[:, :-1], "spectrum")
             if self.amplitudes.shape[1] == 0:
                 self.amplitudes = np.full((SPEEDS, len(power)), np.nan)
-            # The speeds of its middle, which no other segment has: all of them leave no gap.
+            # The speeds in the middle of the segment, which no other segment covers: together they
+            # leave no gap.
             middle = segment[(len(segment) - self._hop) // 2 :, -1][: self._hop + 1]
             low, high = np.searchsorted(self.edges, [middle.min(), middle.max()])
             rows = slice(max(int(low) - 1, 0), min(max(int(high), 1), SPEEDS))
@@ -135,7 +136,7 @@ class Waterfall:
 def density_of(
     segment: np.ndarray, scaling: Literal["density", "spectrum"]
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies [Hz] and power of columns 2, 3, ... together, column 1 being the time [s]."""
+    """Return frequencies [Hz] and total power of columns 2, 3, ...; column 1 is the time [s]."""
     time = segment[:, 1]
     rate = (len(time) - 1) / (time[-1] - time[0])
     frequencies, power = periodogram(
@@ -145,7 +146,7 @@ def density_of(
 
 
 class OncePerTurn:
-    """How much of a vibration across the shaft turns with the spindle, or once per turn against it.
+    """Part of a vibration across the shaft that turns once per turn, with or against the spindle.
 
     z = a_1 + i a_2 less its mean; c+- = mean(z exp(-+i psi)); share (|c+|^2 + |c-|^2) / mean |z|^2.
     """
@@ -172,12 +173,12 @@ class OncePerTurn:
 
     @property
     def rms(self) -> float | None:
-        """Root mean square of the vibration, its mean left out [m/s^2]."""
+        """Root mean square of the vibration without its mean [m/s^2]."""
         return math.sqrt(self._varying) if self._count else None
 
     @property
     def share(self) -> float | None:
-        """Of the vibration's power; None where the spindle made no whole turn, or nothing moves."""
+        """Share of the vibration's power; None without a whole turn, or without vibration."""
         if not self._count or self._angles[1] - self._angles[0] < 2.0 * math.pi:
             return None
         if not self._varying > 0.0:

@@ -1,4 +1,4 @@
-"""What to simulate: the scene's sections, checked, and read from a file."""
+"""Scenes: sections of a simulation's input, their checks, and their files."""
 
 from ab_sim.scene.load import check_scene, load_scene
 from ab_sim.scene.model import Scene

@@ -1,4 +1,4 @@
-"""A start-up whose speed a controller decides while it runs, from what a sensor reads."""
+"""A start-up whose speed a controller decides during the run, from a sensor's readings."""
 
 import math
 from collections.abc import Mapping
@@ -12,22 +12,22 @@ from ab_sim.scene.segments import KIND
 from ab_sim.scene.sensors import RATE_TOLERANCE, Sampled, SensorName
 
 LEAST_SAMPLES = 4
-"""Samples in a turn at the target speed, below which they do not show how large the whirl is."""
+"""Least number of samples per turn at the target speed that shows how large the whirl is."""
 
 
 class RunUp(Section):
-    """What kinds of profiles that run up to a speed have in common."""
+    """Common part of profiles that run up to a speed."""
 
     acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
     target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
 
 
 class AdaptiveProfile(RunUp):
-    """A start-up that finds the critical speed and dwells by itself (``ab_sim.control``).
+    """A start-up that finds the critical speed and dwells automatically (``ab_sim.control``).
 
-    It knows neither the drive's stiffness nor its unbalance: a sensor's readings, the spindle's
-    angle and its speed tell it, and once per ``command_period`` it commands a speed, which changes
-    by no more than the acceleration.
+    It knows neither the drive's stiffness nor its unbalance. It estimates them from a sensor's
+    readings, the spindle's angle and its speed. Once per ``command_period`` it commands a speed,
+    which changes by no more than the acceleration.
     """
 
     kind: Literal["adaptive"] = KIND
@@ -39,10 +39,11 @@ class AdaptiveProfile(RunUp):
     )
 
     def steps_per_command(self, step: float) -> int:
-        """How many integration steps of ``step`` [s] there are between two commands.
+        """Return the number of integration steps of ``step`` [s] between two commands.
 
         Raises:
-            ValueError: not a whole number; names the nearest periods that are.
+            ValueError: the number is not an integer; the message names the nearest periods that
+                fit.
         """
         steps = self.command_period / step
         whole = max(1, round(steps))
@@ -56,27 +57,27 @@ class AdaptiveProfile(RunUp):
         )
 
     def settings(self, sensing: SensorFacts, limit: float = math.inf) -> StartUpSettings:
-        """What its controller is told.
+        """Return the settings of the controller.
 
         Args:
-            sensing: of the sensor.
-            limit: of the sensor's readings, in their unit.
+            sensing: properties of the sensor.
+            limit: largest reading of the sensor, in its unit.
         """
         return StartUpSettings(
             self.target_speed, self.acceleration, sensing, self.command_period, limit=limit
         )
 
     def check_start(self, first: float) -> None:
-        """See whether a run may begin at a speed [rad/s].
+        """Check that a run may begin at a speed [rad/s].
 
         Raises:
-            ValueError: names the key, its value and what is allowed.
+            ValueError: the speed is not allowed; the message names key, value and allowed range.
         """
         try:
             checked(self.settings(SensorFacts("acceleration", 2)))
         except InputError as error:
             raise ValueError(f"profile of kind adaptive: {error}") from error
-        # A state that was recorded at the target speed has it but for rounding.
+        # A start speed from a recorded state at the target speed may exceed it by rounding.
         if not 0.0 <= first <= self.target_speed * (1.0 + RATE_TOLERANCE):
             raise ValueError(
                 f"start.speed = {exact(first)} rad/s: an adaptive start-up begins between 0 and "
@@ -84,15 +85,15 @@ class AdaptiveProfile(RunUp):
             )
 
     def check_sensors(self, sensors: Mapping[str, Sampled], step: float | None) -> None:
-        """See whether a scene's sensors and step tell it what it needs.
+        """Check that a scene's sensors and step suit the controller.
 
         Args:
-            sensors: by name, probes among them.
-            step: integration step [s]; None while it is not chosen yet, and then only those are
-                that suit.
+            sensors: sensors and probes by name.
+            step: integration step [s]; None before it is chosen, when only suitable steps are
+                considered.
 
         Raises:
-            ValueError: names the key, its value and what is allowed.
+            ValueError: they do not suit; the message names key, value and allowed range.
         """
         sensor = sensors.get(self.sensor)
         if sensor is None:

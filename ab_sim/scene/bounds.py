@@ -1,4 +1,4 @@
-"""Bounds of a number of a scene, for checking many values of it at once."""
+"""Bounds of a number of a scene, to check many values of it at once."""
 
 import math
 from collections.abc import Iterable, Iterator
@@ -17,7 +17,7 @@ from ab_sim.scene.sections import Angle, Mass, Race, Rotor
 
 
 class Bounds(NamedTuple):
-    """What a finite number has to be, and nothing else."""
+    """Complete conditions on a finite number."""
 
     least: float = -math.inf
     above: float = -math.inf
@@ -26,26 +26,26 @@ class Bounds(NamedTuple):
 
     @property
     def lowest(self) -> float:
-        """No number below is allowed."""
+        """Lower bound, whether or not it is allowed itself."""
         return max(self.least, self.above)
 
     @property
     def highest(self) -> float:
-        """No number above is allowed."""
+        """Upper bound, whether or not it is allowed itself."""
         return min(self.most, self.below)
 
     def hold(self, values: np.ndarray) -> np.ndarray:
-        """Which of the values are allowed."""
+        """Return a mask of the allowed values."""
         finite = np.isfinite(values) & (values >= self.least) & (values > self.above)
         return np.asarray(finite & (values <= self.most) & (values < self.below))
 
 
 def bounds_at(scene: Scene, key: str) -> Bounds | None:
-    """Of the number at a dotted key, if the scene has one there; or of each in its list.
+    """Return the bounds of the number at a dotted key, or of each number in its list.
 
     Returns:
-        None where there is no number, or where more is asked of it by itself than to be within
-        bounds. What sections must agree on is another matter.
+        None if there is no number, or if bounds do not express all its own conditions. Conditions
+        between sections are not considered.
     """
     section, _, rest = key.partition(".")
     if section == "rotor" and rest in ("eccentricity", "total_mass", "mass", "eccentric_mass"):
@@ -89,7 +89,10 @@ def _bounds(annotation: Any, more: Iterable[Any] = ()) -> Bounds | None:
 
 
 def _metadata(annotation: Any) -> Iterator[Any]:
-    """What is said of a float in an annotation; of another type, the type itself."""
+    """Yield the constraints on a float in an annotation.
+
+    For another type, yield the type itself.
+    """
     origin = get_origin(annotation)
     if origin is Annotated:
         inner, *said = get_args(annotation)
@@ -104,7 +107,7 @@ def _metadata(annotation: Any) -> Iterator[Any]:
 
 
 def _is_of_any_number(said: Any) -> bool:
-    """Whether it is what all numbers of scenes are asked for: to be no bool, and finite."""
+    """Return whether a constraint is one on all numbers of scenes: no bool, and finite."""
     own = [*_metadata(Number)]
     if isinstance(said, BeforeValidator):
         return said in own

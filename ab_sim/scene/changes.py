@@ -1,4 +1,4 @@
-"""Changes to what a scene's file says, each ``key=value`` with a dotted key."""
+"""Changes to the content of a scene's file, each ``key=value`` with a dotted key."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
@@ -10,7 +10,7 @@ from ab_sim.quoting import short
 from ab_sim.scene.sections import MAX_BALLS
 
 REMOVED: Any = object()
-"""Stands for a value that is taken away."""
+"""Marker for the value of a removed key."""
 
 
 AXES = 3
@@ -27,14 +27,16 @@ class Change(NamedTuple):
     key: str
     value: Any
     said: str
-    """What to call it in messages."""
+    """Name of the change in messages."""
 
 
 def all_parsed(changes: Iterable[str]) -> list[Change]:
-    """Changes as they are written, ``key=value``, the value in YAML; an empty one removes the key.
+    """Parse changes of the form ``key=value``, with the value in YAML.
+
+    An empty one removes the key.
 
     Raises:
-        SceneError: one is not written so, or they are no list of texts.
+        SceneError: a change has another form, or the changes are not a list of texts.
     """
     given = list(changes)
     if isinstance(changes, str | Mapping) or not all(isinstance(each, str) for each in given):
@@ -57,7 +59,7 @@ def _parsed(change: str) -> Change:
 
 
 def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
-    """Make changes to a mapping of nested ones, of which those that change are copied first.
+    """Apply changes in place to nested mappings; inner mappings are copied before they change.
 
     An entry of a list has its number as part of the key, counted from 0: ``balls.mass.1``. Where
     one number stands for all, the change makes a list.

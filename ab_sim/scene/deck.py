@@ -23,7 +23,7 @@ IN_SPACE = ("mount_stiffening",)
 
 
 class Deck(Section):
-    """The deck as a rigid body in space, without rotor and balls; its mass is what these leave.
+    """The deck as a rigid body in space, without rotor and balls; they have the rest of the mass.
 
     Deck axes x, y, z lie at C, the point of the spindle axis from which heights count; z is the
     spindle axis.
@@ -49,50 +49,50 @@ class Mount(Section):
 
 
 class WithDeck(Protocol):
-    """What of a scene belongs to its deck: in the plane, or in space."""
+    """The parts of a scene that concern its deck, in the plane or in space."""
 
     @property
     def deck(self) -> Deck | None:
-        """None in the plane."""
+        """Deck in space; None in the plane."""
 
     @property
     def mounts(self) -> tuple[Mount, ...]:
-        """In space only."""
+        """Mounts of a deck in space."""
 
     @property
     def rotor(self) -> Rotor:
-        """With disc."""
+        """Rotor with disc."""
 
     @property
     def race(self) -> Race:
-        """Or races."""
+        """Race, or several."""
 
     @property
     def balls(self) -> Balls:
-        """In them."""
+        """Balls in the races."""
 
     @property
     def effects(self) -> Mapping[str, Any]:
-        """By name."""
+        """Effects by name."""
 
     @property
     def sensors(self) -> Sensors:
-        """By name."""
+        """Sensors by name."""
 
     @property
     def probes(self) -> Probes:
-        """By name."""
+        """Probes by name."""
 
     @property
     def total_mass(self) -> float:
-        """kg."""
+        """Total mass [kg]."""
 
 
 def check_deck(scene: WithDeck) -> None:
-    """Refuse what has a meaning in the plane or in space only, or cannot be.
+    """Refuse sections that have no meaning for this kind of deck, and impossible values.
 
     Raises:
-        ValueError: names key, value, what is allowed, and what to do.
+        ValueError: the message names key, value, allowed range and remedy.
     """
     if scene.deck is None:
         _check_plane(scene)
@@ -174,6 +174,6 @@ def _check_inertia(key: str, inertia: Inertia) -> None:
 
 
 def inertia_matrix(inertia: Inertia) -> np.ndarray:
-    """An ``Inertia`` as a matrix [kg m^2], shape (3, 3)."""
+    """Return an ``Inertia`` as a matrix [kg m^2], shape (3, 3)."""
     xx, yy, zz, xy, xz, yz = (*inertia, 0.0, 0.0, 0.0)[:6]
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

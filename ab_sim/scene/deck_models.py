@@ -5,24 +5,24 @@ from importlib import import_module
 from ab_sim.errors import nearest
 
 REGISTRY = "ab_sim.dynamics.registry"
-"""Knows them. Imported by name, as effects are: imports go from there to this room."""
+"""Module of the deck models, imported by name as effects are: its imports lead to this package."""
 
 
 def deck_model_ways() -> dict[str, int]:
-    """Names of deck models, each with the number of axes along which it moves."""
+    """Return the names of the deck models, each with the number of axes along which it moves."""
     known = import_module(REGISTRY).deck_models()
     return {name: each.kind.AXES for name, each in known.items()}
 
 
 def check_deck_model(name: str | None, in_space: bool) -> None:
-    """Refuse a deck model that is not there, or not for this scene.
+    """Refuse an unknown deck model, or one that does not suit this scene.
 
     Args:
-        name: as the scene has it; None: it names none.
+        name: name in the scene; None: the default.
         in_space: whether the scene has a section ``deck``.
 
     Raises:
-        ValueError: names what there is, and the nearest.
+        ValueError: the message names the known and the nearest models.
     """
     if name is None:
         return

@@ -1,7 +1,7 @@
-"""Sizes of what a scene does not give, for pictures of it; no physics knows them."""
+"""Stand-ins for sizes missing in a scene, for pictures only; physics does not use them."""
 
 PLATE = 1.7
-"""Half the side of a deck's plate whose mounts are not known, in race radii."""
+"""Half the side of a deck's plate without known mounts, in race radii."""
 DISC = 1.3
 """Radius of the disc, in race radii."""
 MARK, MARK_PLACE = 0.07, 1.1
@@ -10,5 +10,5 @@ radii."""
 
 
 def ball_radius(race: float, count: int) -> float:
-    """Of balls whose radius is not given, in the unit of the race's: they have room."""
+    """Return a radius for balls without one, in the unit of the race radius, so that all fit."""
     return race * min(0.1, 2.5 / max(count, 1))

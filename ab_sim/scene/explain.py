@@ -1,4 +1,4 @@
-"""Turn pydantic's findings into messages that name key, value, what is allowed, what to do."""
+"""Messages for pydantic's findings, with key, value, allowed range and remedy."""
 
 import difflib
 import math
@@ -19,13 +19,13 @@ from ab_sim.scene.unit_texts import unit_at
 from ab_sim.scene.units import in_si
 
 MOST_MESSAGES = 20
-"""Findings that are told; who has more begins with these."""
+"""Largest number of reported findings."""
 _INSTEAD = {
     "unbalance": "give rotor.eccentricity, e = U / M0 of an unbalance U",
     "critical_speed": "give effects.suspension.stiffness, k = M w^2 of a critical speed w",
     "damping_ratio": "give effects.suspension.damping, c = 2 zeta M w of a damping ratio zeta",
 }
-"""What data sheets say, and the key that it becomes."""
+"""Quantities in data sheets, and the keys to use instead."""
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -37,13 +37,13 @@ _BOUNDS = {
 def explain(
     error: ValidationError, at: tuple[str, ...], only_own_fields: bool = False
 ) -> list[str]:
-    """One message per finding, up to ``MOST_MESSAGES``.
+    """Return one message per finding, up to ``MOST_MESSAGES``.
 
     Args:
-        error: what pydantic found.
-        at: key under which the checked part lies in the scene.
-        only_own_fields: leave out findings on the scene as a whole; they may only follow from
-            a part that is wrong by itself.
+        error: pydantic's error.
+        at: key of the checked part in the scene.
+        only_own_fields: leave out findings on the whole scene, which may only follow from a part
+            that is wrong by itself.
     """
     messages: list[str] = []
     for finding in error.errors(include_url=False):
@@ -54,13 +54,13 @@ def explain(
         if only_own_fields and not finding["loc"]:
             continue
         if finding["type"] == "too_short" and finding["input"]:
-            continue  # there are entries, and what is wrong with them is another finding
+            continue  # its entries are reported as separate findings
         messages.append(_message(loc, finding["type"], finding))
     return messages
 
 
 def _keys(loc: tuple[Any, ...]) -> list[str]:
-    """Keys of the file: a discriminated union puts its tag behind its own key; leave it out."""
+    """Return the keys in the file, without the tags that discriminated unions add."""
     parts = [str(part) for part in loc]
     if len(parts) > 2 and parts[0] == "profile":
         del parts[1]
@@ -83,7 +83,7 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
         return f"{key} = {short(value)}: must be {words} {exact(context[bound])}{_meaning(loc)}"
     if kind == "float_parsing" and isinstance(value, str):
         return f"{key} = {short(value)}: {_no_number(value, loc)}{_meaning(loc)}"
-    if kind == "float_type" and isinstance(value, int):  # one that no float stands for
+    if kind == "float_type" and isinstance(value, int):  # an int beyond the range of floats
         most = sys.float_info.max
         return f"{key} = {short(value)}: must be within +-{most:.2g}{_meaning(loc)}"
     if kind in ("float_type", "float_parsing", "int_type", "int_parsing", "int_from_float"):
@@ -114,7 +114,7 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
 
 
 def _no_number(text: str, loc: list[str]) -> str:
-    """What is wrong with a text that stands for a number, and not with a unit that fits."""
+    """Return the error in a text that should be a number, alone or with a unit."""
     unit = unit_at(tuple(loc))
     try:
         in_si(text, unit)
@@ -131,7 +131,7 @@ def _not_finite(value: Any) -> bool:
 
 
 def _unknown(loc: list[str]) -> str:
-    """What to say of a key nobody knows: whose it is elsewhere, else the nearest name."""
+    """Return a hint for an unknown key: its place elsewhere, or the nearest name."""
     name = loc[-1]
     if loc[:-1] == ["effects"]:
         if name == "accelerometer":
@@ -156,7 +156,7 @@ def _unknown(loc: list[str]) -> str:
 
 
 def _owners(name: str) -> list[str]:
-    """Whose parameter it is, and its key there."""
+    """Return the effects and sensors that have a parameter of this name, with their keys."""
     effects = [
         f"effects.{effect}.{name}"
         for effect, cls in effect_classes().items()
@@ -174,11 +174,12 @@ def _known_keys(loc: list[str]) -> list[str]:
 
 
 def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
-    """The classes that a section at this key may have."""
+    """Return the classes that a section at this key may have."""
     if len(loc) > 1 and loc[0] in ("sensors", "probes"):
-        loc = [loc[0], *loc[2:]]  # the name between is free
+        loc = [loc[0], *loc[2:]]  # the name in between is free
     sections: list[type[BaseModel]] = [Scene]
-    for part in (part for part in loc if not part.isdecimal()):  # entries of a list are alike
+    # all entries of a list have one class
+    for part in (part for part in loc if not part.isdecimal()):
         annotations = [s.model_fields[part].annotation for s in sections if part in s.model_fields]
         sections = [c for annotation in annotations for c in _classes(annotation)]
     return sections
@@ -191,7 +192,7 @@ def _classes(annotation: Any) -> Iterable[type[BaseModel]]:
 
 
 def _meaning(loc: list[str]) -> str:
-    """``; M, total mass [kg]``, or nothing when the key has no description."""
+    """Return ``; M, total mass [kg]``, or an empty text if the key has no description."""
     if loc[-1].isdecimal():  # an entry of a list
         loc = loc[:-1]
     if loc[0] == "effects" and len(loc) == 3:

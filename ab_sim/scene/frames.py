@@ -3,31 +3,31 @@
 import re
 
 HOUSING = "drive_housing"
-"""Fixed in space."""
+"""Frame fixed in space."""
 DECK = "deck"
 SPINDLE = "spindle"
-"""Turns with the disc; x points at the unbalance."""
+"""Frame that turns with the disc; x points at the unbalance."""
 
 
 def race_frame(number: int) -> str:
-    """Of a race: turns with the spindle, in the plane of the balls' centres."""
+    """Return the name of a race's frame, which turns with the spindle, at the balls' height."""
     return f"race_{number}"
 
 
 def ball_frame(number: int) -> str:
-    """Of a ball: at its centre, x away from the shaft."""
+    """Return the name of a ball's frame, at its centre, x away from the shaft."""
     return f"ball_{number}"
 
 
 def arm_frame(number: int) -> str:
-    """On the shaft, x towards a ball."""
+    """Return the name of the frame on the shaft whose x axis points at a ball."""
     return f"{ball_frame(number)}_arm"
 
 
 TAKEN = rf"{HOUSING}|{DECK}|{SPINDLE}|race_\d+|ball_\d+(_arm)?"
-"""Names of frames that a drive may have already, as a regular expression."""
+"""Names of frames that a drive may have, as a regular expression."""
 
 
 def is_taken(name: str) -> bool:
-    """Whether a drive may have a frame of this name already, so that no sensor's can have it."""
+    """Return whether a drive may have a frame of this name, so that a sensor's cannot have it."""
     return re.fullmatch(TAKEN, name) is not None

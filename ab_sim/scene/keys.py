@@ -1,4 +1,4 @@
-"""The keys of a scene, one row each, read from its JSON Schema: nothing is said twice."""
+"""The keys of a scene, one row each, read from its JSON Schema as the single source."""
 
 import difflib
 import math
@@ -10,33 +10,33 @@ from ab_sim.quoting import short
 from ab_sim.scene.schema import Schema, bare_schema
 
 ENTRY, NAME = "N", "NAME"
-"""Stand in keys for the number of an entry in a list, and for a name that is the scene's own."""
+"""Placeholders in keys for the number of an entry in a list, and for a free name."""
 NONE, REQUIRED = "-", "required"
 
 
 class SceneKey(NamedTuple):
-    """A key that a scene may have, or a section of them."""
+    """A key of a scene, or a section of keys."""
 
     key: str
-    """Dotted; ``N`` stands for an entry's number, ``NAME`` for a name of the scene's own."""
+    """Dotted key; ``N`` stands for an entry's number, ``NAME`` for a free name."""
     unit: str
-    """SI; "1" of a number without dimension, "-" of what is no number."""
+    """SI unit; "1" for dimensionless numbers, "-" for other values."""
     range: str
-    """What is allowed; "-" of a section."""
+    """Allowed values; "-" for a section."""
     default: str
-    """"required" where there is none, "-" where the key may be left out and stands for nothing."""
+    """Default; "required" if there is none, "-" if the key may be missing without a substitute."""
     meaning: str
 
 
 def scene_keys(section: str = "") -> list[SceneKey]:
-    """All keys in the order of the models, or those of one section.
+    """Return all keys in the order of the models, or those of one section.
 
     Args:
         section: a key or the beginning of keys, dotted, e.g. ``rotor``, ``effects.motor``,
             ``mounts.0.stiffness``, ``balls.mass.1``; empty for all.
 
     Raises:
-        InputError: there is none of that name; names the nearest.
+        InputError: there is no such key; the message names the nearest.
     """
     schema = bare_schema()
     rows = _below("", schema, schema["$defs"])
@@ -53,7 +53,7 @@ def scene_keys(section: str = "") -> list[SceneKey]:
 
 
 def begins(key: Sequence[str], wanted: Sequence[str]) -> bool:
-    """Whether the parts of a row's key begin with those of a key in a scene."""
+    """Return whether the parts of a row's key begin with those of a key in a scene."""
     return len(wanted) <= len(key) and all(
         part == given or part == NAME or (part == ENTRY and given.isdecimal())
         for part, given in zip(key, wanted, strict=False)
@@ -61,7 +61,7 @@ def begins(key: Sequence[str], wanted: Sequence[str]) -> bool:
 
 
 def _near(section: str, rows: list[SceneKey]) -> str:
-    """What may have been meant: a key that reads alike, or one of that name elsewhere."""
+    """Return a hint: keys with a similar spelling, or with this name elsewhere."""
     keys = list(dict.fromkeys(row.key for row in rows))
     alike = difflib.get_close_matches(section, keys, n=3, cutoff=0.75)
     elsewhere = [key for key in keys if key.rpartition(".")[2] == section.rpartition(".")[2]]
@@ -72,7 +72,7 @@ def _near(section: str, rows: list[SceneKey]) -> str:
 
 
 def _below(key: str, section: Schema, sections: Schema) -> list[SceneKey]:
-    """Rows of the keys in a section."""
+    """Return the rows of the keys in a section."""
     needed = section.get("required", ())
     return [
         row
@@ -88,7 +88,7 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
         yield _section_row(key, schema, needed)
         yield from _of_kinds(key, kinds, sections)
     elif any("description" in choice for choice in choices):
-        for choice in choices:  # parameters of one name, of several steppers
+        for choice in choices:  # parameters with one name in several steppers
             yield from _rows(key, choice, sections, needed)
     elif "properties" in schema:
         yield _section_row(key, schema, needed)
@@ -109,7 +109,7 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
 
 
 def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
-    """A schema with what it refers to, and what else it may be instead, if there is a choice."""
+    """Return a schema with its references resolved, and the list of its alternatives, if any."""
     if "$ref" in schema:
         own = {keyword: value for keyword, value in schema.items() if keyword != "$ref"}
         schema = {**sections[schema["$ref"].rpartition("/")[2]], **own}
@@ -120,7 +120,7 @@ def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
         inner, choices = _resolved(choices[0], sections)
         own = {keyword: schema[keyword] for keyword in schema.keys() - {"anyOf", "oneOf"}}
         return {**inner, **own}, choices
-    # Of a list and a mapping by name the mapping says all.
+    # Of a list and a mapping by name, the mapping describes everything.
     mappings = [each for each in resolved if "properties" in each]
     if len(mappings) == 1:
         return {**mappings[0], **schema}, []
@@ -128,7 +128,7 @@ def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
 
 
 def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[SceneKey]:
-    """Rows of a section that is one of several, told apart by ``kind``; each key comes once."""
+    """Yield the rows of a section with several kinds; each key comes once."""
     rows: dict[str, SceneKey] = {}
     of: dict[str, list[str]] = {}
     for kind in kinds:

@@ -27,20 +27,20 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
         Name of a scene that comes with the package, or path of a YAML file.
     changes : iterable of str, optional
         ``key=value`` with a dotted key, e.g. ``balls.mass=0.002`` or
-        ``effects.viscous_drag.coefficient=2``, SI, or with a unit: ``balls.mass=2 g``; the value
-        is read as YAML; an empty value removes the key, which has to be there. A change that asks
-        for an ``accuracy`` takes the file's ``solver`` away, which it stands instead of, and the
-        other way round.
+        ``effects.viscous_drag.coefficient=2``, SI, or with a unit: ``balls.mass=2 g``; the value is
+        read as YAML; an empty value removes the key, which must exist. A change of the ``accuracy``
+        removes the file's ``solver``, because one replaces the other, and vice versa.
 
     Returns
     -------
     Scene
-        Checked; it does not change afterwards.
+        The checked, immutable scene.
 
     Raises
     ------
     SceneError
-        Names file, key, value, what is allowed, and the nearest known name.
+        The scene is invalid; the message names file, key, value, allowed values, and the nearest
+        known name.
 
     Examples
     --------
@@ -62,25 +62,25 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
 
 
 def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scene:
-    """The scene with other values.
+    """Return the scene with other values.
 
     Args:
-        scene: stays as it is.
+        scene: original scene; it does not change.
         changes: values by dotted key, SI or a text with a unit, e.g. ``{"balls.mass": 0.002}`` or
-            ``"2 g"``; None removes the key, which has to be there.
-        origin: what to call the changes in messages.
+            ``"2 g"``; None removes the key, which must exist.
+        origin: name of the changes in messages.
 
     Raises:
-        SceneError: a key is not a text, there is nothing to remove, or what comes out is not a
-            valid scene.
+        SceneError: a key is not a text, there is nothing to remove, or the result is not a valid
+            scene.
     """
     if not isinstance(changes, Mapping) or not all(isinstance(key, str) for key in changes):
         raise SceneError(
             f"{origin} = {short(changes)}: must be a mapping of dotted keys to values, e.g. "
             "{'balls.mass': 0.002}"
         )
-    # Sections that no change goes into are passed on as they have been checked; together with the
-    # others they are seen to like those of any scene.
+    # Sections without changes are passed on as checked before. Conditions between sections are
+    # checked again for the whole scene.
     touched = {key.partition(".")[0] for key in changes}
     raw = scene.with_plain(touched)
     apply(
@@ -98,10 +98,10 @@ def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scen
 def with_solver(
     scene: Scene, stepper: str, step: float, parameters: Mapping[str, float] | None = None
 ) -> Scene:
-    """The scene with this solver, and no wish.
+    """Return the scene with this solver and without a requested accuracy.
 
     Raises:
-        SceneError: it does not take that step.
+        SceneError: the stepper or step is not allowed.
     """
     raw = {key: value for key, value in scene.as_mapping().items() if key != "accuracy"}
     raw["solver"] = {"stepper": stepper, "step": round(step, 12), "parameters": parameters or {}}
@@ -109,14 +109,14 @@ def with_solver(
 
 
 def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
-    """A scene out of nested mappings, numbers in SI or as texts with a unit.
+    """Return a scene from nested mappings, with numbers in SI or as texts with a unit.
 
     Args:
-        raw: what a scene's file says.
-        origin: names their source in messages.
+        raw: content of a scene's file.
+        origin: name of its source in messages.
 
     Raises:
-        SceneError: as of ``load_scene``.
+        SceneError: see ``load_scene``.
     """
     problems: list[str] = []
     effects: dict[str, Any] = {}
@@ -138,7 +138,7 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
 def _checked(
     raw: Mapping[str, Any], effects: Mapping[str, Any], problems: Sequence[str], origin: str
 ) -> Scene:
-    """The scene with effects that have been checked, unless there have been problems with them."""
+    """Return the scene with checked effects, unless there were problems with them."""
     try:
         checked = Scene.model_validate({**without_units(dict(raw)), "effects": effects})
     except ValidationError as error:
@@ -150,16 +150,16 @@ def _checked(
 
 @functools.lru_cache(maxsize=8)
 def _effects_model(known: tuple[tuple[str, type], ...]) -> type[BaseModel]:
-    """Of these effects by name; a program may register more at any time."""
+    """Return the model of these effects by name; a program may register more at any time."""
     fields: dict[str, Any] = {name: (effect, None) for name, effect in known}
     return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
 
 
 def _by_name(effects: Any) -> dict[str, Any]:
-    """`effects:` is a list of names, each bare or with its parameters; a mapping serves too.
+    """Return effects by name from a list of names, each bare or with parameters, or from a mapping.
 
     Raises:
-        ValueError: it is neither; says what is wrong with it.
+        ValueError: the value is neither; the message states the problem.
     """
     if isinstance(effects, Mapping):
         entries = list(effects.items())
@@ -193,13 +193,13 @@ def _by_name(effects: Any) -> dict[str, Any]:
 
 
 def read_mapping(path: Path) -> dict[str, Any]:
-    """What a scene's file says, unchecked, its effects by name.
+    """Return the unchecked content of a scene's file, with effects by name.
 
     Raises:
-        SceneError: it cannot be read, or is no mapping.
+        SceneError: the file cannot be read, or is not a mapping.
     """
     raw = read_scene_file(path)
-    # By name, so that changes can reach them; what cannot be read so is told with the rest.
+    # By name, so that changes can reach them; unreadable effects are reported with other errors.
     with contextlib.suppress(ValueError, KeyError):
         raw["effects"] = _by_name(raw["effects"])
     return raw

@@ -1,4 +1,4 @@
-"""A scene as a whole, and what its sections must agree on."""
+"""A scene as a whole, and the conditions between its sections."""
 
 import math
 from collections.abc import Iterable
@@ -32,8 +32,8 @@ from ab_sim.scene.sensors import Sampled, Sensors
 class Scene(Section):
     """One drive, its effects and sensors, its start and its spindle-speed profile.
 
-    Made by ``ab_sim.load_scene``; values are SI, however they are written in its file, and do not
-    change afterwards.
+    Created by ``ab_sim.load_scene``. Values are in SI, whatever the units in the file, and
+    immutable.
 
     Examples
     --------
@@ -55,7 +55,7 @@ class Scene(Section):
     )
     rotor: Rotor
     deck: Deck | None = None
-    """Of a deck in space; without, it moves in the plane of the disc."""
+    """Deck in space; without it, the deck moves in the plane of the disc."""
     mounts: tuple[Mount, ...] = Field(
         default=(), description="what holds a deck in space; any number of them"
     )
@@ -87,19 +87,19 @@ class Scene(Section):
     )
     accuracy: Accuracy | None = None
     solver: Solver = Solver()
-    """Without meaning while an accuracy is asked for: ``resolve_accuracy`` finds one."""
+    """Solver; unused while an accuracy is requested: ``resolve_accuracy`` finds one."""
     balanced: Balanced | None = None
-    """Criterion of the merit of that name; without, its default."""
+    """Criterion of the metric of that name; None: its default."""
     duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
 
     @property
     def pickups(self) -> dict[str, Sampled]:
-        """Everything that reads, in the order of its channels: accelerometers, then probes."""
+        """Return all sensors in the order of their channels: accelerometers, then probes."""
         return {**self.sensors, **self.probes}
 
     @property
     def total_mass(self) -> float:
-        """M [kg]: everything that moves on the suspension, balls included."""
+        """Return M [kg]: everything that moves on the suspension, balls included."""
         if self.rotor.total_mass is not None:
             return self.rotor.total_mass
         assert self.rotor.mass is not None
@@ -107,16 +107,17 @@ class Scene(Section):
 
     @property
     def eccentric_mass(self) -> float:
-        """M0 [kg]: the mass that is eccentric by e."""
+        """Return M0 [kg]: the mass that is eccentric by e."""
         if self.rotor.eccentric_mass is not None:
             return self.rotor.eccentric_mass
         return self.total_mass - self.balls.total_mass
 
     @property
     def couple_unbalance(self) -> complex:
-        """The rotor's integral of (x + i y) z dm [kg m^2], x through the unbalance, z from C.
+        """Return the rotor's integral of (x + i y) z dm [kg m^2].
 
-        0 in the plane, where heights have no meaning.
+        x points at the unbalance, and z counts from C. The integral is 0 in the plane, where
+        heights have no meaning.
         """
         if self.rotor.inertia is None:
             return 0.0
@@ -126,27 +127,27 @@ class Scene(Section):
 
     @property
     def critical_speed(self) -> float | None:
-        """omega_n = sqrt(k/M) [rad/s] (thesis (2-14)); None without a suspension."""
+        """Return omega_n = sqrt(k/M) [rad/s] (thesis (2-14)); None without a suspension."""
         suspension = self.effects.get("suspension")
         return None if suspension is None else math.sqrt(suspension.stiffness / self.total_mass)
 
     @property
     def whirl_unit(self) -> tuple[float, str]:
-        """What errors of the whirl are counted in: its length [m], and its symbol.
+        """Return the length [m] that is the unit of whirl errors, and its symbol.
 
-        The eccentricity e, or the race's radius R if e = 0.
+        It is the eccentricity e, or the race's radius R if e = 0.
         """
         e = self.rotor.eccentricity
         return (e, "e") if e > 0 else (self.race.radius, "R")
 
     @property
     def is_led(self) -> bool:
-        """Whether its profile decides while it runs: there is no speed over time before."""
+        """Return whether measurements during the run decide the speed."""
         return planned(self.profile) != self.profile
 
     @property
     def planned(self) -> "Scene":
-        """The scene without what is decided while it runs: see ``profiles.planned``."""
+        """Return the scene with a profile that is known in advance: see ``profiles.planned``."""
         return self.model_copy(update={"profile": planned(self.profile)})
 
     def __repr__(self) -> str:
@@ -159,11 +160,14 @@ class Scene(Section):
     __str__ = __repr__
 
     def as_mapping(self) -> dict[str, object]:
-        """The scene as nested plain values, which ``check_scene`` reads back to an equal scene."""
+        """Return the scene as nested plain values.
+
+        ``check_scene`` turns them into an equal scene.
+        """
         return self.with_plain(type(self).model_fields)
 
     def with_plain(self, keys: Iterable[str]) -> dict[str, object]:
-        """What is given in the scene, by key: plain values of these keys, the rest as it is."""
+        """Return the given values of the scene by key, with plain values for some keys."""
         given = {
             key: value
             for key in type(self).model_fields

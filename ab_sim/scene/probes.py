@@ -1,4 +1,4 @@
-"""Proximity probes: they stand beside the deck, and read how far it has moved."""
+"""Proximity probes next to the deck: they measure its displacement."""
 
 from typing import Annotated, ClassVar
 
@@ -9,13 +9,13 @@ from ab_sim.scene.sensors import BY_DEFAULT, Sampled, SensorName
 class ProximityProbe(Sampled):
     """Proximity probe on the drive's housing, looking at the deck; it does not act on the dynamics.
 
-    It has two axes across the shaft, and with a deck in space a third along it, each with a probe
-    of its own; they stay where they are, and do not turn with the deck.
+    It has two axes across the shaft, and with a deck in space a third along it, with one probe
+    each. The probes are fixed and do not turn with the deck.
 
-    It senses the displacement r of a point of the deck from where that is when the deck is at its
-    place. In physical order: r is turned into the probes' axes, white noise is added, a
-    second-order Butterworth low-pass follows, then come the sampling, the range and the
-    quantisation, as of an accelerometer (``ab_sim.sensing.Pickup``).
+    It senses the displacement r of a point of the deck from its position with the deck at rest. In
+    physical order: r is turned into the probes' axes, white noise is added, a second-order
+    Butterworth low-pass follows, then come sampling, range and quantisation, as in an accelerometer
+    (``ab_sim.sensing.Pickup``).
     """
 
     unit: ClassVar[str] = "m"
@@ -52,4 +52,4 @@ class ProximityProbe(Sampled):
 
 
 Probes = dict[SensorName, Annotated[ProximityProbe, BY_DEFAULT]]
-"""By names of the scene's own, which no sensor has."""
+"""Probes by free names, which no sensor has."""

@@ -1,4 +1,4 @@
-"""A profile for whoever commands a drive: a scene's, or one by itself, which needs no scene."""
+"""A profile for a node that commands a drive: from a scene, or alone without a scene."""
 
 from collections.abc import Iterable
 from typing import Any, NamedTuple
@@ -20,27 +20,27 @@ INF = float("inf")
 
 
 class AskedProfile(NamedTuple):
-    """A profile, and how it begins."""
+    """A requested profile and its start."""
 
     profile: AnyProfile
     first: float
-    """The speed at which it begins [rad/s]."""
+    """Speed at which the profile begins [rad/s]."""
     scene: Scene | None = None
-    """Whose profile it is."""
+    """Scene of the profile; None: it is alone."""
 
 
 def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
     """Read and check a profile.
 
     Args:
-        source: name or YAML file of a scene with a profile; or a YAML file that has what a scene
-            has under ``profile``, ``kind`` and all, and then it begins at standstill; or that text
-            itself, in braces.
-        changes: ``key=value`` with a dotted key, such as ``profile.target_speed=150``; to a scene
-            others, too.
+        source: name or YAML file of a scene with a profile; or a YAML file with the content of a
+            scene's ``profile``, which then begins at standstill; or that content itself, in braces.
+        changes: ``key=value`` with a dotted key, such as ``profile.target_speed=150``; for a scene
+            also other keys.
 
     Raises:
-        SceneError: there is none, or it makes no sense; names key, value and what is allowed.
+        SceneError: there is no profile, or it is invalid; the message names key, value and allowed
+            range.
     """
     if source.lstrip().startswith("{"):
         return _alone(_mapping(source), changes, GIVEN)

@@ -1,4 +1,4 @@
-"""Spindle-speed profiles that a scene can ask for, and what makes sense of them."""
+"""Spindle-speed profiles of scenes, and their checks."""
 
 from typing import Annotated, Literal, get_args
 
@@ -35,18 +35,20 @@ class VariableSpeedPeriod(Section):
 class StartUpProfile(RunUp):
     """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
-    It goes on from any speed: at the target it holds, above it slows down as fast, and a period
-    that begins below the speed there is has been passed and is left out.
+    It may begin at any speed. At the target it holds, and above it decelerates at the same rate. A
+    period whose start speed lies below the present speed has passed and is left out.
     """
 
     kind: Literal["start_up"] = KIND
     variable_speed_period: VariableSpeedPeriod | None = None
 
     def period_begins(self, first: float) -> float | None:
-        """The speed at which the variable-speed period begins [rad/s]; None if none is ahead.
+        """Return the speed at which the variable-speed period begins [rad/s].
+
+        None if none is ahead.
 
         Args:
-            first: the speed at which the run begins [rad/s].
+            first: speed at which the run begins [rad/s].
         """
         period = self.variable_speed_period
         if period is None or first >= self.target_speed:
@@ -74,10 +76,10 @@ KINDS: tuple[str, ...] = tuple(
 
 
 def planned(profile: AnyProfile | None) -> AnyProfile | None:
-    """The profile without what is decided while it runs, from what is measured.
+    """Return a profile that is known in advance, without decisions during the run.
 
     Segments that end on a condition last as long as they may, and an adaptive start-up accelerates
-    through.
+    without a pause.
     """
     if isinstance(profile, SegmentsProfile):
         return profile.lasting
@@ -89,7 +91,7 @@ def planned(profile: AnyProfile | None) -> AnyProfile | None:
 
 
 def beyond(key: str, speed: float, limit: float) -> str:
-    """What to say of a speed that the spindle may not have."""
+    """Return the message on a speed beyond the spindle's limit."""
     return (
         f"{key} = {exact(speed)} rad/s: is beyond spindle.max_speed = {exact(limit)} rad/s; lower "
         "it or raise the limit"
@@ -99,16 +101,16 @@ def beyond(key: str, speed: float, limit: float) -> str:
 def check_profile(
     profile: AnyProfile, first: float, max_speed: float, max_acceleration: float
 ) -> None:
-    """See whether a spindle can follow a profile.
+    """Check that a spindle can follow a profile.
 
     Args:
-        profile: what it is to follow.
-        first: the speed at which it begins [rad/s].
-        max_speed: rad/s, and
-        max_acceleration: rad/s^2, of the spindle; infinite where they are not known.
+        profile: the profile.
+        first: speed at which it begins [rad/s].
+        max_speed: largest speed of the spindle [rad/s]; infinite if unknown.
+        max_acceleration: largest acceleration of the spindle [rad/s^2]; infinite if unknown.
 
     Raises:
-        ValueError: names key, value, what is allowed and what to do.
+        ValueError: it cannot; the message names key, value, allowed range and remedy.
     """
     if isinstance(profile, SpeedChangeProfile):
         if abs(profile.to_speed) > max_speed:
@@ -142,7 +144,7 @@ def _check_start_up(
     else:
         return
     ends = begins + period.acceleration * period.duration
-    # From standstill, also where the run begins above it: what lies behind is left out.
+    # From standstill, also if the run begins above it: passed parts are left out.
     lowest = min(first, 0.0)
     if not lowest <= begins < target or not lowest <= ends <= target:
         below = f"start.speed = {exact(first)}" if first < 0 else "0"

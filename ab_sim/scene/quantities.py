@@ -1,4 +1,4 @@
-"""Checked numbers: finite, of a sane size, with the unit kept beside the field."""
+"""Checked numbers: finite, of a sane size, with the unit in the field."""
 
 from collections.abc import Mapping
 from typing import Annotated, Any, TypeVar
@@ -28,14 +28,14 @@ Length = Annotated[Number, Field(ge=-10, le=10)]
 Count = Annotated[int, BeforeValidator(_not_a_bool)]
 
 ONE, EACH = "<one>", "<each>"
-"""What pydantic puts behind the key of a ``PerBall``; no key of a scene."""
+"""Tags that pydantic adds to the key of a ``PerBall``; no keys of a scene."""
 
 
 def _one_or_each(value: Any) -> str:
     return EACH if isinstance(value, list | tuple) else ONE
 
 
-# Told apart by hand: of a plain union pydantic reports why each member does not fit.
+# Told apart by a tag: for a plain union, pydantic reports why each member does not fit.
 PerBall = Annotated[
     Annotated[T, Tag(ONE)] | Annotated[tuple[T, ...], Tag(EACH)], Discriminator(_one_or_each)
 ]
@@ -43,7 +43,7 @@ PerBall = Annotated[
 
 
 class InSchema:
-    """Says in JSON Schema what a validator of our own checks; stands beside it in ``Annotated``."""
+    """JSON Schema keywords for a validator of our own; stands next to it in ``Annotated``."""
 
     def __init__(self, keywords: Mapping[str, Any]) -> None:
         self.keywords = keywords
@@ -51,7 +51,7 @@ class InSchema:
     def __get_pydantic_json_schema__(
         self, core: CoreSchema, handler: GetJsonSchemaHandler
     ) -> dict[str, Any]:
-        """As pydantic's, with these keywords."""
+        """Return pydantic's schema with these keywords added."""
         return {**handler(core), **self.keywords}
 
 
@@ -69,9 +69,9 @@ Inertia = Annotated[
     AfterValidator(_three_or_six),
     InSchema({"minItems": 3, "maxItems": 6, "not": {"minItems": 4, "maxItems": 5}}),
 ]
-"""xx, yy, zz, and xy, xz, yz where they are not 0; xy is minus the integral of x y dm."""
+"""Moments xx, yy, zz, and xy, xz, yz if they are not 0; xy is minus the integral of x y dm."""
 
 
 def quantity(meaning: str, unit: str, **bounds: Any) -> Any:
-    """A pydantic field with its meaning and SI unit; ``bounds`` are gt, ge, lt, le."""
+    """Return a pydantic field with meaning and SI unit; ``bounds`` are gt, ge, lt, le."""
     return Field(description=meaning, json_schema_extra={"unit": unit}, **bounds)

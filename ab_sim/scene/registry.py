@@ -1,13 +1,13 @@
-"""The effects that a scene may call for, by name.
+"""The registered effects that a scene may name.
 
-An effect is a ``NamedTuple`` class: its fields are its parameters (each a checked number with
-meaning and unit), its docstring says what it does and where it comes from, and its methods are
-its physics (see ``ab_sim.equations.effects``). This room only needs the fields, which may have
-defaults, and one optional method:
+An effect is a ``NamedTuple`` class. Its fields are its parameters (each a checked number with
+meaning and unit), its docstring states its purpose and source, and its methods are its physics (see
+``ab_sim.equations.effects``). This package only needs the fields, which may have defaults, and one
+optional method:
 
     check_scene(self, scene) -> None
-        called with a scene that is sound otherwise; raises a ValueError if the effect makes no
-        sense in it, whose text names key, value, what is allowed and what to do
+        called with an otherwise valid scene; raises a ValueError if the effect makes no sense in
+        it, whose text names key, value, what is allowed and what to do
 """
 
 from collections.abc import Callable
@@ -19,8 +19,8 @@ from pydantic import TypeAdapter
 EffectClass = TypeVar("EffectClass", bound=type[Any])
 
 PROVIDER = "ab_sim.equations.effects"
-"""Importing it registers the effects. Named here, and imported when somebody asks for them: imports
-go from there to this room, and take seconds that not every use of the package has to wait for."""
+"""Module that registers the effects on import. It is imported on first use, because its imports
+lead to this package and take seconds that not every use needs."""
 
 _effects: dict[str, type[Any]] = {}
 
@@ -32,13 +32,13 @@ def register(
     source: str,
     uses_ball_radius: bool = False,
 ) -> Callable[[EffectClass], EffectClass]:
-    """Class decorator: make an effect known to scenes.
+    """Return a class decorator that registers an effect.
 
     Args:
-        name: what scenes call it.
+        name: name in scenes.
         equation: its equation, one line, symbols as in docs/equations.md.
-        source: where that is from, with the equation's number there.
-        uses_ball_radius: whether a scene with it has to give ``balls.radius``.
+        source: source of the equation, with its number there.
+        uses_ball_radius: whether a scene with the effect must give ``balls.radius``.
 
     Raises:
         ValueError: another effect has the name, or a class of the same name.
@@ -48,8 +48,8 @@ def register(
         if name in _effects:
             raise ValueError(f"effect {name!r} is registered twice")
         for other, known in _effects.items():
-            # Numba tells named tuples apart by no more than their class' name and fields: one of
-            # them would be computed by the other's law.
+            # Numba identifies named tuples by class name and fields only: one of two with the same
+            # name would be computed by the other's law.
             if known.__name__ == effect.__name__:
                 raise ValueError(
                     f"effect {name!r}: its class is called {effect.__name__}, as that of the "
@@ -65,15 +65,15 @@ def register(
 
 
 def effect_classes() -> dict[str, type[Any]]:
-    """Every registered effect, in the order of registration."""
+    """Return all registered effects, in the order of registration."""
     import_module(PROVIDER)
     return dict(_effects)
 
 
 def effect_parameters(effect: type[Any]) -> dict[str, dict[str, Any]]:
-    """An effect's parameters: name to a dict with ``description``, ``unit``, bounds, ``default``.
+    """Return the parameters of an effect by name: ``description``, ``unit``, bounds, ``default``.
 
-    A parameter without a ``default`` has to be given.
+    A parameter without a ``default`` is required.
     """
     schema = TypeAdapter(effect).json_schema()
     names = getattr(effect, "_fields", ())

@@ -1,7 +1,7 @@
-"""A scene file as JSON Schema, made from the models and the registries of what has names.
+"""JSON Schema of a scene file, generated from the models and the registries.
 
-It refuses what one key can say by itself. What only several keys together can say (a ball's radius
-below the race's, a step beyond a stability limit) is left to ``check_scene``.
+It refuses errors that one key shows by itself. Conditions between several keys (a ball's radius
+below the race's, a step beyond a stability limit) are left to ``check_scene``.
 """
 
 import inspect
@@ -17,28 +17,28 @@ Schema = dict[str, Any]
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
 STEPPERS = "ab_sim.integrate.registry"
-"""Knows the steppers. Imported by name, as effects are: imports go from there to this room."""
+"""Module of the steppers, imported by name as effects are: its imports lead to this package."""
 WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
-"""How a number with its unit begins; which units are known, and fit, is left to ``check_scene``."""
+"""Beginning of a number with its unit; ``check_scene`` checks the unit itself."""
 _BOUNDS = {
     "ge": "minimum",
     "gt": "exclusiveMinimum",
     "le": "maximum",
     "lt": "exclusiveMaximum",
 }
-"""Pydantic's words where a validator stands between a number and its bounds."""
+"""Keywords that pydantic writes if a validator stands between a number and its bounds."""
 _NEEDLESS = ("title", "discriminator")
 
 
 def scene_schema() -> Schema:
-    """JSON Schema, draft 2020-12, of a scene file; for editors."""
+    """Return the JSON Schema, draft 2020-12, of a scene file; for editors."""
     schema = bare_schema()
     _with_units(schema)
     return {"$schema": DIALECT, "title": "Scene of ab_sim", **schema}
 
 
 def bare_schema() -> Schema:
-    """The same, each unit in its keyword ``unit`` only, and not in the description too."""
+    """Return the schema with units in the keyword ``unit`` only, without units in descriptions."""
     schema = Scene.model_json_schema()
     sections, keys = schema["$defs"], schema["properties"]
     sections["Effects"] = _effects()
@@ -46,7 +46,7 @@ def bare_schema() -> Schema:
         "description": keys["effects"]["description"],
         "anyOf": [{"$ref": "#/$defs/Effects"}, {"type": "array", "items": _entry(sections)}],
     }
-    # A sensor's name alone is one with all defaults.
+    # A sensor's name without a value is a sensor with all defaults.
     for section in ("sensors", "probes"):
         sensor = keys[section]["additionalProperties"]
         keys[section]["additionalProperties"] = {"anyOf": [sensor, {"type": "null"}]}
@@ -58,7 +58,7 @@ def bare_schema() -> Schema:
 
 
 def _effects() -> Schema:
-    """Effects by name, each with its parameters."""
+    """Return the schema of effects by name, each with its parameters."""
     return _section({name: _effect(effect) for name, effect in effect_classes().items()}, [])
 
 
@@ -74,7 +74,7 @@ def _effect(effect: type[Any]) -> Schema:
 
 
 def _entry(sections: Schema) -> Schema:
-    """Of a list of effects: one name with its parameters, or alone, if it needs none."""
+    """Return the schema of an entry in a list of effects: a name with or without parameters."""
     effects = sections["Effects"]["properties"]
     alone = [name for name, schema in effects.items() if "anyOf" in schema]
     one = {"$ref": "#/$defs/Effects", "minProperties": 1, "maxProperties": 1}
@@ -87,7 +87,7 @@ def _section(keys: Schema, needed: list[str]) -> Schema:
 
 
 def _add_steppers(solver: Schema) -> None:
-    """Names of steppers, and what each of them takes."""
+    """Add the names of the steppers and their parameters."""
     registry = import_module(STEPPERS)
     taken = {name: dict(registry.parameters_of(name)) for name in registry.steppers()}
     solver["properties"]["stepper"]["enum"] = [registry.AUTO, *taken]
@@ -104,7 +104,7 @@ def _add_steppers(solver: Schema) -> None:
     }
     without_parameters = {"properties": {"parameters": {"maxProperties": 0}}}
     solver["allOf"] = [
-        # Also where no stepper is named: that is auto.
+        # Without a stepper, auto applies, too.
         {"if": {"properties": {"stepper": {"const": registry.AUTO}}}, "then": without_parameters},
     ] + [
         {
@@ -128,7 +128,7 @@ def _number(stepper: str, parameter: Any) -> Schema:
 
 
 def _tidy(schema: Any) -> None:
-    """Standard keywords for bounds, and none that say nothing; in place."""
+    """Use standard keywords for bounds and remove needless ones, in place."""
     for part in parts_of(schema):
         for own, standard in _BOUNDS.items():
             if own in part:
@@ -138,7 +138,7 @@ def _tidy(schema: Any) -> None:
 
 
 def _with_units(schema: Any) -> None:
-    """Units in descriptions, which editors show, and numbers as texts with a unit; in place."""
+    """Add units to descriptions, which editors show, and allow numbers with a unit; in place."""
     for part in parts_of(schema):
         if part.get("unit", "1") != "1":
             part["description"] += f" [{part['unit']}]"
@@ -148,7 +148,7 @@ def _with_units(schema: Any) -> None:
 
 
 def parts_of(schema: Any) -> list[Schema]:
-    """A schema and all that are in it; keys of a section are no keywords."""
+    """Return a schema and all schemas in it; the keys of a section are not keywords."""
     if isinstance(schema, list):
         return [part for each in schema for part in parts_of(each)]
     if not isinstance(schema, dict):

@@ -1,9 +1,9 @@
-"""What all sections of a scene have in common."""
+"""The base class of all sections of a scene."""
 
 from pydantic import BaseModel, ConfigDict
 
 
 class Section(BaseModel):
-    """A part of a scene: unknown keys are errors, values do not change afterwards."""
+    """A section of a scene: unknown keys are errors, and values are immutable."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)

@@ -17,7 +17,7 @@ Angle = Annotated[Number, Field(ge=-1e10, le=1e10)]
 
 
 def _shown(text: str) -> str:
-    """They go to terminals, logs, pictures and pages, which obey or cannot show the others."""
+    """Refuse control characters, which terminals obey and pictures cannot show."""
     if visible(text) != text:
         raise ValueError("must hold no control characters; take them out")
     return text
@@ -34,7 +34,7 @@ OneLine = Annotated[str, AfterValidator(_one_line)]
 
 
 class Rotor(Section):
-    """What moves on the suspension, and the unbalance it carries (docs/equations.md, 1)."""
+    """The parts that move on the suspension, and their unbalance (docs/equations.md, 1)."""
 
     total_mass: Number | None = quantity(
         "M, everything that moves on the suspension, balls included (give this or mass)",
@@ -74,7 +74,7 @@ class Rotor(Section):
 
 
 class Race(Section):
-    """The ring in which the balls run, concentric with the shaft; or several, of one size."""
+    """The ring in which the balls run, concentric with the shaft; or several of one size."""
 
     radius: Number = quantity("R, radius of the circle of the balls' centres", "m", gt=0, le=10)
     height: PerBall[Length] = quantity(
@@ -85,12 +85,12 @@ class Race(Section):
 
     @property
     def heights(self) -> tuple[float, ...]:
-        """Of each race [m]."""
+        """Return the height of each race [m]."""
         return self.height if isinstance(self.height, tuple) else (self.height,)
 
 
 class Balls(Section):
-    """The balls, all equal or each with a mass and a radius of its own."""
+    """The balls, all equal or each with its own mass and radius."""
 
     count: Count = quantity("n, how many there are", "1", ge=0, le=MAX_BALLS)
     mass: PerBall[Mass] | None = quantity(
@@ -111,23 +111,23 @@ class Balls(Section):
 
     @property
     def races(self) -> tuple[int, ...]:
-        """Each ball's race."""
+        """Return each ball's race."""
         return self.race if isinstance(self.race, tuple) else (self.race,) * self.count
 
     @property
     def masses(self) -> tuple[float, ...]:
-        """Each ball's mass [kg]; NaN where not given, which no checked scene has."""
+        """Return each ball's mass [kg]; NaN if missing, which a checked scene does not have."""
         return self._each(self.mass)
 
     @property
     def radii(self) -> tuple[float, ...]:
-        """Each ball's radius [m]; NaN where not given."""
+        """Return each ball's radius [m]; NaN if missing."""
         return self._each(self.radius)
 
     @property
     def total_mass(self) -> float:
-        """All balls together [kg]."""
-        # Rounded once: of equal balls it is exactly count * mass.
+        """Return the mass of all balls [kg]."""
+        # A single rounding: for equal balls the result is exactly count * mass.
         return math.fsum(self.masses)
 
     def _each(self, value: float | tuple[float, ...] | None) -> tuple[float, ...]:
@@ -137,7 +137,7 @@ class Balls(Section):
 
 
 class StartDeck(Section):
-    """How the deck begins."""
+    """Start state of the deck."""
 
     position: tuple[Length, ...] | None = quantity(
         "x, y from where it hangs at rest; of a deck in space X, Y, Z of C from where the mounts "
@@ -215,7 +215,7 @@ class Solver(Section):
 
 
 class Accuracy(Section):
-    """The error that a run may have, its largest one: asked for instead of a solver."""
+    """Largest allowed error of a run; given instead of a solver."""
 
     angle: Number | None = quantity(
         "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
@@ -236,7 +236,7 @@ class Accuracy(Section):
 
 
 class Balanced(Section):
-    """What counts as balanced, for the merit `balanced`; it does not act on the motion."""
+    """Criterion of the metric `balanced`; it does not act on the motion."""
 
     residual_unbalance: Number = quantity(
         "largest share of the unbalance M0 e that balls may leave, over the last tenth of a run",

@@ -13,14 +13,14 @@ from ab_sim.scene.section import Section
 MOST_SEGMENTS = 1000
 KIND: Any = Field(description="which profile it is; the other keys are its own")
 Speeds = tuple[float, float]
-"""The lowest and the highest speed that there may be [rad/s]."""
+"""Lowest and highest possible speed [rad/s]."""
 
 
 class Until(Section):
     """A condition on the measured vibration.
 
-    Judged is the root mean square of the acceleration about its mean, over windows one after the
-    other: neither gravity nor a sensor's offset counts. Of several sensors the largest counts.
+    It refers to the root mean square of the acceleration about its mean, over successive windows,
+    so that gravity and a sensor's offset do not count. Of several sensors the largest value counts.
     """
 
     vibration_rms_below: Number | None = quantity(
@@ -56,7 +56,7 @@ class Until(Section):
 
     @property
     def words(self) -> str:
-        """What it waits for."""
+        """Return the condition in words."""
         if self.vibration_rms_below is not None:
             return f"vibration below {self.vibration_rms_below:g} m/s^2"
         return f"vibration above {self.vibration_rms_above:g} m/s^2"
@@ -79,7 +79,7 @@ class Segment(Section):
         "for how long it accelerates", "s", ge=1e-6, le=1e4, default=None
     )
     until: Until | None = None
-    """It lasts until this holds: at a speed that is held, or accelerating."""
+    """Condition that ends the segment, while it holds a speed or accelerates."""
     acceleration: Number | None = quantity(
         "with to more than 0; with duration and until negative downwards",
         "rad/s^2",
@@ -116,10 +116,10 @@ class Segment(Section):
         return 0.0 if self.acceleration is None else self.acceleration
 
     def ramp(self, speed: float) -> tuple[float, float]:
-        """Its duration [s], the longest that it may have, and its acceleration [rad/s^2].
+        """Return the duration [s], or the longest one, and the acceleration [rad/s^2].
 
         Args:
-            speed: at which it begins [rad/s].
+            speed: speed at which the segment begins [rad/s].
         """
         if self.to is not None:
             slope = math.copysign(self._slope, self.to - speed)
@@ -129,14 +129,14 @@ class Segment(Section):
         return lasts, self._slope
 
     def end(self, speed: float) -> float:
-        """The speed at which it ends, lasting as long as it may [rad/s]."""
+        """Return the speed at the end [rad/s] for the longest duration."""
         if self.to is not None:
             return self.to
         duration, slope = self.ramp(speed)
         return speed + slope * duration
 
     def ends(self, speeds: Speeds) -> Speeds:
-        """The speeds at which it may end, begun anywhere between two."""
+        """Return the range of final speeds for a range of initial speeds."""
         low, high = (self.end(speed) for speed in speeds)
         if self.until is None:
             return low, high
@@ -144,7 +144,7 @@ class Segment(Section):
 
 
 class SegmentsProfile(Section):
-    """Accelerations and holds one after the other, up and down and through zero."""
+    """Successive accelerations and holds, up, down and through zero."""
 
     kind: Literal["segments"] = KIND
     segments: tuple[Segment, ...] = Field(
@@ -154,7 +154,10 @@ class SegmentsProfile(Section):
     )
 
     def speeds(self, first: float) -> Iterator[Speeds]:
-        """At which it begins, and at which each segment may end; none goes beyond its ends."""
+        """Yield the range of initial speeds, and of speeds at the end of each segment.
+
+        Within a segment, the speed stays between its ends.
+        """
         speeds = first, first
         yield speeds
         for segment in self.segments:
@@ -162,12 +165,12 @@ class SegmentsProfile(Section):
             yield speeds
 
     def top_speed(self, first: float) -> float:
-        """The largest magnitude that the speed may have [rad/s]."""
+        """Return the largest possible magnitude of the speed [rad/s]."""
         return max(max(-low, high) for low, high in self.speeds(first))
 
     @property
     def lasting(self) -> "SegmentsProfile":
-        """The same without conditions: each segment lasts as long as it may."""
+        """Return the profile without conditions: each segment lasts as long as it may."""
         each = [
             segment
             if segment.until is None
@@ -178,7 +181,7 @@ class SegmentsProfile(Section):
 
     @property
     def condition(self) -> str | None:
-        """The key of the first segment that ends on a condition, if there is one."""
+        """Return the key of the first segment that ends on a condition, if there is one."""
         for index, segment in enumerate(self.segments):
             if segment.until is not None:
                 return f"profile.segments.{index}.until"

@@ -1,4 +1,4 @@
-"""The sensors that a scene may have: they read, and do not act on the motion."""
+"""The sensors of a scene: they measure, and do not act on the motion."""
 
 import math
 import re
@@ -12,17 +12,17 @@ from ab_sim.scene.quantities import Count, InSchema, Length, Number, quantity
 from ab_sim.scene.section import Section
 
 RATE_TOLERANCE = 1e-6
-"""Relative: a sample rate written with six digits or so counts as the rate that it means."""
+"""Relative tolerance of sample rates: a rate with about six digits counts as the exact rate."""
 ALIASING = 0.1
-"""What comes through at half the sample rate in a larger part than this is worth a word: 20 dB
-are left for what lies above, and the low-pass takes 12 dB more with each octave."""
+"""Gain at half the sample rate above which there is a warning. It leaves 20 dB for frequencies
+above, and the low-pass takes 12 dB more with each octave."""
 
 
 class Sampled(Section):
-    """What sensors have in common, whatever they read: axes, low-pass, samples, noise, digits."""
+    """Common part of all sensors: axes, low-pass, samples, noise, digits."""
 
     unit: ClassVar[str]
-    """Of a reading."""
+    """Unit of a reading."""
 
     position: tuple[Length, Length, Length] = quantity(
         "where it sits on the deck, from C on deck axes; only with a deck in space",
@@ -50,14 +50,14 @@ class Sampled(Section):
     )
 
     def gain(self, frequency: float) -> float:
-        """The low-pass' |B| at a frequency [Hz]."""
+        """Return the low-pass' |B| at a frequency [Hz]."""
         return 1.0 / math.hypot(1.0, (frequency / self.bandwidth) ** 2)
 
     def aliasing(self, step: float) -> str:
-        """How much of what its samples cannot show they show as something else; empty if little.
+        """Return a warning of aliasing of high frequencies; empty if it is small.
 
         Args:
-            step: integration step [s]; where it takes a sample at each there is nothing between.
+            step: integration step [s]; with a sample at each step there is nothing in between.
         """
         half = 0.5 * self.sample_rate
         if steps_per_sample(self.sample_rate, step) == 1 or self.gain(half) <= ALIASING:
@@ -70,15 +70,15 @@ class Sampled(Section):
         )
 
     def check(self, key: str, step: float | None) -> None:
-        """Check what does not follow from each parameter alone.
+        """Check conditions that involve several parameters.
 
         Args:
-            key: what the sensor is called in messages.
-            step: integration step [s]; None while it is not chosen yet, and then only those are
-                that suit.
+            key: name of the sensor in messages.
+            step: integration step [s]; None before it is chosen, when only suitable steps are
+                considered.
 
         Raises:
-            ValueError: names the parameter, its value, and what is allowed.
+            ValueError: the message names the parameter, its value and the allowed range.
         """
         if self.resolution > self.range:
             raise ValueError(
@@ -101,20 +101,20 @@ class Sampled(Section):
 
 
 class Accelerometer(Sampled):
-    """Accelerometer on the deck; it reads, and does not act on the dynamics.
+    """Accelerometer on the deck; it does not act on the dynamics.
 
     It has two axes across the shaft, and on a deck in space a third along it; all turn with the
     deck.
 
-    It senses specific force f, acceleration minus gravity. In physical order: f is turned into
-    the sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then
-    come the sampling, the range and the quantisation (``ab_sim.sensing.Pickup``).
+    It senses specific force f, acceleration minus gravity. In physical order: f is turned into the
+    sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then come
+    sampling, range and quantisation (``ab_sim.sensing.Pickup``).
 
-    A deck in the plane does not turn, so that every point of it reads the same; of one in space the
-    position counts.
+    In the plane the deck does not turn, so the reading is the same at every point; in space it
+    depends on the position.
 
-    Between integration steps the low-pass sees the force as straight lines. That takes
-    (pi F h)^2 / 3 off the amplitude at the frequency F with the step h: at F_c the gain is
+    Between integration steps the low-pass sees the force as straight lines. That reduces the
+    amplitude by the fraction (pi F h)^2 / 3 at the frequency F with the step h: at F_c the gain is
     -3.02 dB with F_c h = 1/50, -3.3 dB with 1/10, and nothing is left with 1/2.
     """
 
@@ -148,10 +148,10 @@ class Accelerometer(Sampled):
 
 
 def steps_per_sample(sample_rate: float, step: float) -> int:
-    """How many integration steps of ``step`` [s] there are between samples.
+    """Return the number of integration steps of ``step`` [s] between samples.
 
     Raises:
-        ValueError: not a whole number; names the nearest rates that work.
+        ValueError: the number is not an integer; the message names the nearest rates that fit.
     """
     steps = 1.0 / (sample_rate * step)
     whole = max(1, round(steps))
@@ -173,7 +173,7 @@ NAME = "[a-z][a-z0-9_]{0,63}"
 
 
 def _name(value: Any) -> Any:
-    # It becomes part of channels' and topics' names, and the frame of messages.
+    # The name becomes part of channels' and topics' names, and the frame of messages.
     if not isinstance(value, str) or not re.fullmatch(NAME, value):
         raise ValueError(
             "the name must be of at most 64 small letters, digits and _, and begin with a letter"
@@ -192,6 +192,6 @@ SensorName = Annotated[
     InSchema({"allOf": [{"pattern": f"^{NAME}$"}, {"not": {"pattern": f"^({TAKEN})$"}}]}),
 ]
 BY_DEFAULT = BeforeValidator(lambda value: {} if value is None else value)
-"""A name with nothing behind it is a sensor with all its defaults."""
+"""Validator that makes a name without a value a sensor with all defaults."""
 Sensors = dict[SensorName, Annotated[Accelerometer, BY_DEFAULT]]
-"""By names of the scene's own; all are accelerometers."""
+"""Accelerometers by free names."""

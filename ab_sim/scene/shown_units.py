@@ -1,4 +1,4 @@
-"""Units in which tables and pictures show what is in SI; files stay in SI."""
+"""Units for SI values in tables and pictures; files stay in SI."""
 
 from typing import NamedTuple
 
@@ -8,27 +8,29 @@ from ab_sim.scene.units import KINDS, in_si, si_unit
 
 
 class ShownUnit(NamedTuple):
-    """A unit to show numbers in."""
+    """A unit for display."""
 
     text: str
     factor: float
-    """Turns SI into it."""
+    """Factor from SI to this unit."""
 
 
 ShownUnits = dict[str, ShownUnit]
-"""By the unit that they stand for; what is not there is shown as it is."""
+"""Units for display by SI unit; other quantities are shown in SI."""
 MERITS_OWN = {"mm/s": ("m/s", 1e-3)}
-"""Units of merits that are not SI: the SI unit, and what turns them into it."""
+"""Units of metrics that are not SI: the SI unit and the factor from this unit to it."""
 
 
 def shown_units(text: str) -> ShownUnits:
-    """Units out of ``rpm,g mm,deg``.
+    """Parse units such as ``rpm,g mm,deg``.
 
     Args:
-        text: units with commas between, at most one of each kind; empty: all is shown in SI.
+        text: units separated by commas, at most one of each kind; empty: all quantities are shown
+            in SI.
 
     Raises:
-        InputError: one is no unit of what scenes and merits have, or two measure the same.
+        InputError: a text is not a unit of scenes' and metrics' quantities, or two measure the
+            same.
     """
     found: ShownUnits = {}
     for written in map(str.strip, text.split(",") if text.strip() else []):

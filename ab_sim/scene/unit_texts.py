@@ -1,7 +1,7 @@
-"""Numbers with their unit in what a scene's file says, made plain numbers before it is checked.
+"""Conversion of numbers with units in a scene's file to plain numbers, before the checks.
 
-Here, and not in the fields' own validators: a field's choice between one number and a list would
-come first, and effects and steppers have their numbers elsewhere.
+It is not done in the fields' validators: a field's choice between one number and a list would come
+first, and the numbers of effects and steppers are defined elsewhere.
 """
 
 import functools
@@ -14,16 +14,17 @@ from ab_sim.scene.schema import STEPPERS
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 MOST_LEVELS = 10
-"""Of keys within each other: more than any scene has, and an end for what contains itself."""
+"""Largest nesting of keys: more than any scene has; it stops at structures that contain
+themselves."""
 
 Key = tuple[str, ...]
 
 
 def without_units(raw: Any, at: Key = ()) -> Any:
-    """What a scene says, its texts such as ``12 mm`` as SI numbers; the rest as it is.
+    """Return a scene with texts such as ``12 mm`` as SI numbers, and the rest unchanged.
 
-    A text stays where its key takes none, or one of another dimension: it is no number, and is
-    refused as such when the scene is checked, with all else that is wrong.
+    A text is kept if its key takes no number, or one of another dimension. The check of the scene
+    then refuses it, together with all other errors.
 
     Args:
         raw: the scene or a part of it, nested mappings and lists, effects by name; not changed.
@@ -35,7 +36,7 @@ def without_units(raw: Any, at: Key = ()) -> Any:
         return raw
     if isinstance(raw, dict):
         return {name: without_units(value, (*at, str(name))) for name, value in raw.items()}
-    if type(raw) in (list, tuple):  # and no named tuple, which is an effect that has been checked
+    if type(raw) in (list, tuple):  # exact types: a named tuple is a checked effect
         return type(raw)(without_units(value, (*at, str(i))) for i, value in enumerate(raw))
     return raw
 
@@ -50,10 +51,10 @@ def _number(text: str, key: Key) -> str | float:
 
 
 def unit_at(key: Key) -> str:
-    """The SI unit of a key, or of the list in which it is an entry.
+    """Return the SI unit of a key, or of the list in which it is an entry.
 
     Returns:
-        "1" of a number without dimension; "-" of what is no number, and where there is no such key.
+        "1" for dimensionless numbers; "-" for other values and unknown keys.
     """
     registry = import_module(STEPPERS)
     known = _known(tuple(effect_classes().items()), tuple(registry.steppers()))
@@ -61,13 +62,13 @@ def unit_at(key: Key) -> str:
         units = {
             unit for parts, unit in known if len(parts) == len(wanted) and begins(parts, wanted)
         }
-        if units:  # two steppers may give a name to numbers of different units
+        if units:  # two steppers may use one name for numbers with different units
             return units.pop() if len(units) == 1 else "-"
     return "-"
 
 
 @functools.lru_cache(maxsize=8)
 def _known(effects: tuple[Any, ...], steppers: tuple[str, ...]) -> tuple[tuple[Key, str], ...]:
-    """Keys and their units, as long as these are registered: a program may add to them."""
+    """Return keys and units, cached for these registered names; a program may add some."""
     rows: list[SceneKey] = scene_keys()
     return tuple((tuple(row.key.split(".")), row.unit) for row in rows)

@@ -1,7 +1,8 @@
-"""Numbers written with their unit, ``12 mm``, in SI; what pint knows of units, it knows here.
+"""Numbers with their unit, ``12 mm``, converted to SI by pint.
 
-A text is a number and a product of powers of units, seen to before pint reads it: pint evaluates
-what it is given. Pint is imported when there is such a text, as that takes a quarter of a second.
+A text must be a number and a product of powers of units. That is checked before pint reads it,
+because pint evaluates its input. Pint is imported on first use, as that takes a quarter of a
+second.
 """
 
 import functools
@@ -20,12 +21,12 @@ if TYPE_CHECKING:
 
 NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
 NO_UNIT = ("1", "-")
-"""What stands for the unit of keys that have none."""
+"""Units of keys that have none."""
 MOST = 100
-"""Characters of a number with its unit."""
+"""Largest number of characters of a number with its unit."""
 
 _NAME = r"[A-Za-zµμ°][A-Za-z0-9_]*"
-# Of a power of a power the exponents would be multiplied, to numbers of any length.
+# No powers of powers: their exponents would multiply to numbers of any length.
 _FACTOR = rf"(?:sqrt\(\s*{_NAME}\s*\)|{_NAME}(?:(?:\^|\*\*)[+-]?\d(?:\.\d{{1,2}})?)?)"
 _JOIN = r"(?:\s*[*/·]\s*|\s+)"
 _PRODUCT = rf"{_FACTOR}(?:{_JOIN}{_FACTOR})*"
@@ -34,12 +35,12 @@ _UNIT = re.compile(rf"{_PART}(?:{_JOIN}{_PART})*")
 _TEXT = re.compile(rf"({NUMBER})\s*([^\s\d.+-].*)")
 _POWERS = str.maketrans({"²": "^2", "³": "^3"})
 _DIGITS = 50
-"""Of decimal arithmetic: what comes out is the float nearest to what was written."""
+"""Digits of decimal arithmetic, so that the result is the float nearest to the written number."""
 _MAKING = threading.Lock()
 
 
 class Kind(NamedTuple):
-    """What is measured in a unit, and how a designer may write some."""
+    """Quantity that a unit measures, and an example of its notation."""
 
     name: str
     example: str
@@ -67,35 +68,35 @@ KINDS = {
     "N m/rad": Kind("a torque per angle", "5 mN m/rad"),
     "N m s/rad": Kind("a torque per angular speed", "5 mN m/rpm"),
 }
-"""By SI unit, as keys of scenes have them."""
+"""Quantities by SI unit, as in the keys of scenes."""
 _NOTES = {
     ("Hz", "rad/s"): "Hz may mean turns or radians: write rev/s, rpm or rad/s",
     ("rad/s", "Hz"): "60 rpm are one turn a second: write 1 Hz",
     ("kg", "m/s^2"): "g is the gram: write g_0 for the acceleration of free fall",
     ("N m", "N m/rad"): "say per what angle: write N m/rad",
 }
-"""What to say of a unit that stands where another must."""
+"""Notes on units that are easily confused."""
 
 
 def has_unit(text: str) -> bool:
-    """Whether a text is a number and something that may be a unit; what it is, is not looked at."""
+    """Return whether a text is a number followed by a possible unit; the unit is not checked."""
     if len(text) > MOST or _TEXT.fullmatch(text.strip()) is None:
         return False
     try:
         float(text)
     except ValueError:
         return True
-    return False  # of 1e3 the end reads like a unit
+    return False  # 1e3 ends like a unit
 
 
 def with_last_unit(texts: Sequence[str]) -> list[str]:
-    """Numbers of one range or list, as they are meant: of ``80..1000 rpm`` both ends are in rpm.
+    """Return the numbers of a range or list with the last one's unit: ``80..1000 rpm`` is all rpm.
 
     Args:
-        texts: its numbers in their order; where the last one only has a unit, all take it.
+        texts: the numbers in order; if only the last one has a unit, all take it.
 
     Raises:
-        ValueError: another one has a unit and the last has none; says what must be there, to be put
+        ValueError: another number has a unit and the last one has none; the message is to be put
             after the last one.
     """
     units = [_TEXT.fullmatch(text.strip()) if has_unit(text) else None for text in texts]
@@ -108,18 +109,18 @@ def with_last_unit(texts: Sequence[str]) -> list[str]:
 
 
 def in_si(text: str, unit: str) -> float:
-    """What a number with its unit is in the SI unit of a key.
+    """Convert a number with its unit to the SI unit of a key.
 
     Args:
         text: such as ``2500 rpm``, ``0.3 g cm``, ``1 N/mm``, ``70 ug_0/sqrt(Hz)``.
-        unit: of the key, e.g. ``rad/s``; "1" or "-" of one that has none.
+        unit: unit of the key, e.g. ``rad/s``; "1" or "-" if it has none.
 
     Returns:
-        The float nearest to what is written.
+        The float nearest to the written number.
 
     Raises:
-        ValueError: it is not written so, no unit is known by that name, it measures something
-            else, or it is too large; says what must be there, to be put after the value.
+        ValueError: the text has another form, an unknown unit or one of another quantity, or the
+            number is too large; the message is to be put after the value.
     """
     if unit in NO_UNIT:
         raise ValueError("must be a number without unit")
@@ -129,15 +130,15 @@ def in_si(text: str, unit: str) -> float:
     number, written = found.groups()
     with _many_digits():
         try:
-            with _MAKING:  # of two registries neither would take the other's units
+            with _MAKING:  # two registries would not accept each other's units
                 _registry()
-        except ImportError:  # where dependencies came with ROS
+        except ImportError:  # if the dependencies came with ROS
             raise ValueError(
                 "has a unit, for which pint is needed: pip install 'pint>=0.24', or give the "
                 f"number in {unit}"
             ) from None
         given, wanted = _units(written), _units(unit)
-        if wanted is None:  # of an effect of somebody's own
+        if wanted is None:  # unit of a user's own effect
             raise ValueError(f"must be a number in {unit}, written without unit")
         if given is None:
             raise ValueError(f"{short(written)} is no unit that is known; {_must_be(unit)}")
@@ -155,13 +156,13 @@ def in_si(text: str, unit: str) -> float:
 
 
 def si_unit(written: str) -> str | None:
-    """The SI unit of keys that measures what a unit does; None: there is none.
+    """Return the SI unit of keys that measures the same as a unit; None if there is none.
 
     Args:
         written: such as ``rpm``, ``g mm``.
 
     Raises:
-        ImportError: there is no pint.
+        ImportError: pint is not installed.
     """
     if len(written) > MOST:
         return None
@@ -185,7 +186,7 @@ def _example(unit: str) -> str:
 
 
 def _misfit(given: Any, unit: str) -> str:
-    """What to say of units that do not measure what the key's does."""
+    """Return the message on a unit that measures another quantity than the key's."""
     root = _root(given)
     alike = next((known for known in KINDS if _root(_units(known)) == root), None)
     if alike is not None:
@@ -212,7 +213,7 @@ def _registry() -> "pint.UnitRegistry[Any]":
 
 
 def _root(units: Any) -> Any:
-    """What units are made of: pint has the radian among them, though it is of no dimension.
+    """Return the base units, in which pint includes the radian although it has no dimension.
 
     So turns per second are not taken for Hz, nor an angle for a plain number.
     """
@@ -221,7 +222,7 @@ def _root(units: Any) -> Any:
 
 @functools.lru_cache(maxsize=256)
 def _units(text: str) -> Any:
-    """Units of pint; None if they are not written as such, or not known."""
+    """Return pint's units; None if they are written wrongly or unknown."""
     import pint
 
     text = text.strip().translate(_POWERS)

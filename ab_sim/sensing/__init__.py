@@ -1,4 +1,4 @@
-"""What sensors make of the motion: from specific force to readings. No ROS in here."""
+"""Sensor models: from specific force to readings. Without ROS."""
 
 from ab_sim.sensing.pickup import Pickup, PickupState, digits, noise_variance
 

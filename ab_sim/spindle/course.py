@@ -1,4 +1,4 @@
-"""What a profile under way tells who runs it, whatever kind of profile it is; no ROS."""
+"""Interface of a profile in progress, whatever its kind; no ROS."""
 
 import math
 from collections.abc import Mapping
@@ -10,37 +10,37 @@ class Hears(NamedTuple):
 
     vibration: bool = False
     sensor: str | None = None
-    """Name of that of which it needs every sample, and the spindle's angle to it."""
+    """Name of the sensor of which it needs every sample, with the spindle's angle."""
     first_sensor: bool = True
-    """Whether that is the drive's first accelerometer, or its first probe."""
+    """Whether that sensor is the drive's first accelerometer, or its first probe."""
     probe: bool = False
-    """Whether it is a proximity probe."""
+    """Whether that sensor is a proximity probe."""
 
 
 class Believed(NamedTuple):
-    """What an adaptive start-up believes of the drive; NaN: it does not know."""
+    """Estimates of an adaptive start-up; NaN: unknown."""
 
     critical_speed: float = math.nan
     critical_speed_deviation: float = math.nan
-    """rad/s; the second is a standard deviation."""
+    """Estimate of the critical speed and its standard deviation [rad/s]."""
     net_unbalance: float = math.nan
     net_unbalance_deviation: float = math.nan
-    """m: offset of the rotor's mass centre, balls included."""
+    """Offset of the rotor's mass centre, balls included, and its standard deviation [m]."""
 
 
 class Course(Protocol):
-    """A profile under way. Times are of the clock of who runs it [s]."""
+    """A profile in progress. Times are by the caller's clock [s]."""
 
     first: float
-    """The speed at which it begins [rad/s]."""
+    """Speed at which the profile begins [rad/s]."""
 
     @property
     def words(self) -> str:
-        """What it does, for people."""
+        """Present action, for people."""
 
     @property
     def segment(self) -> tuple[int, int]:
-        """Number of the present segment, from 1, and of segments; zeros if it has none."""
+        """Number of the present segment, from 1, and number of segments; zeros without segments."""
 
     @property
     def ended(self) -> bool:
@@ -48,15 +48,15 @@ class Course(Protocol):
 
     @property
     def reached(self) -> bool:
-        """Whether it has ended, and come to what it is for."""
+        """Whether the profile has ended and reached its aim."""
 
     @property
     def failure(self) -> str:
-        """Why it has to be aborted; empty while it need not be."""
+        """Reason for an abort; empty if there is none."""
 
     @property
     def why(self) -> str:
-        """What did not go well; empty as long as all does."""
+        """Problem so far; empty if there is none."""
 
     @property
     def values(self) -> Mapping[str, str]:
@@ -64,16 +64,16 @@ class Course(Protocol):
 
     @property
     def believed(self) -> Believed:
-        """What it believes of the drive."""
+        """Estimates of the drive's parameters."""
 
     def begin(self, now: float) -> None:
-        """It begins now."""
+        """Begin the profile now."""
 
     def command(self, now: float) -> float | None:
-        """Decide, once a period; the speed that is commanded now [rad/s], None: nothing is."""
+        """Decide once per period; return the speed to command now [rad/s], or None."""
 
     def state(self) -> dict[str, Any]:
-        """All that it needs to go on, as JSON-able values."""
+        """Return the complete state as JSON-able values."""
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from what ``state`` gave; may raise whatever a value that is none of its causes."""
+        """Continue from a state of ``state``; an invalid state may raise any error."""

@@ -1,4 +1,4 @@
-"""What start-up firmware decides: no middleware and no clock, so that it can be tested alone."""
+"""Decisions of the start-up firmware, without middleware and clock, which tests can run alone."""
 
 import enum
 import math
@@ -10,22 +10,22 @@ from ab_sim.stored_numbers import MOST_TIME, finite
 
 
 class ProfileState(enum.Enum):
-    """Where a profile is."""
+    """State of a profile."""
 
     IDLE = "idle"
     WAITING = "waiting"
-    """For a drive."""
+    """Waiting for a drive."""
     RUNNING = "running"
     DONE = "done"
-    """And its final speed is held."""
+    """Done; the final speed is held."""
     ABORTING = "aborting"
     """Ramping down."""
     ABORTED = "aborted"
-    """And standstill is commanded."""
+    """Aborted; standstill is commanded."""
 
     @property
     def under_way(self) -> bool:
-        """Whether it has been started and is not over."""
+        """Whether the profile was started and is not over."""
         return self in (ProfileState.RUNNING, ProfileState.ABORTING)
 
 
@@ -36,34 +36,33 @@ MOST_SPEED = 1e6
 
 
 class ProfileRun:
-    """One profile after the other and what becomes of it; times are of any clock that goes on.
+    """Runs profiles one after the other; times are by any clock that only advances.
 
     Args:
-        ahead: how far ahead of time commands of a ramp down are [s]: a drive goes there until the
-            next one comes.
-        say: told the status whenever it changes: the state's word, and often more behind a colon;
-            and whether all is well.
+        ahead: lead of the commands of a ramp down [s]: a drive approaches them until the next one.
+        say: receives the status whenever it changes: the state's word, often with details after a
+            colon; and whether there is no problem.
     """
 
     def __init__(self, ahead: float, say: Callable[[str, bool], None]) -> None:
         self._ahead, self._say = ahead, say
         self.course: Course | None = None
-        """The profile that was started last; None before the first."""
+        """Profile that was started last; None before the first."""
         self._deceleration = math.inf
         self._falls = (0.0, 0.0)
         self.began = 0.0
         self.state = ProfileState.IDLE
         self.status = ""
         self.why = ""
-        """It was aborted, or something did not go well; empty as long as all is well."""
+        """Reason of an abort, or problem; empty if there is none."""
         self.command = 0.0
-        """The speed that was commanded last [rad/s]."""
+        """Last commanded speed [rad/s]."""
         self.commanded: float | None = None
-        """What the last call of ``tick`` gave."""
+        """Result of the last call of ``tick``."""
         self._enter(ProfileState.IDLE)
 
     def wait(self, what: str) -> None:
-        """Wait for something."""
+        """Wait for a condition."""
         self._enter(ProfileState.WAITING, what)
 
     def start(
@@ -73,12 +72,12 @@ class ProfileRun:
 
         Args:
             now: the time [s].
-            course: the profile, which nobody has begun.
-            deceleration: of an abort [rad/s^2].
+            course: the profile, not yet begun.
+            deceleration: deceleration of an abort [rad/s^2].
             begin: time of its beginning [s]; None: now.
 
         Returns:
-            Why not, if it may not be; else nothing.
+            Reason of a refusal; empty if the profile runs.
         """
         if self.state is ProfileState.RUNNING:
             return "running already; abort first"
@@ -97,13 +96,13 @@ class ProfileRun:
         return ""
 
     def shift(self, now: float) -> None:
-        """It began just now, and not at the time that was said."""
+        """Move the start of the profile to the present time."""
         self.began = now
         if self.course is not None:
             self.course.begin(now)
 
     def abort(self, now: float, why: str) -> str:
-        """Ramp down to standstill; why not, if that makes no sense."""
+        """Ramp down to standstill; return the reason if that makes no sense."""
         if self.state is ProfileState.WAITING:
             self._enter(ProfileState.IDLE)
         elif self.state in (ProfileState.RUNNING, ProfileState.DONE):
@@ -116,13 +115,13 @@ class ProfileRun:
         return ""
 
     def drop(self, why: str) -> None:
-        """Command standstill at once: there is nothing any more that could be ramped down."""
+        """Command standstill at once, because there is no motion left to ramp down."""
         self.why = why
         self.command = 0.0
         self._enter(ProfileState.ABORTED)
 
     def tick(self, now: float) -> float | None:
-        """What is to be commanded now [rad/s]; None: nothing."""
+        """Return the speed to command now [rad/s]; None: no command."""
         speaks = self.state in COMMANDING
         if self.state is ProfileState.RUNNING and self.course is not None:
             speaks = self._run(self.course, now)
@@ -137,7 +136,7 @@ class ProfileRun:
         return self.commanded
 
     def state_values(self) -> dict[str, Any]:
-        """All that it needs to go on, as JSON-able values."""
+        """Return the complete state as JSON-able values."""
         return {
             "state": self.state.value,
             "status": self.status,
@@ -151,15 +150,15 @@ class ProfileRun:
         }
 
     def restore(self, kept: Mapping[str, Any], course: Course | None) -> None:
-        """Go on from what ``state_values`` gave.
+        """Continue from a state of ``state_values``.
 
         Args:
             kept: the values.
-            course: the profile that they are of, which nobody has begun; None if there was none.
+            course: the profile of the state, not yet begun; None if there was none.
 
         Raises:
-            ArithmeticError, AttributeError, LookupError, TypeError, ValueError: they are none; then
-                nothing has changed.
+            ArithmeticError, AttributeError, LookupError, TypeError, ValueError: the values are
+                invalid; nothing has changed.
         """
         state, status, why = ProfileState(kept["state"]), str(kept["status"]), str(kept["why"])
         began, command = finite(kept["began"], 0.0, MOST_TIME), _speed(kept["command"])
@@ -178,7 +177,7 @@ class ProfileRun:
         self._say(status, not why)
 
     def _run(self, course: Course, now: float) -> bool:
-        """One period of it; whether it commands anything."""
+        """Run one period of the course; return whether it commands a speed."""
         speed = course.command(max(now, self.began))
         self.why = course.why
         if course.failure:

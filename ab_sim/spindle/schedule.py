@@ -1,4 +1,4 @@
-"""A spindle-speed profile: segments one after the other, with exact breakpoints."""
+"""A spindle-speed profile: successive segments with exact breakpoints."""
 
 import bisect
 import math
@@ -19,14 +19,14 @@ Segment = Ramp | RaisedCosine
 
 
 class ScheduledSegment(NamedTuple):
-    """One segment in its place."""
+    """One segment with its times."""
 
     start: float
-    """s, when it begins."""
+    """Start time [s]."""
     end: float
-    """s, when it ends; infinite for the last."""
+    """End time [s]; infinite for the last segment."""
     start_angle: float
-    """rad, psi when it begins."""
+    """Angle psi at the start [rad]."""
     segment: Segment
 
 
@@ -34,11 +34,11 @@ class SpeedSchedule:
     """Spindle speed and angle over time, piecewise; the last speed is held for ever.
 
     Args:
-        segments: pairs of a duration [s] and the segment that lasts that long.
-        final_speed: speed [rad/s] held after the last of them.
-        start: time [s] and
-        start_angle: angle psi [rad] at which the first begins.
-        variable_speed_period: when that period begins [s], where the profile has one.
+        segments: pairs of a duration [s] and its segment.
+        final_speed: speed [rad/s] held after the last segment.
+        start: time at which the first segment begins [s].
+        start_angle: angle psi at that time [rad].
+        variable_speed_period: start of that period [s], if the profile has one.
     """
 
     def __init__(
@@ -65,12 +65,12 @@ class SpeedSchedule:
 
     @property
     def end(self) -> float:
-        """When the final speed is reached [s]."""
+        """Time at which the final speed is reached [s]."""
         return self.segments[-1].start
 
     @property
     def top_speed(self) -> float:
-        """The largest magnitude of the speed [rad/s]; it is monotonous within every segment."""
+        """Largest magnitude of the speed [rad/s]; it is monotonic within every segment."""
         return max(
             abs(scheduled.segment.speed(local))
             for scheduled in self.segments
@@ -79,7 +79,7 @@ class SpeedSchedule:
 
     @property
     def steepest(self) -> float:
-        """The largest magnitude of the acceleration [rad/s^2]."""
+        """Largest magnitude of the acceleration [rad/s^2]."""
         return max(
             (
                 abs(float(scheduled.segment.acceleration(0.5 * (scheduled.end - scheduled.start))))
@@ -94,29 +94,29 @@ class SpeedSchedule:
         return tuple(scheduled.end for scheduled in self.segments[:-1])
 
     def number_at(self, time: float) -> int:
-        """Which segment is in force at ``time`` and just after it (the right-hand limit)."""
+        """Return the number of the segment at ``time`` and just after it (right-hand limit)."""
         return max(bisect.bisect_right(self._starts, time) - 1, 0)
 
     def segment_at(self, time: float) -> ScheduledSegment:
-        """The segment in force at ``time`` and just after it."""
+        """Return the segment in force at ``time`` and just after it."""
         return self.segments[self.number_at(time)]
 
     def speed(self, time: float) -> float:
-        """w [rad/s]."""
+        """Return w [rad/s]."""
         scheduled = self.segment_at(time)
         return scheduled.segment.speed(time - scheduled.start)
 
     def angle(self, time: float) -> float:
-        """psi [rad], unwrapped."""
+        """Return psi [rad], unwrapped."""
         scheduled = self.segment_at(time)
         return scheduled.start_angle + scheduled.segment.angle(time - scheduled.start)
 
     def angles(self, times: np.ndarray) -> np.ndarray:
-        """psi at each of some times [rad]."""
+        """Return psi at several times [rad]."""
         return np.array([self.angle(time) for time in times.tolist()])
 
     def moved(self, by: float, turned: float = 0.0) -> "SpeedSchedule":
-        """The same profile, begun later by a time [s] and an angle [rad] further."""
+        """Return the profile, begun later by a time [s] and at an angle [rad] further."""
         begins = self.variable_speed_period
         return SpeedSchedule.of_scheduled(
             [
@@ -137,7 +137,7 @@ class SpeedSchedule:
         scheduled_segments: Sequence[ScheduledSegment],
         variable_speed_period: float | None = None,
     ) -> "SpeedSchedule":
-        """A profile out of scheduled segments, of which each begins where the one before ends."""
+        """Return a profile from scheduled segments that follow each other without gaps."""
         made = cls((), 0.0, variable_speed_period=variable_speed_period)
         made.segments = tuple(scheduled_segments)
         made._starts = [scheduled.start for scheduled in scheduled_segments]
@@ -145,7 +145,7 @@ class SpeedSchedule:
 
     @classmethod
     def constant(cls, speed: float, start_angle: float = 0.0) -> "SpeedSchedule":
-        """A speed [rad/s] held for ever; ``start_angle`` [rad] is psi at t = 0."""
+        """Return a speed [rad/s] held for ever; ``start_angle`` [rad] is psi at t = 0."""
         return cls((), speed, start_angle=start_angle)
 
     @classmethod
@@ -158,14 +158,17 @@ class SpeedSchedule:
         period_start: float | None = None,
         start_angle: float = 0.0,
     ) -> "SpeedSchedule":
-        """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
+        """Return a constant acceleration to a target, possibly with a variable-speed period.
+
+        Source: thesis 3.1.
 
         Args:
-            start_speed: rad/s; from above the target it slows down, from the target it holds.
-            acceleration: rad/s^2, its magnitude before and after the period.
-            target_speed: rad/s, held at the end.
+            start_speed: initial speed [rad/s]; above the target the spindle decelerates, at the
+                target it holds.
+            acceleration: magnitude before and after the period [rad/s^2].
+            target_speed: speed held at the end [rad/s].
             period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
-            period_start: its start time [s], where that is what is known exactly.
+            period_start: its start time [s], if that is known exactly.
             start_angle: psi at t = 0 [rad].
         """
         legs: list[tuple[float, float, float, float | None]]
@@ -196,13 +199,13 @@ class SpeedSchedule:
         duration: float,
         start_angle: float = 0.0,
     ) -> "SpeedSchedule":
-        """A raised-cosine change of speed (relative-stability (25)).
+        """Return a raised-cosine change of speed (relative-stability (25)).
 
         Args:
-            start_speed: rad/s, until ``start_time`` [s].
-            to_speed: rad/s, from ``duration`` [s] later on.
-            start_time: when the change begins.
-            duration: how long it takes.
+            start_speed: speed until ``start_time`` [rad/s].
+            to_speed: speed after the change [rad/s].
+            start_time: start of the change [s].
+            duration: duration of the change [s].
             start_angle: psi at t = 0 [rad].
         """
         change = RaisedCosine(start_speed, to_speed - start_speed, duration)
@@ -218,13 +221,13 @@ class SpeedSchedule:
         start: float = 0.0,
         start_angle: float = 0.0,
     ) -> "SpeedSchedule":
-        """Accelerations and holds one after the other; each makes one segment.
+        """Return successive accelerations and holds; each makes one segment.
 
         Args:
-            segments: those that end on a condition last as long as they may.
-            speed: at which the first begins [rad/s].
-            start: when it begins [s].
-            start_angle: psi then [rad].
+            segments: segments; those that end on a condition last as long as they may.
+            speed: speed at which the first begins [rad/s].
+            start: time at which it begins [s].
+            start_angle: psi at that time [rad].
         """
         ramps: list[tuple[float, Segment]] = []
         for segment in segments:
@@ -235,16 +238,16 @@ class SpeedSchedule:
 
     @classmethod
     def at_start(cls, scene: "Scene") -> "SpeedSchedule":
-        """The start speed of a scene, held."""
+        """Return the start speed of a scene, held."""
         return cls.constant(scene.start.speed, scene.start.angle)
 
     @classmethod
     def of_scene(cls, scene: "Scene") -> "SpeedSchedule":
-        """The profile that a scene asks for; its start speed, held, if it asks for none.
+        """Return the profile of a scene; its start speed, held, if it has none.
 
         Raises:
-            SceneError: what is measured while it runs decides, in an adaptive start-up or where a
-                segment ends on a condition: there is no speed over time before the run.
+            SceneError: measurements decide the speed during the run: in an adaptive start-up, or in
+                a segment that ends on a condition.
         """
         asked = scene.profile
         if asked is None:
@@ -259,15 +262,15 @@ class SpeedSchedule:
 
     @classmethod
     def asked(cls, asked: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
-        """A profile as it is asked for; segments that end on a condition last as long as they may.
+        """Return the schedule of a profile; segments with a condition last as long as they may.
 
         Args:
-            asked: of a scene, or by itself.
-            first: speed [rad/s] and
-            angle: psi [rad] at t = 0.
+            asked: profile of a scene, or alone.
+            first: speed at t = 0 [rad/s].
+            angle: psi at t = 0 [rad].
 
         Raises:
-            SceneError: it is an adaptive start-up.
+            SceneError: the profile is an adaptive start-up.
         """
         if asked.kind == "adaptive":
             raise SceneError(
@@ -287,9 +290,9 @@ class SpeedSchedule:
 
 
 def top_speed_of(scene: "Scene") -> float:
-    """The largest magnitude that the speed may have along a scene's profile [rad/s].
+    """Return the largest magnitude that the speed may have along a scene's profile [rad/s].
 
-    Of segments that end on a condition, and of an adaptive start-up, too.
+    Segments that end on a condition and adaptive start-ups are included.
     """
     if scene.profile is not None and scene.profile.kind == "segments":
         return scene.profile.top_speed(scene.start.speed)

@@ -1,4 +1,4 @@
-"""A profile under way: which segment it is in, and segments that end when they are told to."""
+"""A profile in progress: its present segment, and segments that end on events."""
 
 from typing import TYPE_CHECKING
 
@@ -11,31 +11,31 @@ if TYPE_CHECKING:
 
 
 class ScheduleInProgress:
-    """The speed over time as far as it is decided: conditions last as long as they may.
+    """Speed over time as far as it is decided: conditions last as long as they may.
 
     Args:
         asked: the profile.
-        first: the speed at which it begins [rad/s].
+        first: speed at which it begins [rad/s].
     """
 
     def __init__(self, asked: "AnyProfile", first: float) -> None:
         self._segments = asked.segments if asked.kind == "segments" else ()
         self.profile = SpeedSchedule.asked(asked, first)
-        """From now on."""
+        """Schedule from now on."""
         self.count = len(self.profile.segments) - 1
-        """Of segments."""
+        """Number of segments."""
         self._left = 0
 
     def number(self, time: float) -> int:
-        """Which segment is in force at a time [s], from 0; beyond the last the final speed is."""
+        """Return the number of the segment at a time [s], from 0; the count after the last one."""
         return self._left + self.profile.number_at(time)
 
     def until(self, number: int) -> "Until | None":
-        """The condition on which a segment ends."""
+        """Return the condition that ends a segment."""
         return self._segments[number].until if number < len(self._segments) else None
 
     def leave(self, time: float) -> None:
-        """The segment that is in force at a time ends at that time [s]."""
+        """End the segment at a time [s]."""
         left = self.number(time) + 1
         self.profile = SpeedSchedule.of_segments(
             self._segments[left:], float(self.profile.speed(time)), start=time
@@ -43,7 +43,7 @@ class ScheduleInProgress:
         self._left = left
 
     def words(self, number: int) -> str:
-        """What a segment that is still ahead, or in force, does."""
+        """Describe a present or future segment."""
         scheduled, until = self.profile.segments[number - self._left], self.until(number)
         if until is None:
             return _words(scheduled)
@@ -57,7 +57,7 @@ def _speed(scheduled: ScheduledSegment) -> float:
 
 
 def _rounded(speed: float) -> float:
-    return round(float(speed), 9) + 0.0  # and never -0
+    return round(float(speed), 9) + 0.0  # + 0.0 turns -0 into 0
 
 
 def _words(scheduled: ScheduledSegment) -> str:

@@ -1,4 +1,4 @@
-"""A profile that is known beforehand but for segments that end on a condition; no ROS."""
+"""A profile that is known in advance except for segments that end on a condition; no ROS."""
 
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -10,22 +10,22 @@ from ab_sim.spindle.vibration_watch import VibrationWatch
 from ab_sim.stored_numbers import MOST_TIME, finite, whole
 
 PERIOD, SILENCE = 0.005, 1.0
-"""s between two commands, and for which the vibration may be missing, if nobody says otherwise."""
+"""Defaults [s]: time between two commands, and time for which the vibration may be missing."""
 
 
 def waits_for_vibration(asked: AskedProfile) -> bool:
-    """Whether a condition of a profile is judged by the vibration."""
+    """Return whether a condition of a profile depends on the vibration."""
     course = ScheduleInProgress(asked.profile, asked.first)
     return any(course.until(number) for number in range(course.count))
 
 
 class SegmentsCourse:
-    """One profile under way.
+    """A profile in progress.
 
     Args:
         asked: the profile.
-        ahead: how far ahead of time commands are [s]: a drive goes there until the next one comes.
-        silence: s for which vibration may be missing where a condition needs it.
+        ahead: lead of the commands [s]: a drive approaches a command until the next one.
+        silence: time for which the vibration may be missing while a condition needs it [s].
     """
 
     def __init__(self, asked: AskedProfile, ahead: float, silence: float) -> None:
@@ -39,42 +39,42 @@ class SegmentsCourse:
 
     @property
     def segment(self) -> tuple[int, int]:
-        """As of ``Course``."""
+        """Number of the present segment and of segments; see ``Course``."""
         return min(max(self._number, 0) + 1, self._course.count), self._course.count
 
     @property
     def ended(self) -> bool:
-        """As of ``Course``."""
+        """Whether the final speed is held; see ``Course``."""
         return self._number >= self._course.count
 
     @property
     def reached(self) -> bool:
-        """As of ``Course``."""
+        """Whether the profile has reached its aim; see ``Course``."""
         return self.ended
 
     @property
     def vibration(self) -> float | None:
-        """As it is judged at present [m/s^2]."""
+        """Present rms of the vibration for the condition [m/s^2]."""
         return None if self._watch is None else self._watch.rms
 
     @property
     def values(self) -> Mapping[str, str]:
-        """As of ``Course``."""
+        """Numbers for the diagnostics; see ``Course``."""
         rms = self.vibration
         return {} if rms is None else {"vibration, rms [m/s^2]": f"{rms:.6g}"}
 
     @property
     def believed(self) -> Believed:
-        """Nothing."""
+        """No estimates; see ``Course``."""
         return Believed()
 
     def begin(self, now: float) -> None:
-        """As of ``Course``."""
+        """Begin the profile; see ``Course``."""
         self._began = now
         self._number = -1
 
     def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
-        """A sample of the vibration: see ``VibrationWatch.receive``."""
+        """Process a sample of the vibration: see ``VibrationWatch.receive``."""
         if self._watch is not None:
             self._watch.receive(now, sensor, stamp, vector)
 
@@ -97,7 +97,7 @@ class SegmentsCourse:
         return float(course.profile.speed(elapsed + self._ahead))
 
     def state(self) -> dict[str, Any]:
-        """As of ``Course``."""
+        """Return the state; see ``Course``."""
         return {
             "began": self._began,
             "left": self._left,
@@ -123,7 +123,7 @@ class SegmentsCourse:
         self.words, self.why = map(str, state["texts"])
 
     def _missed(self, passed: int, number: int) -> str:
-        """What to say of conditions that were not met in time, of those before a segment."""
+        """Return a text on conditions of earlier segments that were not met in time."""
         missed = ""
         for unmet in range(passed, number):
             if self.failure or (until := self._course.until(unmet)) is None:

@@ -1,4 +1,4 @@
-"""The speed servo: follows live commands with a limited acceleration."""
+"""The speed servo: follows live commands with limited acceleration."""
 
 import math
 from typing import NamedTuple
@@ -10,22 +10,22 @@ from ab_sim.spindle.speed_laws import Ramp
 
 
 class SpeedServo(NamedTuple):
-    """Drives the spindle to a commanded speed at a constant acceleration, then holds it."""
+    """Servo that drives the spindle to a speed at constant acceleration, then holds it."""
 
     max_speed: float
-    """rad/s; a command beyond this magnitude is rejected."""
+    """Largest speed [rad/s]; a command beyond this magnitude is rejected."""
     max_acceleration: float
-    """rad/s^2."""
+    """Largest acceleration [rad/s^2]."""
 
     def accepts(self, command: float) -> bool:
-        """Whether a command [rad/s] may be followed; one that is no number may not."""
+        """Return whether a command [rad/s] may be followed; NaN may not."""
         return abs(command) <= self.max_speed
 
     def check(self, command: float, name: str = "command") -> float:
         """Return the command [rad/s], if it may be followed; ``name`` is for the error's text.
 
         Raises:
-            CommandError: it is not a finite number or beyond ``max_speed``.
+            CommandError: the command is not a finite number, or is beyond ``max_speed``.
         """
         command = _as_float(name, command, "rad/s")
         if not abs(command) < math.inf:
@@ -41,10 +41,11 @@ class SpeedServo(NamedTuple):
         return command
 
     def check_acceleration(self, acceleration: float) -> float:
-        """The acceleration itself [rad/s^2], if the spindle can do it.
+        """Return the acceleration [rad/s^2], if the spindle can do it.
 
         Raises:
-            CommandError: it is no number, not above 0, or beyond ``max_acceleration``.
+            CommandError: the acceleration is not a number, not above 0, or beyond
+                ``max_acceleration``.
         """
         acceleration = _as_float("acceleration", acceleration, "rad/s^2")
         if not 0.0 < acceleration <= self.max_acceleration:
@@ -57,7 +58,7 @@ class SpeedServo(NamedTuple):
     def approach(
         self, time: float, angle: float, speed: float, command: float, acceleration: float
     ) -> SpeedSchedule:
-        """The profile from now on: from ``speed`` to ``command`` [rad/s], from ``time`` [s] on."""
+        """Return the schedule from ``speed`` to ``command`` [rad/s], from ``time`` [s] on."""
         target = self.check(command)
         slope = math.copysign(self.check_acceleration(acceleration), target - speed)
         duration = (target - speed) / slope
@@ -66,7 +67,10 @@ class SpeedServo(NamedTuple):
 
 
 def _as_float(name: str, value: float, unit: str) -> float:
-    """A number; an int beyond all floats as it is, to be told as beyond what is allowed."""
+    """Return a float.
+
+    Return an int beyond all floats unchanged, so that it is reported as too large.
+    """
     try:
         return float(value)
     except OverflowError:

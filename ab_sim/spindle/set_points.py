@@ -1,9 +1,10 @@
-"""Speed set-points over time, to and from the segments of a schedule.
+"""Speed set-points over time, converted to and from the segments of a schedule.
 
 Times of a message are whole nanoseconds, those of a schedule are floats. A ramp to a speed lasts
-(v1 - v0)/a, which is hardly ever a whole number of nanoseconds. So where a point names its
+(v1 - v0)/a, which is hardly ever a whole number of nanoseconds. So if a point gives its
 acceleration, the exact duration follows from the speeds, and the message's time only has to agree
-with it to a nanosecond. A start-up that is sent as set-points is then the same to the last bit.
+with it to a nanosecond. A start-up that is sent as set-points therefore arrives with identical
+bits.
 """
 
 import math
@@ -19,27 +20,28 @@ from ab_sim.spindle.speed_laws import Ramp
 
 NANOSECOND = 1e-9
 SAME_SPEED = 1e-9
-"""Relative difference between two speeds that are equal but for rounding."""
+"""Relative difference below which two speeds are taken as equal apart from rounding."""
 SHAPE_POINTS, SHAPE_STEP = 1000, 1e-3
-"""A curved segment becomes at most so many points, no closer than this [s]."""
+"""Largest number of points of a curved segment, and their least distance [s]."""
 LATEST = 2**31 * 10**9
 """Latest time that a stamp can hold [ns]."""
 
 
 class TimedSpeeds(NamedTuple):
-    """A checked trajectory: ramps one after the other, then a speed that is held."""
+    """A checked trajectory: successive ramps, then a speed that is held."""
 
     start: int | None
-    """Simulated time of its start [ns]; None: the instant at which it is taken."""
+    """Simulated time of its start [ns]; None: the instant at which it takes effect."""
     ramps: tuple[tuple[float, Ramp], ...]
     """Duration [s] and ramp, in order."""
     final_speed: float
-    """rad/s."""
+    """Speed held at the end [rad/s]."""
     first: tuple[float, float]
     """Time after the start [s] and speed [rad/s] of the first point."""
 
     lasts: float
-    """Time from its start to its last point [s]; kept, as the drive asks at every wake-up."""
+    """Time from its start to its last point [s]; stored, because the drive reads it at every
+    wake-up."""
 
     @classmethod
     def of(
@@ -84,7 +86,7 @@ def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
 
     Raises:
         CommandError: a point is not finite, not in order, beyond the limits, or its acceleration
-            does not lead to the next one; names the point and what is allowed.
+            does not lead to the next one; the message names the point and the allowed range.
     """
     points = wanted.points
     for number, point in enumerate(points):
@@ -123,7 +125,7 @@ def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tu
                     "them all out, and they follow from the velocities"
                 )
             duration = exactly
-    # A nanosecond is what the times are rounded to.
+    # The times are rounded to a nanosecond.
     if abs(change) > limits.max_acceleration * (duration + NANOSECOND):
         raise CommandError(
             f"{where}: the way to the next point takes {exact(abs(slope))} rad/s^2, and at most "
@@ -145,13 +147,14 @@ def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
     points, time = [], 0
     for scheduled, following in pairwise(schedule.segments):
         lasts, segment = scheduled.end - scheduled.start, scheduled.segment
-        # Rounded one by one: a duration that is a whole number of nanoseconds stays exact.
+        # Each duration is rounded by itself, so that a whole number of nanoseconds stays exact.
         rounded = round(lasts * 1e9)
         if isinstance(segment, Ramp):
             if lasts > 0.0:
                 points.append(SetPoint(time, segment.start_speed, segment.slope))
             if rounded / 1e9 != lasts and _leads(segment, rounded / 1e9, following.segment):
-                rounded += 1  # or the receiver would take the rounded duration for the exact one
+                # otherwise the receiver would take the rounded duration for the exact one
+                rounded += 1
         else:
             count = math.ceil(lasts / max(SHAPE_STEP, lasts / SHAPE_POINTS))
             for k in range(count):
@@ -172,14 +175,14 @@ def joined(
 ) -> SpeedSchedule:
     """Return the schedule from now on: the present one, and a trajectory from its start on.
 
-    Where the spindle is not at the first point's speed in time, it goes towards the trajectory at
-    the largest acceleration, and follows from where it meets it.
+    If the spindle cannot be at the first point's speed in time, it approaches the trajectory at the
+    largest acceleration, and follows it from where they meet.
 
     Args:
-        schedule: in force.
+        schedule: schedule in force.
         now: time [s]; the start of the trajectory is not before it.
         wanted: the trajectory, whose start is known.
-        acceleration: largest [rad/s^2] on the way to the first point.
+        acceleration: largest acceleration up to the first point [rad/s^2].
     """
     assert wanted.start is not None
     start = max(wanted.start / 1e9, now)
@@ -213,5 +216,5 @@ def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tupl
             rest = (duration - meets, Ramp(ramp.speed(meets), ramp.slope))
             return [(passed + meets, Ramp(speed, slope)), rest, *ramps[number + 1 :]]
         passed += duration
-    # At the last point the spindle is still behind: it goes on to the speed that is held.
+    # At the last point the spindle still lags: it continues to the final speed.
     return [((wanted.final_speed - speed) / slope, Ramp(speed, slope))]

@@ -1,10 +1,9 @@
-"""Where steps go along a speed profile: they never run across a breakpoint, nor past a shape.
+"""Positions of steps along a speed profile: they cross no breakpoint and resolve short curves.
 
-A ramp is resolved however short it is: in local time its speed is a polynomial. A curve is not: one
-step over the whole of it takes a few values for its shape, and takes the same few whatever the
-step is. So a curve that is shorter than the cycle of the fastest motion that steps follow is passed
-in as many steps as such a cycle would be, each shorter by as much as the curve is. Half the step
-halves them, too.
+A ramp of any length is resolved: in local time its speed is a polynomial. A curve is not: one step
+over the whole of it takes a few values for its shape, the same few for any step length. So a curve
+that is shorter than the cycle of the fastest resolved motion takes as many steps as such a cycle
+would, each shorter in the same ratio. Half the step also halves these.
 """
 
 import math
@@ -16,12 +15,12 @@ from ab_sim.spindle.speed_laws import Ramp
 
 
 class StepGrid(NamedTuple):
-    """How fine steps are."""
+    """Resolution of steps."""
 
     step: float
-    """s."""
+    """Step [s]."""
     cycle: float
-    """Of the fastest motion that steps follow [s]: see ``integrate.choose.Choice``."""
+    """Cycle of the fastest motion that steps resolve [s]: see ``integrate.choose.Choice``."""
 
 
 class StepRange(NamedTuple):
@@ -29,31 +28,31 @@ class StepRange(NamedTuple):
 
     scheduled: ScheduledSegment
     first: int
-    """Steps taken before."""
+    """Number of steps taken before."""
     steps: int
-    """Whole steps; 0 for a part of one."""
+    """Number of whole steps; 0 for a part of a step."""
     offset: float
-    """Where a part begins in its step [s]; 0 for whole steps."""
+    """Start of a part within its step [s]; 0 for whole steps."""
     length: float
-    """Of each step, or of the part [s]."""
+    """Length of each step, or of the part [s]."""
 
 
 def same_instant(time: float, step: float) -> float:
-    """How far apart two times may be and still be the same instant [s]."""
+    """Return the difference below which two times are the same instant [s]."""
     return max(1e-9 * step, 4.0 * math.ulp(time))
 
 
 def segment_after(profile: SpeedSchedule, time: float, step: float) -> ScheduledSegment:
-    """The segment in force just after ``time`` [s]."""
+    """Return the segment in force just after ``time`` [s]."""
     return profile.segment_at(time + same_instant(time, step))
 
 
 def step_ranges(
     profile: SpeedSchedule, grid: StepGrid, first: int, steps: int
 ) -> Iterator[StepRange]:
-    """The stretches of so many steps, ``first`` steps having been taken before.
+    """Yield the step ranges of ``steps`` steps after the first ``first`` ones.
 
-    A step with breakpoints in it, or along a short curve, comes in parts, one after the other.
+    A step with breakpoints in it, or along a short curve, comes in successive parts.
     """
     step, done = grid.step, 0
     while done < steps:
@@ -70,7 +69,7 @@ def step_ranges(
 
 
 def parts(profile: SpeedSchedule, grid: StepGrid, first: int, end: float) -> Iterator[StepRange]:
-    """The parts from the beginning of a step to ``end`` [s], no later than the next step's."""
+    """Yield the parts of a step from its beginning to ``end`` [s], within that step."""
     begin = now = first * grid.step
     while True:
         scheduled = segment_after(profile, now, grid.step)
@@ -85,14 +84,14 @@ def parts(profile: SpeedSchedule, grid: StepGrid, first: int, end: float) -> Ite
 
 
 def _longest(scheduled: ScheduledSegment, grid: StepGrid) -> float:
-    """How long a step may be along a segment [s]."""
+    """Return the longest allowed step along a segment [s]."""
     if isinstance(scheduled.segment, Ramp):
         return grid.step
     return grid.step * min(1.0, (scheduled.end - scheduled.start) / grid.cycle)
 
 
 def _whole_steps(end: float, step: float, first: int, most: int) -> int:
-    """Whole steps that end at or before ``end`` [s], at most ``most``."""
+    """Return the number of whole steps that end at or before ``end`` [s], at most ``most``."""
     ahead = (end - first * step) / step
     if ahead > most + 1:
         return most

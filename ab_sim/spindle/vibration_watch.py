@@ -1,4 +1,4 @@
-"""How large the measured vibration is, window by window, whatever the drive's clock says."""
+"""Size of the measured vibration in successive windows, by the sensor's own time stamps."""
 
 import math
 from collections.abc import Mapping, Sequence
@@ -8,14 +8,14 @@ from ab_sim.scene.segments import Until
 from ab_sim.stored_numbers import MOST_TIME, finite, whole
 
 LEAST_SAMPLES = 8
-"""In a window, which lasts longer if there are fewer: of less, there is no mean to speak of."""
+"""Least number of samples in a window, which is extended if there are fewer."""
 
 AXES = 3
 """Of a vector of the vibration."""
 
 
 class _Sensor:
-    """One sensor's present window, and what the last whole one came to."""
+    """The present window of one sensor, and the result of its last complete one."""
 
     def __init__(self) -> None:
         self.rms: float | None = None
@@ -40,25 +40,26 @@ class _Sensor:
 
     def receive(self, stamp: int, vector: Sequence[float], over: float) -> None:
         if self.newest is None or stamp < self.newest:
-            self.rms = None  # first of all, or the drive was reset
+            self.rms = None  # the first sample, or the drive was reset
             self._begin(stamp)
         elif (stamp - self._since) * 1e-9 >= over and self._count >= LEAST_SAMPLES:
             self.rms = math.sqrt(self._spread / self._count)
             self._begin(stamp)
         self.newest = stamp
         self._count += 1
-        for axis, value in enumerate(vector):  # Welford's: nothing large is subtracted
+        # Welford's algorithm: no large numbers are subtracted
+        for axis, value in enumerate(vector):
             off = value - self._mean[axis]
             self._mean[axis] += off / self._count
             self._spread += off * (value - self._mean[axis])
 
 
 class VibrationWatch:
-    """What a condition on the measured vibration is judged by, from now on.
+    """Evaluation of a condition on the measured vibration, from now on.
 
     Args:
         until: the condition.
-        now: the time [s] by one's own clock.
+        now: the time by the caller's clock [s].
     """
 
     def __init__(self, until: Until, now: float) -> None:
@@ -68,13 +69,13 @@ class VibrationWatch:
         self._began = now
 
     def receive(self, now: float, sensor: str, stamp: int, vector: Sequence[float]) -> None:
-        """A sample; one that is not finite, or whose stamp stands still, is as good as none.
+        """Process a sample; one that is not finite, or repeats the last stamp, is ignored.
 
         Args:
-            now: s, by one's own clock.
-            sensor: its frame.
-            stamp: ns, by the drive's clock: only differences count.
-            vector: the acceleration [m/s^2] along three axes.
+            now: time by the caller's clock [s].
+            sensor: frame of the sensor.
+            stamp: time by the drive's clock [ns]: only differences count.
+            vector: acceleration along three axes [m/s^2].
         """
         known = self._sensors.setdefault(sensor, _Sensor())
         if not all(map(math.isfinite, vector)) or stamp == known.newest:
@@ -84,7 +85,10 @@ class VibrationWatch:
 
     @property
     def rms(self) -> float | None:
-        """Of the sensors the largest root mean square [m/s^2]; None until each has a window."""
+        """Largest root mean square of the sensors [m/s^2].
+
+        None until each has a complete window.
+        """
         each = [sensor.rms for sensor in self._sensors.values()]
         return None if not each or None in each else max(rms for rms in each if rms is not None)
 
@@ -101,12 +105,12 @@ class VibrationWatch:
         return rms < below if below is not None else above is not None and rms > above
 
     def silence(self, now: float) -> float:
-        """For how long [s] a sensor has said nothing, the one that has for longest."""
+        """Return the longest time for which a sensor has been silent [s]."""
         each = [self._heard.get(sensor, self._began) for sensor in self._sensors]
         return now - min(each, default=self._began)
 
     def state(self) -> dict[str, Any]:
-        """All that it needs to go on, as JSON-able values."""
+        """Return the complete state as JSON-able values."""
         sensors = {name: sensor.state() for name, sensor in self._sensors.items()}
         return {"sensors": sensors, "heard": self._heard, "began": self._began}
 

@@ -1,12 +1,11 @@
-"""Show recordings while they grow, in Rerun's viewer, without whoever writes them noticing.
+"""Live views of growing recordings in Rerun's viewer, without effect on the recorder.
 
-Who records only ever writes a file. A `Viewer` is a process of its own, or one that somebody else
-has started; each file that it shows has a `Feed`, a second process, which is handed what the file
-has and sends it there. A viewer that is slow, stopped, killed or absent keeps a feed waiting, and
-nobody else.
+A recorder only writes a file. A `Viewer` is a separate process, or one that is already running.
+Each file that it shows has a `Feed`, a second process, which receives the content of the file and
+sends it to the viewer. A slow, stopped, killed or absent viewer delays only its feed.
 
-(Rerun 0.41 can follow a growing file by itself, but stops after a second. A client of its server
-in the process that records would block for good once the server is gone and 100 MB wait.)
+(Rerun 0.41 can follow a growing file by itself, but stops after a second. A client of its server in
+the recording process would block for ever once the server is gone and 100 MB wait.)
 """
 
 from ab_sim.viewing.program import screens

@@ -1,4 +1,4 @@
-"""One file on its way into a viewer."""
+"""Transfer of one file to a viewer."""
 
 import os
 import subprocess
@@ -8,28 +8,28 @@ from pathlib import Path
 from ab_sim.viewing.program import Program
 
 POLL = 0.05
-"""s between two looks at whether the file has grown."""
+"""Time between two checks whether the file has grown [s]."""
 PIECE = 1 << 18
-"""bytes."""
+"""Size of a block [bytes]."""
 
 
 class Feed:
-    """A process that sends a file to a running viewer, from its beginning, as the file grows.
+    """Process that sends a growing file from its beginning to a running viewer.
 
-    A thread reads the file and writes what it reads to the process' standard input, which takes
-    no more when the viewer does not keep up and 100 MB wait in that process.
+    A thread reads the file and writes its content to the process' standard input, which blocks if
+    the viewer does not keep up and 100 MB wait in that process.
 
     Args:
-        path: what `ab_sim.recording.Recording` writes, or has written.
+        path: file that `ab_sim.recording.Recording` writes, or has written.
         host: IP address of the viewer.
-        port: of its proxy, where somebody listens now.
-        program: starts the process.
+        port: port of its proxy, which is already listening.
+        program: program that starts the process.
     """
 
     def __init__(self, path: Path, host: str, port: int, program: Program) -> None:
         self.path = path
         self.sent = 0
-        # Without a screen: were nobody there after all, it would open a window of its own.
+        # Without a screen: if the viewer were gone, the process would open a window.
         self._started = program.start(
             ["--bind", host, "--port", str(port), "-"],
             stdin=subprocess.PIPE,
@@ -43,11 +43,11 @@ class Feed:
 
     @property
     def waiting(self) -> int:
-        """Bytes that the file has and the process was not given yet."""
+        """Bytes of the file that the process has not received yet."""
         try:
             return max(self.path.stat().st_size - self.sent, 0)
         except OSError:
-            return 0  # deleted; what is open is still read
+            return 0  # deleted; the open file can still be read
 
     @property
     def over(self) -> bool:
@@ -56,18 +56,18 @@ class Feed:
 
     @property
     def broken(self) -> str:
-        """Why nothing gets through any more, or nothing."""
+        """Reason why no data get through any more; empty if there is none."""
         if complaint := self._started.complaint:
             return complaint
         code = self._started.process.poll()
         return f"ended with exit code {code}" if code else ""
 
     def finish(self) -> None:
-        """The file will not grow any more: end when all of it is sent."""
+        """Exit when all of the file is sent, because it will not grow any more."""
         self._finished.set()
 
     def wait(self, patience: float) -> bool:
-        """Wait so long [s] for the end that `finish` asked for; whether it has come."""
+        """Wait up to ``patience`` [s] for the exit after `finish`; return whether it has come."""
         try:
             self._started.process.wait(patience)
         except subprocess.TimeoutExpired:
@@ -75,9 +75,9 @@ class Feed:
         return True
 
     def stop(self) -> None:
-        """End now."""
+        """Exit at once."""
         self._stopping.set()
-        # What it holds cannot get through. Killed, it takes no more, and the thread notices.
+        # Its data cannot get through. Killed, it accepts no more, and the thread notices.
         self._started.process.kill()
         self._started.process.wait()
         self._thread.join()
@@ -89,7 +89,8 @@ class Feed:
         try:
             with pipe, self.path.open("rb", buffering=0) as file:
                 while not self._stopping.is_set():
-                    finished = self._finished.is_set()  # before reading: what came until then
+                    # before reading, so that everything written until then is read
+                    finished = self._finished.is_set()
                     if size := file.readinto(room):
                         self._give(pipe.fileno(), memoryview(room)[:size])
                     elif finished:
@@ -97,7 +98,7 @@ class Feed:
                     else:
                         self._stopping.wait(POLL)
         except OSError:
-            # The process has ended, or the file cannot be read: then that ends the process.
+            # The process has ended, or the file cannot be read, which ends the process.
             pass
 
     def _give(self, pipe: int, rest: memoryview) -> None:

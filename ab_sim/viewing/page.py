@@ -1,16 +1,16 @@
-"""The web viewer's page, kept from talking to anybody but the viewer.
+"""The web viewer's page, restricted to connections to the viewer.
 
-Rerun's page, as Rerun serves it, tells Rerun about its use, asks GitHub for new versions and Google
-for fonts. A page's server can forbid all that to the browser; so this one stands before Rerun's.
+Rerun's page, as Rerun serves it, reports its use to Rerun, asks GitHub for new versions and Google
+for fonts. A page's server can forbid all that to the browser; so this server stands before Rerun's.
 
 It also adds a script to the page, which reports when the viewer in the browser has data, and how
-much. So nobody sends it more than it shows: a browser that draws by software takes half a second
-for a frame, and more on a busy machine, and the viewer takes a few messages with each.
+much. So the page never receives more than it shows: a browser that draws by software takes half a
+second for a frame, and more on a busy machine, and the viewer takes a few messages with each.
 
-It answers only who asks for this machine by name. A stranger's web site may have its own name lead
-to 127.0.0.1 (DNS rebinding); the browser then takes what is served here for a part of that site,
-and lets its scripts read it. The name that was asked for is in the request's Host header.
-(Rerun's two servers behind it do not look at that; their ports are drawn anew for each viewer.)
+It answers only requests that name this machine as the host. Another web site may have its own name
+resolve to 127.0.0.1 (DNS rebinding); the browser then takes the content for a part of that site,
+and lets its scripts read it. The requested name is in the request's Host header. (Rerun's two
+servers behind it do not check that; their ports are chosen at random for each viewer.)
 """
 
 import contextlib
@@ -32,18 +32,18 @@ from ab_sim.viewing.viewer_state import newest_times
 
 LOOPBACK = "127.0.0.1"
 PATIENCE, ANSWER = 30.0, 1.0
-"""s for Rerun to answer a browser, and to be asked whether it does."""
+"""Time for Rerun to answer a browser, and to answer a check [s]."""
 _PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
 _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
 
 _OPENED, _SEEN = "/opened", "/seen"
 BATCH, UNWATCHED, LAGGING = 0.1, 2.0, 30.0
-"""s between two batches of a recording: if the page shows the last one, if no page is open, and if
-the page does not yet show it."""
+"""Time between two batches of a recording [s]: if the page shows the last one, if no page is open,
+and if the page does not yet show it."""
 _LARGEST_STATE = 1 << 20
-"""bytes."""
+"""Largest size of a report [bytes]."""
 LEFT = 20.0
-"""s without a report, after which a page counts as closed; a frame can take some of them."""
+"""Time without a report after which a page counts as closed [s]; a frame may take a part of it."""
 _SCRIPT = b"""<script>
   const post = (path, body) => fetch(path, { method: "POST", body }).catch(() => {});
   (function report(frames) {
@@ -62,9 +62,9 @@ _HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
 
 
 def is_loopback(host: str) -> bool:
-    """Whether a Host header, ``NAME`` or ``NAME:PORT``, names this machine.
+    """Return whether a Host header, ``NAME`` or ``NAME:PORT``, names this machine.
 
-    Any port does: a tunnel may begin at another one.
+    Any port is accepted, because a tunnel may begin at another one.
     """
     if (found := _HOST.fullmatch(host)) is None:
         return False
@@ -75,18 +75,19 @@ def is_loopback(host: str) -> bool:
 
 
 class Page:
-    """Serves the page of a web viewer on loopback, in threads of its own.
+    """Server of a web viewer's page on loopback, in its own threads.
 
     Args:
-        port: where.
-        behind: port of this machine where Rerun serves it.
-        proxy: ``http://HOST:PORT`` of the viewer's proxy, all that the page may talk to.
+        port: port of the page.
+        behind: port of Rerun's own server on this machine.
+        proxy: ``http://HOST:PORT`` of the viewer's proxy, the only address that the page may
+            contact.
     """
 
     def __init__(self, port: int, behind: int, proxy: str) -> None:
         page, self._behind = self, behind
         self.opened = 0
-        """Number of browsers in which the viewer has come up."""
+        """Number of browsers in which the viewer has started."""
         self._seen: dict[str, float] = {}
         self._heard = -math.inf
         here = "'self' 'unsafe-inline' 'unsafe-eval' data: blob:"
@@ -149,15 +150,16 @@ class Page:
         self._thread.start()
 
     def hear(self, state: bytes) -> None:
-        """Take what a browser reports of its viewer."""
-        with contextlib.suppress(ValueError):  # another Rerun's: then nothing is known
+        """Process a browser's report on its viewer."""
+        # from another version of Rerun: then nothing is known
+        with contextlib.suppress(ValueError):
             self._seen, self._heard = newest_times(state), time.monotonic()
 
     def interval(self, recording: str, until: float) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
         Args:
-            recording: its id.
+            recording: id of the recording.
             until: newest time in the batches so far [s].
         """
         if time.monotonic() - self._heard > LEFT:
@@ -165,7 +167,7 @@ class Page:
         return BATCH if self._seen.get(recording, -math.inf) >= until else LAGGING
 
     def answers(self) -> bool:
-        """Whether Rerun serves the page by now."""
+        """Return whether Rerun serves the page."""
         connection = http.client.HTTPConnection(LOOPBACK, self._behind, timeout=ANSWER)
         with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
             connection.request("GET", "/")
@@ -173,7 +175,7 @@ class Page:
         return False
 
     def close(self) -> None:
-        """Serve it no longer."""
+        """Stop the server."""
         self._server.shutdown()
         self._server.server_close()
         self._thread.join()

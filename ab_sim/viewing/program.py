@@ -1,4 +1,4 @@
-"""Rerun's own program, started without a word to anybody."""
+"""Rerun's own program, started without network reports."""
 
 import importlib.util
 import os
@@ -11,27 +11,28 @@ from pathlib import Path
 from ab_sim.errors import InputError
 
 _SCREENS = ("DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET")
-# In the new process, before it becomes Rerun: be told to end when the thread that started it has
-# gone, even by SIGKILL (Linux). Not by preexec_fn, which may deadlock where other threads are busy.
+# Runs in the new process before it becomes Rerun: it is to receive SIGTERM when the thread that
+# started it has gone, even by SIGKILL (Linux). Not by preexec_fn, which may deadlock if other
+# threads are busy.
 _TIED = (
     "import ctypes, os, sys; ctypes.CDLL(None).prctl(1, 15); os.execv(sys.argv[1], sys.argv[1:])"
 )
 
 
 def screens() -> bool:
-    """Whether a window can be opened."""
+    """Return whether a window can be opened."""
     return any(os.environ.get(name) for name in _SCREENS)
 
 
 class Program:
-    """Starts Rerun's program; a folder of its own holds what its processes print.
+    """Starts Rerun's program; a temporary folder holds the output of its processes.
 
-    That is the bundled binary itself: the script ``rerun`` around it would outlive, or be outlived
-    by, what it starts. Its settings are in that folder too, with analytics off, so that nothing is
-    sent, and the settings of whoever runs this are left alone.
+    The program is the bundled binary itself: the script ``rerun`` around it would outlive it, or be
+    outlived by it. Its settings are in that folder too, with analytics off, so that nothing is
+    sent, and the user's settings are left alone.
 
     Raises:
-        InputError: it is not installed.
+        InputError: the program is not installed.
     """
 
     def __init__(self) -> None:
@@ -57,12 +58,12 @@ class Program:
     def start(
         self, arguments: Sequence[str], *, stdin: int = subprocess.DEVNULL, tied: bool, screen: bool
     ) -> "Started":
-        """Start a process; Ctrl-C in our terminal is not for it.
+        """Start a process, which Ctrl-C in our terminal does not reach.
 
         Args:
-            arguments: of the program.
-            stdin: as of ``subprocess.Popen``.
-            tied: whether it is to end when the thread that calls this ends.
+            arguments: arguments of the program.
+            stdin: as in ``subprocess.Popen``.
+            tied: whether it ends with the calling thread.
             screen: whether it may open a window.
         """
         self._logs += 1
@@ -86,14 +87,14 @@ class Program:
 
 
 class Started:
-    """A process and what it prints."""
+    """A process and its output."""
 
     def __init__(self, process: subprocess.Popen[bytes], log: Path) -> None:
         self.process, self._log = process, log
 
     @property
     def complaint(self) -> str:
-        """The last error that it has printed, or nothing."""
+        """Last error in the output; empty if there is none."""
         try:
             lines = self._log.read_text(errors="replace").splitlines()
         except OSError:
@@ -102,7 +103,7 @@ class Started:
         return errors[-1].partition("ERROR")[2].strip() or errors[-1] if errors else ""
 
     def end(self, patience: float) -> None:
-        """Ask it to end, and no longer ask after ``patience`` [s]."""
+        """Ask the process to exit, and kill it after ``patience`` [s]."""
         self.process.terminate()
         try:
             self.process.wait(patience)

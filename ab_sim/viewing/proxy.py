@@ -1,4 +1,4 @@
-"""Where a viewer takes data: its proxy, an address as Rerun writes it."""
+"""Address at which a viewer receives data: its proxy, in Rerun's notation."""
 
 import socket
 from enum import Enum
@@ -9,14 +9,14 @@ from ab_sim.errors import InputError
 
 LOOPBACK = "127.0.0.1"
 PATIENCE = 1.0
-"""s for a viewer to answer; what takes longer does not keep up."""
-# HTTP/2, as gRPC uses it: a client's opening words, and what a server says first in return.
+"""Time for a viewer to answer [s]; a slower one does not keep up."""
+# HTTP/2, as gRPC uses it: a client's preface, and the first frame of a server in return.
 _HELLO = b"PRI * HTTP/2.0\r\n\r\nSM\r\n\r\n" + bytes((0, 0, 0, 4, 0, 0, 0, 0, 0))
 _SETTINGS = 4
 
 
 class Answer(Enum):
-    """What became of a question to a proxy."""
+    """Result of a check of a proxy."""
 
     HERE = "answers"
     SILENT = "does not answer"
@@ -24,22 +24,22 @@ class Answer(Enum):
 
 
 class Proxy(NamedTuple):
-    """A viewer's proxy."""
+    """Address of a viewer's proxy."""
 
     host: str  # IP address
     port: int
 
     @classmethod
     def of(cls, url: str) -> "Proxy":
-        """Out of ``rerun+http://HOST:PORT/proxy``.
+        """Return the proxy in ``rerun+http://HOST:PORT/proxy``.
 
         Raises:
-            InputError: it is not of that form, or the host is not known.
+            InputError: the text has another form, or the host is unknown.
         """
         try:
             parts = urlsplit(url)
             host, port = parts.hostname, parts.port
-        except ValueError:  # a port that is no number
+        except ValueError:  # the port is not a number
             host = port = None
         if host is None or port is None or url != f"rerun+http://{parts.netloc}/proxy":
             raise InputError(
@@ -54,18 +54,18 @@ class Proxy(NamedTuple):
 
     @property
     def url(self) -> str:
-        """As Rerun writes it."""
+        """Address in Rerun's notation."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"rerun+http://{host}:{self.port}/proxy"
 
     def page(self, port: int) -> str:
-        """The web viewer that shows it, served on this port of this machine."""
+        """Return the address of the web viewer that shows it, on this port of this machine."""
         return f"http://{LOOPBACK}:{port}/?url={quote(self.url, safe='')}"
 
     def ask(self) -> Answer:
-        """Whether a viewer is there and at work. Takes up to twice `PATIENCE`.
+        """Check whether a viewer is there and responds. Takes up to twice `PATIENCE`.
 
-        To connect is not enough: the kernel does that for a process that is stopped, too.
+        A successful connection is not enough: the kernel accepts one for a stopped process, too.
         """
         try:
             with socket.create_connection(self, PATIENCE) as connection:
@@ -79,10 +79,10 @@ class Proxy(NamedTuple):
 
 
 def free_port(wanted: int = 0) -> int:
-    """A port of this machine where nobody listens: this one, or for 0 any.
+    """Return a free port of this machine: the given one, or for 0 any.
 
     Raises:
-        InputError: it is taken.
+        InputError: the port is taken.
     """
     with socket.socket() as taken:
         taken.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)  # as servers do

@@ -1,4 +1,4 @@
-"""A viewer, watched by a thread, which starts it, feeds it and says how it is."""
+"""A viewer and the thread that starts, feeds and monitors it."""
 
 import threading
 import time
@@ -13,27 +13,27 @@ from ab_sim.viewing.proxy import LOOPBACK, Answer, Proxy, free_port
 WEB, NATIVE = "web", "native"
 NO_SCREEN = "there is no screen (neither DISPLAY nor WAYLAND_DISPLAY is set); web needs none"
 MEMORY = "2GiB"
-"""What a viewer, and its server, may hold; of more, Rerun drops the oldest."""
+"""Memory limit of a viewer, and of its server; beyond it, Rerun drops the oldest data."""
 TURN = 0.25
-"""s between two looks at the viewer."""
+"""Time between two checks of the viewer [s]."""
 STARTING = 30.0
-"""s for a viewer to come up; on a busy machine with a slow disk."""
+"""Time for a viewer to start, on a busy machine with a slow disk [s]."""
 STARTED, SHOWING, CLOSED = "starting", "showing", "closed by its user"
 SETTLED = 2.0
-"""s; what ends before it was up for so long would only end again."""
+"""Least uptime [s]; a viewer that ends earlier would only end again."""
 ENDING = 2.0
-"""s for what is under way to arrive when a viewer is closed, and for it to end."""
+"""Time for data in transit to arrive when a viewer is closed, and for the viewer to exit [s]."""
 
 
 def check_view(view: str, screen: bool = False) -> None:
-    """Refuse what no viewer can be made of.
+    """Refuse a text that does not name a viewer.
 
     Args:
-        view: what a user asks for, as of `Viewer`.
-        screen: also refuse a window where there is no screen.
+        view: request of a user, as in `Viewer`.
+        screen: also refuse a window without a screen.
 
     Raises:
-        InputError: it is none of these.
+        InputError: the text is not allowed.
     """
     if screen and view == NATIVE and not screens():
         raise InputError(f"{view}: {NO_SCREEN}")
@@ -46,19 +46,19 @@ def check_view(view: str, screen: bool = False) -> None:
 
 
 class Viewer:
-    """Shows recordings as they grow; takes no time of whoever calls it.
+    """Shows recordings as they grow, without delaying the caller.
 
-    A viewer that is killed is started again, at the same address, and shown again what still grows;
-    a window that its user closes stays closed. One that somebody else runs is waited for.
+    A viewer that is killed is started again, at the same address, and shows the growing recordings
+    again. A window that its user closes stays closed. A viewer started elsewhere is waited for.
 
     Args:
-        view: ``web``, served on loopback; ``native``, a window; or the address of one that runs
-            already, ``rerun+http://HOST:PORT/proxy``.
-        port: where the web viewer's page is; 0: any that is free.
-        memory: what the viewer may hold, as Rerun takes it.
+        view: ``web``, served on loopback; ``native``, a window; or the address of a running one,
+            ``rerun+http://HOST:PORT/proxy``.
+        port: port of the web viewer's page; 0: any free port.
+        memory: memory limit of the viewer, in Rerun's notation.
 
     Raises:
-        InputError: the address cannot be one, the port is taken, Rerun's program is not there.
+        InputError: the address is invalid, the port is taken, or Rerun's program is missing.
     """
 
     def __init__(self, view: str, port: int = 0, memory: str = MEMORY) -> None:
@@ -93,67 +93,67 @@ class Viewer:
 
     @property
     def state(self) -> str:
-        """``showing``, ``starting``, or what is wrong, for people."""
+        """State: ``showing``, ``starting``, or the problem, for people."""
         return self._state
 
     @property
     def trouble(self) -> bool:
-        """Whether it should show what it is fed, and does not."""
+        """Whether it should show its data but does not."""
         return not self._shown and self._state not in (STARTED, CLOSED)
 
     @property
     def gone(self) -> bool:
-        """Whether it has ended and will not be started again."""
+        """Whether it has exited and will not be started again."""
         return self._gone
 
     @property
     def closed_by_user(self) -> bool:
-        """Whether it has gone because its window was closed."""
+        """Whether its window was closed."""
         return self._state == CLOSED
 
     @property
     def waiting(self) -> int:
-        """Bytes that were recorded and not handed on yet."""
+        """Recorded bytes that have not been passed on yet."""
         with self._lock:
             return sum(feed.waiting for feed in self._files.values() if feed)
 
     @property
     def pages_opened(self) -> int:
-        """Number of browsers in which the page has come up."""
+        """Number of browsers in which the page has started."""
         return 0 if self._page is None else self._page.opened
 
     def interval(self, recording: str, until: float) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
         Args:
-            recording: its id.
+            recording: id of the recording.
             until: newest time in the batches so far [s].
         """
         return BATCH if self._page is None else self._page.interval(recording, until)
 
     @property
     def process(self) -> int | None:
-        """Of the viewer, if it was started by us and runs."""
+        """Process id of the viewer, if we started it and it runs."""
         server = self._server
         return server.process.pid if server and server.process.poll() is None else None
 
     def feed(self, path: Path) -> None:
-        """Show a file, and go on as it grows."""
+        """Show a file, and follow it as it grows."""
         with self._lock:
             self._files.setdefault(path, None)
 
     def finish(self, path: Path) -> None:
-        """The file will not grow any more: show its rest, and forget it."""
+        """Show the rest of a file that will not grow any more, and forget it."""
         with self._lock:
             if feed := self._files.pop(path, None):
                 feed.finish()
                 self._last.append(feed)
 
     def close(self, leave_window: bool = False) -> None:
-        """Show the rest of the files, and end the viewer, if it is ours.
+        """Show the rest of the files, and end the viewer if we started it.
 
         Args:
-            leave_window: a native viewer stays until its user closes it.
+            leave_window: whether a native viewer stays until its user closes it.
         """
         self._leave = leave_window and self._native
         self._closing.set()
@@ -163,7 +163,7 @@ class Viewer:
             self._page.close()
 
     def _watch(self) -> None:
-        # What is started is tied to this thread, so it is started and ended here.
+        # Processes are tied to the thread that starts them, so this thread starts and ends them.
         while not self._gone:
             self._look()
             if self._closing.wait(TURN):
@@ -188,7 +188,7 @@ class Viewer:
             self._feed()
             return
         if answer is Answer.HERE:
-            answer = Answer.SILENT  # the proxy comes up before the page
+            answer = Answer.SILENT  # the proxy starts before the page
         early = self._command and not self._came_up and time.monotonic() - self._began < STARTING
         self._shown = False
         self._state = STARTED if early else f"{answer.value} at {self.address}"

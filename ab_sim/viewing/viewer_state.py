@@ -1,4 +1,4 @@
-"""The web viewer's state, as Rerun 0.41's page gives it: how much of each recording it has."""
+"""State of the web viewer from Rerun 0.41's page: amount of data of each recording."""
 
 from collections.abc import Iterator
 
@@ -12,7 +12,7 @@ def newest_times(state: bytes) -> dict[str, float]:
         state: ``GetStateResponse`` of Rerun's viewer control, in protobuf's wire format.
 
     Raises:
-        ValueError: it is of another form.
+        ValueError: the state has another form.
     """
     times = {}
     for recording in _bytes(state, 3):
@@ -33,7 +33,7 @@ def _numbers(message: bytes, number: int) -> Iterator[int]:
 
 
 def _fields(message: bytes, number: int) -> Iterator[int | bytes]:
-    """The values of a field of a protobuf message: integers, and bytes of what has a length."""
+    """Yield the values of a field of a protobuf message: integers, or bytes with a length."""
     at = 0
 
     def varint() -> int:

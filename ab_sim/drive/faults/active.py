@@ -1,4 +1,4 @@
-"""Faults in force while a drive runs: what goes on of them, and what its sensors say meanwhile."""
+"""Faults in force while a drive runs: their effects over time, and the altered sensor readings."""
 
 import math
 from collections.abc import Set
@@ -16,27 +16,27 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.system import has_motor
 
 JERK = 0.01
-"""s between two jerks of a disc that slips; whole steps, at least one."""
+"""Time between two jerks of a slipping disc [s]; rounded to whole steps, at least one."""
 
 
 class SensorReadings(NamedTuple):
-    """What sensors say of a drive."""
+    """Readings of a drive's sensors, with the effect of faults."""
 
     present: Trajectory
-    """A sample with their readings, and angles from where the hub shows the unbalance."""
+    """A sample with the readings, and with angles from the hub's mark of the unbalance."""
     silent: Set[str]
-    """Sensors that say nothing this time."""
+    """Sensors that report nothing this time."""
 
 
 class ActiveFaults:
-    """A drive's faults while it runs.
+    """The faults of a running drive.
 
-    A disc that slips by a small angle takes the unbalance along, and nothing else moves: see
-    ``drive.disc``. What has no faults costs nothing.
+    A disc that slips by a small angle takes the unbalance along and moves nothing else: see
+    ``drive.disc``. Without faults there is no cost.
 
     Args:
-        drive: made with them.
-        before: of the drive whose motion this one takes over: faults in both go on.
+        drive: created with the faults.
+        before: faults of the drive whose motion this one continues; faults in both keep their age.
     """
 
     def __init__(self, drive: Drive, before: "ActiveFaults | None" = None) -> None:
@@ -50,7 +50,7 @@ class ActiveFaults:
         self._channels |= {name: (f"{name}_1", f"{name}_2", f"{name}_3") for name in own}
         self._every = max(1, round(JERK / self._step))
         self.slipped = 0.0
-        """By what the disc has fallen behind the hub [rad]."""
+        """Angle by which the disc lags behind the hub [rad]."""
         self._jerked = 0
         self.begin_anew(drive.steps)
         if before is not None:
@@ -60,25 +60,31 @@ class ActiveFaults:
 
     @property
     def lost(self) -> list[int]:
-        """Balls that are not there."""
+        """Return the numbers of the lost balls."""
         return held_balls(fault for fault in self.faults if fault.ails == "lost")
 
     def begin_anew(self, now: int) -> None:
-        """As if they had all come at this step; the disc sits where it should."""
+        """Restart all faults at this step, with the disc back in its place."""
         self.slipped, self._jerked = 0.0, now
         self._sensed.begin_anew(now)
 
     def count_from(self, now: int, then: int) -> None:
-        """What was step ``now`` is step ``then``."""
+        """Renumber step ``now`` as step ``then``."""
         self._jerked += then - now
         self._sensed.count_from(now, then)
 
     def next(self, now: int) -> float:
-        """The first step after ``now`` at which the disc slips; infinite where it does not."""
+        """Return the first step after ``now`` at which the disc slips.
+
+        Infinity if it does not slip.
+        """
         return now - now % self._every + self._every if self._rate else math.inf
 
     def jerk(self, drive: Drive) -> Snapshot | None:
-        """Where to the drive has to leap now; None: it has not."""
+        """Return the snapshot to which the drive has to jump at this step.
+
+        None if there is no jerk.
+        """
         if not self._rate or drive.steps % self._every or drive.steps <= self._jerked:
             return None
         by = self._rate * (drive.steps - self._jerked) * self._step
@@ -87,7 +93,10 @@ class ActiveFaults:
         return on_other_axes(drive.system, -by)(drive.snapshot())
 
     def readings(self, present: Trajectory) -> SensorReadings:
-        """What sensors say of one sample; to be asked once for each time that they do."""
+        """Return the readings of one sample.
+
+        Call it once per reading: some faults depend on the step.
+        """
         if not self.faults:
             return SensorReadings(present, frozenset())
         samples, channels = present.samples.copy(), present.channels
@@ -103,19 +112,19 @@ class ActiveFaults:
     def sampled(
         self, name: str, steps: np.ndarray, readings: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What one sensor says of several steps: see ``SensedFaults.sampled``."""
+        """Return the readings of one sensor at several steps: see ``SensedFaults.sampled``."""
         return self._sensed.sampled(name, steps, readings)
 
 
 def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveFaults:
-    """Let another drive, of the same scene with other faults, go on from where one is.
+    """Continue the motion of a drive in another one of the same scene with other faults.
 
-    Nothing leaps but this: a ball that sticks from now on stops at once, and its momentum goes to
-    what is left (``plant.jam``); one that is lost takes its own along. A ball that was stuck or
-    lost is free from where it was, at the race's speed; a disc that has slipped is put back.
+    The only jumps are these. A ball that sticks from now on stops at once and passes its momentum
+    to the rest (``plant.jam``); a lost ball takes its momentum along. A ball that was stuck or lost
+    is free from its last position, at the race's speed. A disc that has slipped is put back.
 
     Returns:
-        Those faults.
+        The faults of the other drive.
     """
     kept = drive.snapshot()
     if before.slipped and not any(fault.ails == "slips" for fault in other.faults):
@@ -127,7 +136,7 @@ def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveF
         if has_motor(other.system.effects):
             psi = float(state[other.layout.spindle][0])
         jam(other.system, state, discrete_state, held_balls(other.faults), psi)
-        # What a stepper remembers is of other constants.
+        # The stepper's memory belongs to other constants.
         kept = kept._replace(state=state, discrete_state=discrete_state, memory=np.empty(0))
     other.restore(kept)
     return ActiveFaults(other, before)

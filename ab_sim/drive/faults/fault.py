@@ -1,4 +1,4 @@
-"""What can be broken, in words: a thing, what ails it, and by how much: ``mount_0 softens 0.5``."""
+"""Faults in words: a thing, a kind of fault, and a size, such as ``mount_0 softens 0.5``."""
 
 import math
 from collections.abc import Callable, Iterable, Sequence
@@ -10,11 +10,11 @@ from ab_sim.errors import InputError, exact, nearest
 from ab_sim.scene.model import Scene
 
 VIBRATION = "vibration"
-"""The sensor of a scene without sensors: it reads the deck's acceleration."""
+"""Name of the sensor of a scene without sensors: it reads the deck's acceleration."""
 IN_THE_PLANE = ("suspension", "unequal_suspension")
-"""Effects that hold the deck there."""
+"""Effects that hold the deck in the plane."""
 SPINDLE = "spindle"
-"""The sensor of the spindle's speed."""
+"""Name of the sensor of the spindle's speed."""
 
 
 class Fault(NamedTuple):
@@ -23,38 +23,38 @@ class Fault(NamedTuple):
     thing: str
     ails: str
     size: float | None
-    """None where nothing is to be said."""
+    """Size of the fault; None if its kind has none."""
 
     @property
     def text(self) -> str:
-        """As it is asked for."""
+        """Return the fault in the words of a request."""
         said = f"{self.thing} {self.ails}"
         return said if self.size is None else f"{said} {exact(self.size)}"
 
 
 class FaultKind(NamedTuple):
-    """A way in which things break."""
+    """A kind of fault."""
 
     meaning: str
-    """What the thing then does, or what is done to it."""
+    """Behaviour of the thing with this fault."""
     things: Callable[[Scene], Sequence[str]]
-    """Which of a scene can."""
+    """Function that returns the things of a scene that can have the fault."""
     size: str = ""
-    """What the number is, and its unit; empty: it takes none."""
+    """Meaning and unit of the size; empty: no size."""
     allowed: Callable[[float], bool] = math.isfinite
     words: str = ""
-    """For messages: which numbers are allowed."""
+    """Allowed sizes in words, for messages."""
     usual: float | None = None
-    """Where no number is given; None: one has to be."""
+    """Default size; None: a size is required."""
 
 
 def balls_of(scene: Scene) -> list[str]:
-    """Names as in ``joint_states``."""
+    """Return the names of the balls, as in ``joint_states``."""
     return [f"ball_{i}" for i in range(scene.balls.count)]
 
 
 def supports_of(scene: Scene) -> list[str]:
-    """What holds the deck: its suspension in the plane, its mounts in space."""
+    """Return the names of the deck's supports: the suspension in the plane, mounts in space."""
     return _mounts_of(scene) or [name for name in scene.effects if name in IN_THE_PLANE]
 
 
@@ -63,7 +63,7 @@ def _mounts_of(scene: Scene) -> list[str]:
 
 
 def sensors_of(scene: Scene) -> list[str]:
-    """What a firmware hears: accelerometers, probes, and the spindle's speed."""
+    """Return the inputs of a firmware: accelerometers, probes, and the spindle's speed."""
     return [*(scene.sensors or [VIBRATION]), *scene.probes, SPINDLE]
 
 
@@ -122,19 +122,19 @@ KINDS = {
         "not 0, from -pi to pi",
     ),
 }
-"""By what is said of the thing."""
+"""Kinds of faults by their verbs."""
 OF_BALLS = ("sticks", "lost")
 OF_THE_PLANT = (*OF_BALLS, "softens")
-"""What changes constants of the equations of motion."""
+"""Kinds that change constants of the equations of motion."""
 SENSED = ("turned", "drifts", "saturates", "drops")
-"""What ails sensors, in the order in which it acts on a reading."""
+"""Kinds that alter sensor readings, in the order in which they act on a reading."""
 
 
 def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
-    """What texts say; empty ones say nothing. Whether a scene has the things is not asked.
+    """Parse faults; empty texts are skipped. Whether a scene has the things is not checked.
 
     Raises:
-        InputError: one of them says something else, or something that another one has said.
+        InputError: a text is not a fault, or two faults exclude each other.
     """
     faults = tuple(_fault(text) for text in texts if text.strip())
     for k, fault in enumerate(faults):
@@ -149,16 +149,16 @@ def faults_of(texts: Iterable[str]) -> tuple[Fault, ...]:
 
 
 def of_the_plant(faults: Iterable[Fault]) -> tuple[Fault, ...]:
-    """Those that change what moves, and how: not what sensors say of it, nor where the disc is."""
+    """Return the faults that change the motion, not those of sensors or of the disc's angle."""
     return tuple(fault for fault in faults if fault.ails in OF_THE_PLANT)
 
 
 def check_faults(faults: Iterable[Fault], scene: Scene) -> None:
-    """Refuse what has no meaning in a scene.
+    """Refuse faults that have no meaning in a scene.
 
     Raises:
-        InputError: names the fault, why not, and what there is.
-        SceneError: the fault changes what only built-in deck models are known to have.
+        InputError: a fault does not apply; the message states why, and the things in the scene.
+        SceneError: the fault changes quantities that only built-in deck models have.
     """
     for fault in faults:
         there = KINDS[fault.ails].things(scene)

@@ -1,11 +1,11 @@
-"""What faults change of what moves: a system of the same kind with other constants.
+"""Effects of faults on the equations of motion: a system of the same kind with other constants.
 
-So it runs on the kernel that is there, and costs what it costs without a fault.
+The compiled kernel is therefore reused, at the same cost as without faults.
 
-A ball that is held has no mobility: the equations of what carries the balls are written with all
-balls held on the race, and from these it is never taken out (docs/equations.md, 2). It keeps its
-mass, and so is a part of the rotor: of its unbalance and of its inertia. A ball that is lost is one
-without mass that is held.
+A held ball has no mobility. The equations of the carrier of the balls are written with all balls
+held on the race, and moving balls are then taken out (docs/equations.md, 2); a held ball stays in.
+Its mass is kept and so becomes a part of the rotor's unbalance and inertia. A lost ball is a held
+ball without mass.
 """
 
 import functools
@@ -31,13 +31,14 @@ from ab_sim.equations.mounts import DAMPING, STIFFNESS
 from ab_sim.scene.model import Scene
 
 BEYOND_ALL = 1e100
-"""kg, of a ball that nothing moves, for what asks for its inertia instead of its mobility."""
+"""Rolling mass [kg] of a ball that cannot move, for code that uses the inertia, not the
+mobility."""
 
 
 def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> System:
-    """The system with faults; those of the disc and of sensors change nothing of it.
+    """Return the system with faults; faults of the disc and of sensors do not change it.
 
-    The deck's displacement still counts from where it hung at rest without them.
+    The deck's displacement still counts from its rest position without the faults.
     """
     system, balls = sound, sound.balls.copy()
     missing = 0.0
@@ -52,19 +53,20 @@ def faulty_system(sound: System, scene: Scene, faults: Iterable[Fault]) -> Syste
             assert fault.size is not None
             system = _softened(system, scene, fault.thing, fault.size)
     if missing:
-        # Built-in deck models have it; of others no ball is lost (``fault.check_faults``).
+        # Built-in deck models have this field; with others, no ball can be lost
+        # (``fault.check_faults``).
         lighter = system.deck_model._replace(total_mass=system.deck_model.total_mass - missing)
         system = system._replace(deck_model=lighter)
     return system._replace(balls=balls)
 
 
 def ball_number(fault: Fault) -> int:
-    """Which ball it is."""
+    """Return the number of a fault's ball."""
     return int(fault.thing.rpartition("_")[2])
 
 
 def held_balls(faults: Iterable[Fault]) -> list[int]:
-    """Those that do not move along the race, because they cannot or are not there."""
+    """Return the numbers of balls that do not move along the race: stuck or lost ones."""
     return sorted(ball_number(fault) for fault in faults if fault.ails in OF_BALLS)
 
 
@@ -75,17 +77,17 @@ def jam(
     held: Iterable[int],
     psi: float,
 ) -> None:
-    """Bring held balls to rest on the race, by a shock between each and the race.
+    """Bring held balls to rest on the race, by a shock between each ball and the race.
 
-    The velocities q' of all else jump so that their momenta stay: with the mass matrix G,
-    G_ff dq'_f = -G_fh dq'_h; G follows from the energy. A prescribed spindle speed is kept by the
-    motor.
+    The velocities q' of all other coordinates jump so that their momenta are conserved: with the
+    mass matrix G, G_ff dq'_f = -G_fh dq'_h; G follows from the energy. The motor keeps a prescribed
+    spindle speed.
 
     Args:
         system: with the faults.
-        state: changed.
-        discrete_state: changed: in which direction balls slide.
-        held: which balls.
+        state: modified in place.
+        discrete_state: modified in place: sliding directions of the balls.
+        held: numbers of the held balls.
         psi: the spindle's angle [rad].
     """
     layout, n = layout_of(system), len(system.balls)
@@ -122,7 +124,7 @@ def _softened(system: System, scene: Scene, thing: str, part: float) -> System:
 def _mass_matrix(
     system: System, state: np.ndarray, psi: float, bearing: list[int], balls: list[int]
 ) -> np.ndarray:
-    """G of velocities of what carries the balls, and of balls, which share nothing among them."""
+    """Return G for the velocities of carrier and balls; two balls have no shared entry."""
     every, k = _inertias(system, state, psi), len(bearing)
     layout = layout_of(system)
     found = np.zeros((k + len(balls),) * 2)
@@ -130,20 +132,20 @@ def _mass_matrix(
         for column, other in enumerate(bearing[: row + 1]):
             found[row, column] = found[column, row] = every(one, other)
     for at, rate in enumerate(balls, start=k):
-        # Of the others' energy nothing depends on this ball.
+        # The energy of the other balls does not depend on this ball.
         alone, its_state = _with_one_ball(system, state, rate - layout.rates.start)
         shared, its = _inertias(alone, its_state, psi), layout_of(alone)
         its_rate = its.rates.start
         found[at, at] = shared(its_rate, its_rate)
         for row, one in enumerate(bearing):
-            # A motor's states lie behind all balls'.
+            # A motor's states come after those of all balls.
             there = one if one < layout.deck.stop else one - layout.size + its.size
             found[row, at] = found[at, row] = shared(there, its_rate)
     return found
 
 
 def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System, np.ndarray]:
-    """The same without the other balls."""
+    """Return the system and its state with one ball only."""
     layout = layout_of(system)
     one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)))
     own = state[layout.angles.start + ball], state[layout.rates.start + ball]
@@ -151,7 +153,10 @@ def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System
 
 
 def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, int], float]:
-    """Entries of G by the velocities' places: second differences of the energy, exact ones."""
+    """Return a function for entries of G by state index, from second differences of the energy.
+
+    The energy is quadratic in the velocities, so the differences are exact.
+    """
     layout, driven = layout_of(system), has_motor(system.effects)
     at_rest = state.copy()
     own = int(type(system.deck_model).UNKNOWNS)
@@ -162,7 +167,7 @@ def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, i
     radius = float(system.balls[0, RACE_RADIUS])
 
     def size(at: int) -> float:
-        # A metre a second each, roughly, so that no energy drowns in the rounding of another.
+        # Speeds of about 1 m/s each, so that rounding of one energy does not hide another.
         return 1.0 / radius if layout.rates.start <= at < layout.rates.stop else 1.0
 
     @functools.cache

@@ -1,4 +1,4 @@
-"""What ails a drive's sensors: what they say instead of what there is, and when nothing."""
+"""Sensor faults: altered readings and drop-outs."""
 
 import math
 import random
@@ -13,11 +13,11 @@ from ab_sim.sensing import digits
 
 
 class SensedFaults:
-    """Faults of sensors, each in force since a step.
+    """Sensor faults, each with the step since which it has been in force.
 
     Args:
-        faults: of a drive; those of other things are left out.
-        scene: the drive's.
+        faults: faults of a drive; those of other things are ignored.
+        scene: the drive's scene.
     """
 
     def __init__(self, faults: Iterable[Fault], scene: Scene) -> None:
@@ -28,30 +28,30 @@ class SensedFaults:
         self.begin_anew(0)
 
     def begin_anew(self, now: int) -> None:
-        """As if they had all come at this step."""
+        """Restart all faults at this step."""
         self._since = {fault: now for fault in self._faults}
 
     def go_on(self, before: "SensedFaults") -> None:
-        """Faults that another drive had already have been in force since they were there."""
+        """Keep the age of faults that were already in force in another drive."""
         self._since |= {f: at for f, at in before._since.items() if f in self._since}
 
     def count_from(self, now: int, then: int) -> None:
-        """What was step ``now`` is step ``then``."""
+        """Renumber step ``now`` as step ``then``."""
         self._since = {fault: at + then - now for fault, at in self._since.items()}
 
     def silent(self, step: int) -> Set[str]:
-        """Sensors that say nothing at a step."""
+        """Return the sensors that report nothing at a step."""
         return {fault.thing for fault in self._faults if _drops(fault, step)}
 
     def sampled(
         self, name: str, steps: np.ndarray, readings: np.ndarray
     ) -> tuple[np.ndarray, np.ndarray]:
-        """What one sensor says of several steps, and at which of them it says anything.
+        """Return the steps at which one sensor reports, and its readings there.
 
         Args:
-            name: the sensor's.
+            name: the sensor's name.
             steps: shape (samples,).
-            readings: what it would say, shape (samples, axes).
+            readings: readings without faults, shape (samples, axes).
         """
         own = [fault for fault in self._faults if fault.thing == name]
         if not own:
@@ -61,7 +61,7 @@ class SensedFaults:
         return steps, self.said(name, readings.T, steps).T
 
     def said(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """What one sensor says instead of readings of shape (axes,) or (axes, samples)."""
+        """Return altered readings of one sensor, shape (axes,) or (axes, samples)."""
         said, sensor = true, self._scene.pickups.get(name)
         for fault in self._faults:
             if fault.thing != name or fault.size is None:
@@ -81,7 +81,7 @@ class SensedFaults:
 
 
 def _drops(fault: Fault, step: int) -> bool:
-    """Whether a sensor's message of a step is lost: by chance, but the same however often asked."""
+    """Return whether a sensor's message of a step is lost: random, but repeatable for each step."""
     if fault.ails != "drops" or fault.size is None:
         return False
     return random.Random(f"{fault.text} {int(step)}").random() < fault.size

@@ -1,5 +1,5 @@
-"""Deck models, from scenes: one file each, found here by ``dynamics.registry``.
+"""Deck models from scenes: one file each, imported by ``dynamics.registry``.
 
-It says how a deck model's constants and start follow from a scene, and what is known of its motion
-beforehand, and registers both under a name.
+Each file defines how a deck model's constants and start follow from a scene, and the known parts of
+its motion, and registers both under a name.
 """

@@ -33,18 +33,18 @@ if TYPE_CHECKING:
     from scipy.spatial.transform import Rotation
 
 EULER: Final = "ZXY"
-"""gamma, alpha, beta, about the axes as they have turned."""
+"""Order of the angles gamma, alpha, beta, about the axes as turned so far."""
 
 
 def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
-    """Its constants."""
+    """Return the constants of the deck model."""
     deck, rotor = scene.deck, scene.rotor
     assert deck is not None and rotor.inertia is not None
     mass = scene.total_mass - scene.balls.total_mass - scene.eccentric_mass
     center = np.array(deck.center)
     about = inertia_matrix(deck.inertia) + mass * _away(center)
     own = inertia_matrix(rotor.inertia)
-    # A motor's own rotor is a flywheel that turns about the shaft, and nothing else.
+    # A motor's rotor is modelled as a flywheel with inertia about the shaft only.
     own[2, 2] += rotor_moment(effects)
     place = np.array([rotor.eccentricity, 0.0, rotor.height])
     moments = 0.5 * np.trace(own) * np.eye(3) - own
@@ -63,17 +63,20 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
 
 
 def _rotation() -> "type[Rotation]":
-    """SciPy's class. Its import takes as long as a run, and decks in the plane do without."""
+    """Return SciPy's class.
+
+    Its import takes as long as a run, and decks in the plane do not need it.
+    """
     from scipy.spatial.transform import Rotation
 
     return Rotation
 
 
 def start_of(scene: Scene, system: System) -> np.ndarray:
-    """Its states at t = 0, shape (13,).
+    """Return the states at t = 0, shape (13,).
 
     Raises:
-        SceneError: it is to start where it hangs at rest, and there is no such place.
+        SceneError: the deck is to start at rest, and there is no position at rest.
     """
     start = scene.start.deck
     place, turn = np.zeros(3), _rotation().identity()
@@ -95,7 +98,7 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
 
 
 def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.ndarray:
-    """On deck axes [rad/s], from alpha, beta, gamma [rad] and their rates [rad/s]."""
+    """Return it on deck axes [rad/s], from alpha, beta, gamma [rad] and their rates [rad/s]."""
     (alpha, beta, _), (alpha_rate, beta_rate, gamma_rate) = tilt, rate
     ca, sa, cb, sb = math.cos(alpha), math.sin(alpha), math.cos(beta), math.sin(beta)
     return np.array(
@@ -108,17 +111,17 @@ def angular_velocity(tilt: tuple[float, ...], rate: tuple[float, ...]) -> np.nda
 
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
-    """The fastest eigenvalue [1/s] of the deck on its mounts, gyroscopic moments included."""
+    """Return the fastest eigenvalue [1/s] of the deck on its mounts, with gyroscopic moments."""
     matrix = linearised(_weightless(_hardened(system))).matrix(top_speed)
     fastest = max(np.linalg.eigvals(matrix), key=abs)
     return {"the deck's motion on its mounts": complex(fastest)} if abs(fastest) > 0 else {}
 
 
 def yields_of(system: System) -> list[np.ndarray]:
-    """Acceleration of the race at each ball per force on it at each, along it [1/kg].
+    """Return the acceleration of the race at each ball per force along it at each ball [1/kg].
 
     Returns:
-        Each of shape (balls, balls), all balls side by side, in directions all around.
+        Matrices of shape (balls, balls), with all balls side by side, for directions all around.
     """
     weights, found = system.balls[:, MASS], []
     empty = system.deck_model._replace(
@@ -137,13 +140,13 @@ def yields_of(system: System) -> list[np.ndarray]:
 
 
 def linearised(system: System) -> Linearised:
-    """Small motions about where the deck hangs at rest.
+    """Return small motions about the deck's position at rest.
 
-    X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations are those of
-    ``equations.in_space``, where a symmetric rotor has V = 0.
+    Coordinates are X, Y, Z on the ground's axes, and turns about the deck's x, y, z. The equations
+    are those of ``equations.in_space``, where a symmetric rotor has V = 0.
 
     Raises:
-        SceneError: there is no such place.
+        SceneError: there is no position at rest.
     """
     rest = _at_rest(system) if any(system.deck_model.gravity) else np.zeros(6)
     deck, effects = system.deck_model, system.effects
@@ -177,9 +180,9 @@ def linearised(system: System) -> Linearised:
 
 
 def own_motion(system: System) -> np.ndarray:
-    """In modes about where it hangs at rest, see ``dynamics.own_motion``.
+    """Return the motion in modes about the position at rest, see ``dynamics.own_motion``.
 
-    Of one that nothing holds, about where its mounts are relaxed.
+    For a deck that nothing holds, the modes are about the position with relaxed mounts.
     """
     try:
         motion = linearised(system)
@@ -190,23 +193,23 @@ def own_motion(system: System) -> np.ndarray:
 
 
 def spindle_inertia(system: System) -> float:
-    """Of all that turns with the spindle, about the shaft [kg m^2]."""
+    """Return the moment of inertia about the shaft of all that turns with the spindle [kg m^2]."""
     xx, yy = system.deck_model.rotor_second[:2]
     return float(xx + yy + system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2)
 
 
 def _weightless(system: System) -> System:
-    """The same without gravity: so that its mounts are relaxed at rest."""
+    """Return the system without gravity, so that its mounts are relaxed at rest."""
     return system._replace(deck_model=system.deck_model._replace(gravity=(0.0, 0.0, 0.0)))
 
 
 def _hardened(system: System) -> System:
-    """Mounts as stiff as they are as far out as the deck hangs, or 10 e: springs may be cubic."""
+    """Return the system with the mounts' stiffness at the sag or at 10 e: springs may be cubic."""
     deck, effects = system.deck_model, system.effects
     if not has_stiffening(effects):
         return system
     place, turn = np.zeros(3), np.eye(3)
-    # What nothing holds may fall.
+    # A deck that nothing holds may fall.
     with contextlib.suppress(SceneError):
         if any(deck.gravity):
             rest = _at_rest(system)
@@ -220,9 +223,11 @@ def _hardened(system: System) -> System:
 
 
 def _averaged(system: System) -> tuple[float, float, np.ndarray]:
-    """Rotor and balls averaged over a turn: second moments across and along the shaft [kg m^2].
+    """Return second moments of rotor and balls averaged over a turn, and the first moment.
 
-    And the first moment of all that moves [kg m], shape (3,).
+    Returns:
+        Second moments across and along the shaft [kg m^2], and the first moment of all moving
+        masses [kg m], shape (3,).
     """
     deck = system.deck_model
     xx, yy, tall, _, _, _ = deck.rotor_second
@@ -239,17 +244,17 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
 
 
 def _stiffness_against_turning(place: np.ndarray, force: np.ndarray) -> np.ndarray:
-    """Stiffness [N m/rad] that a constant force has, shape (3, 3), by place and force on deck axes.
+    """Return the stiffness [N m/rad] due to a constant force, shape (3, 3).
 
-    Turned by phi, the place moves by phi x p + phi x (phi x p) / 2, and -f . (phi x (phi x p)) / 2
-    is the energy's second order.
+    Place and force are on deck axes. A turn by phi moves the place by phi x p + phi x (phi x p) /
+    2, and -f . (phi x (phi x p)) / 2 is the second-order term of the energy.
     """
     outer = np.outer(place, force)
     return np.asarray(place @ force * np.eye(3) - 0.5 * (outer + outer.T))
 
 
 def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, float]:
-    """What the effects add to a mount's stiffness, and its derivative by the square."""
+    """Return the stiffness that the effects add to a mount, and its derivative by the square."""
     step = 1e-3 * square
     slope = 0.0
     if step > 0.0:
@@ -260,12 +265,12 @@ def _stiffening(effects: tuple[object, ...], square: float) -> tuple[float, floa
 
 
 def _stiffness_gained(effects: tuple[object, ...], square: float) -> float:
-    """What a mount gains when it is moved, by the square of how far [N/m]."""
+    """Return the added stiffness of a mount [N/m] by the square of its displacement."""
     return float(over_effects(effects, "mount_stiffening", 0.0, square))
 
 
 def _at_rest(system: System) -> np.ndarray:
-    """Where the deck hangs: X, Y, Z of C [m], and its turn as a rotation vector [rad]."""
+    """Return the position at rest: X, Y, Z of C [m], and a rotation vector [rad]."""
     deck, effects = system.deck_model, system.effects
     mass, (_, _, first) = deck.total_mass, _averaged(system)
     pull, size = np.array(deck.gravity), mass * float(np.linalg.norm(deck.gravity))
@@ -291,7 +296,7 @@ def _at_rest(system: System) -> np.ndarray:
 
 
 def _stored(system: System, moved: np.ndarray) -> float:
-    """In the mounts [J], where the deck is moved and not turned."""
+    """Return the energy in the mounts [J] for a displacement of the deck without a turn."""
     state = [*moved.tolist(), 1.0, *[0.0] * 9]
     return float(mount_energy(system.deck_model, system.effects, turn_of(state[3:7]), state))
 
@@ -299,7 +304,7 @@ def _stored(system: System, moved: np.ndarray) -> float:
 def _mounts(scene: Scene) -> np.ndarray:
     rows = np.empty((len(scene.mounts), MOUNT_WIDTH))
     for row, mount in zip(rows, scene.mounts, strict=True):
-        # Rows of the matrix that turns the ground's axes into the mount's.
+        # Rows of the matrix from the ground's axes to the mount's.
         axes = _rotation().from_rotvec(mount.turned).as_matrix().T
         stiffness, damping = np.broadcast_to(mount.stiffness, 3), np.broadcast_to(mount.damping, 3)
         row[:] = np.concatenate([mount.position, stiffness, damping, axes.ravel()])
@@ -307,7 +312,7 @@ def _mounts(scene: Scene) -> np.ndarray:
 
 
 def _away(place: np.ndarray) -> np.ndarray:
-    """Inertia of a unit mass at a place about the origin."""
+    """Return the inertia of a unit mass at a place about the origin."""
     return np.asarray(place @ place * np.eye(3) - np.outer(place, place))
 
 

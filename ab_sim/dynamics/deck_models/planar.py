@@ -24,13 +24,13 @@ from ab_sim.errors import SceneError, exact
 from ab_sim.scene.model import Scene
 
 _DIRECTIONS = np.array([[math.cos(a), math.sin(a)] for a in math.pi * np.arange(8) / 8]).T
-"""In which the suspension is looked at."""
+"""Directions in which the suspension is examined."""
 _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0]])
-"""Displaced, the other way, and passing the place of rest."""
+"""Factors of displacement: outwards, the opposite way, and zero with a velocity."""
 
 
 def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
-    """Its constants."""
+    """Return the constants of the deck model."""
     eccentricity = scene.rotor.eccentricity
     sag_x, sag_y = _sag(scene.total_mass, effects)
     return Planar(
@@ -43,9 +43,10 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
 
 
 def start_of(scene: Scene, system: System) -> np.ndarray:
-    """Its states at t = 0, shape (4,).
+    """Return the states at t = 0, shape (4,).
 
-    At rest in space, its velocity on the rotating axes is zero at any speed.
+    The deck is at rest in space by default: its inertial velocity on the rotating axes is zero at
+    any speed.
     """
     start, psi = scene.start.deck, scene.start.angle
     c, s = math.cos(psi), math.sin(psi)
@@ -55,12 +56,12 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
 
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:
-    """The fastest eigenvalue [1/s] of its suspension.
+    """Return the fastest eigenvalue [1/s] of the suspension.
 
     Args:
-        system: the System.
-        top_speed: fastest spindle speed [rad/s]: in its frame, the deck's whirl turns that much
-            faster.
+        system: the system.
+        top_speed: fastest spindle speed [rad/s]; the deck's whirl is faster by that on rotating
+            axes.
     """
     body, effects = system.deck_model, system.effects
     mass = body.total_mass - float(system.balls[:, MASS].sum())
@@ -71,16 +72,16 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
 
 
 def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray:
-    """Eigenvalues [1/s] of its suspension in several directions, on axes that do not turn.
+    """Return eigenvalues [1/s] of the suspension in several directions, on fixed axes.
 
     Args:
-        effects: a scene's.
-        body: its deck model.
-        mass: that moves along with it [kg].
+        effects: effects of the scene.
+        body: deck model of the scene.
+        mass: moving mass [kg].
 
     Returns:
-        Shape (poles, runs): numbers of the arguments may be columns, shape (runs,), one for each
-        of many runs; else there is one.
+        Shape (poles, runs). Numbers of the arguments may be columns, shape (runs,), with one number
+        per run; otherwise runs = 1.
 
     Raises:
         TypeError, ValueError: an effect does not take columns.
@@ -92,18 +93,19 @@ def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray
 
 
 def yields_of(system: System) -> list[np.ndarray]:
-    """Acceleration of the race at each ball per force on it at each, along it [1/kg].
+    """Return the acceleration of the race at each ball per force along it at each ball [1/kg].
 
     Returns:
-        Of shape (balls, balls), all balls side by side; wherever that is, in the plane.
+        A matrix of shape (balls, balls), with all balls side by side, for any place in the plane.
     """
     return [np.full((len(system.balls),) * 2, 1.0 / system.deck_model.total_mass)]
 
 
 def linearised(system: System) -> Linearised:
-    """Small motions x, y about where the deck hangs at rest.
+    """Return small motions x, y about the deck's position at rest.
 
-    A round race with its balls turns about the shaft whatever the deck does: nothing gyroscopic.
+    A round race with its balls turns about the shaft whatever the deck does, so there are no
+    gyroscopic terms.
     """
     body, effects = system.deck_model, system.effects
     rest = np.array([body.sag_x, body.sag_y, 0.0, 0.0])
@@ -114,7 +116,7 @@ def linearised(system: System) -> Linearised:
         return np.array(_force(effects, deck), float)
 
     def against(way: np.ndarray) -> np.ndarray:
-        # Five points: exact for linear and cubic springs, wherever the deck hangs.
+        # Differences at five points are exact for linear and cubic springs, whatever the sag.
         near, wide = (force(-x * way) - force(x * way) for x in (far, 2.0 * far))
         return (8.0 * near - wide) / (12.0 * far)
 
@@ -132,12 +134,12 @@ def linearised(system: System) -> Linearised:
 
 
 def own_motion(system: System) -> np.ndarray:
-    """Of its suspension at rest, see ``dynamics.own_motion``; the same in every direction."""
+    """Return the motion of the suspension at rest, see ``dynamics.own_motion``; isotropic."""
     return alike(linearised(system))
 
 
 def spindle_inertia(system: System) -> float:
-    """Of all that turns with the spindle, about the shaft [kg m^2]."""
+    """Return the moment of inertia about the shaft of all that turns with the spindle [kg m^2]."""
     body = system.deck_model
     held = system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2
     return float(rotor_moment(system.effects) + body.unbalance * body.eccentricity + held)
@@ -145,7 +147,7 @@ def spindle_inertia(system: System) -> float:
 
 @functools.lru_cache(maxsize=64)
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
-    """Where the deck hangs at rest under gravity, from the suspension's unloaded position [m]."""
+    """Return the sag under gravity, from the suspension's unloaded position [m]."""
     if not has_gravity(effects):
         return 0.0, 0.0
     weight = mass * np.array(over_effects(effects, "gravity", (0.0, 0.0)))
@@ -171,8 +173,8 @@ def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
 
 
 def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray, np.ndarray]:
-    """Damping and stiffness against small displacements from rest, shape (directions, runs)."""
-    # Far enough from rest for a cubic spring to count: as far as the deck hangs, or 10 e.
+    """Return damping and stiffness for small displacements from rest, shape (directions, runs)."""
+    # Far enough from rest for a cubic spring to count: the sag, or 10 e.
     hangs = math.hypot(body.sag_x, body.sag_y)
     far = np.atleast_1d(np.maximum(np.maximum(10.0 * body.eccentricity, hangs), 1e-9))
     c, s = _DIRECTIONS[:, :, None]
@@ -192,7 +194,7 @@ def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray,
 
 
 def _force(effects: tuple[object, ...], deck: DeckMotion) -> tuple[Any, Any]:
-    """Of the suspension [N], at a place of the deck or at many."""
+    """Return the suspension's force [N] at one or many deck states."""
     f = over_effects(effects, "deck_force", (0.0, 0.0), deck)
     g = over_effects(effects, "space_force", (0.0, 0.0), deck)
     return f[0] + g[0], f[1] + g[1]

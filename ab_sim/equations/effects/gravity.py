@@ -49,9 +49,9 @@ class Gravity(NamedTuple):
         return (across * cos(self.direction), across * sin(self.direction), along)
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a deck that is pulled aside and that nothing holds."""
+        """Refuse a deck under gravity that nothing holds."""
         if scene.deck is not None:
-            return  # where it hangs is looked for, and one that nothing holds may fall
+            return  # the position at rest is searched for, and a deck that nothing holds may fall
         pull = hypot(*self.gravity())
         held = (
             ("suspension", "stiffness"),

@@ -51,7 +51,7 @@ class Motor(NamedTuple):
         return self.proportional_gain * error + self.integral_gain * integral
 
     def integral_rate(self, error: float, excess: float) -> float:
-        # The integral follows what the motor gives, so it does not wind up at the limit.
+        # The integral follows the delivered torque, so it does not wind up at the limit.
         return error - excess / self.proportional_gain
 
     def largest_torque(self) -> float:

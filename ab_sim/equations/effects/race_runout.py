@@ -39,7 +39,7 @@ class RaceRunout(NamedTuple):
     ] = 0.0
 
     def race_shape(self, c: float, s: float) -> tuple[float, float, float, float]:
-        """h - R, the place across the normal, l - R and dl/dtheta [m], at normal (c, s)."""
+        """Return h - R, the place along the tangent, l - R and dl/dtheta [m], at normal (c, s)."""
         two = 2.0 * self.lobe_angle
         ct, st = cos(two), sin(two)
         wide = (c * c - s * s) * ct + 2.0 * s * c * st
@@ -49,7 +49,7 @@ class RaceRunout(NamedTuple):
         return (beyond, across, -3.0 * self.lobe * wide, 6.0 * self.lobe * skew)
 
     def race_arc(self, theta: float) -> float:
-        """Length along the race up to theta, less R theta [m]."""
+        """Return the length along the race up to theta, less R theta [m]."""
         return -1.5 * self.lobe * sin(2.0 * (theta - self.lobe_angle))
 
     def check_scene(self, scene: "Scene") -> None:
