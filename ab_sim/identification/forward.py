@@ -119,9 +119,6 @@ class RecordedDrive:
     ) -> SimulatedSignals | None:
         """A run and its derivatives by differences; None where it diverges or cannot be.
 
-        Tangents (``sensitivities``) say the same to 1e-6, and take longer: of seven parameters 1.4
-        times as long where runs go one by one.
-
         Args:
             values: of the scene.
             places: of the numbers by which it is differentiated.

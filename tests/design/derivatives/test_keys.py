@@ -4,10 +4,10 @@ from math import cos, pi, sin
 
 import numpy as np
 import pytest
-
 from ab_sim.analysis.sensitivity import real_keys
 from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by
 from ab_sim.analysis.sensitivity.keys import moved, real_key
+
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.errors import InputError

@@ -5,15 +5,16 @@ stands for all, an entry is that number, and changing it makes a list.
 """
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
 from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import InputError, SceneError, nearest
+from ab_sim.errors import InputError, nearest
 from ab_sim.quoting import short
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
+from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
 
@@ -23,19 +24,6 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 
 IN_SPACE = ("rotor.height", "race.height")
 """Have no meaning for a deck that moves in the plane of the disc."""
-
-
-class NoDerivative(SceneError):
-    """A run has no derivative: says why.
-
-    Args:
-        text: for people.
-        key: by which it has none; None: by any.
-    """
-
-    def __init__(self, text: str, key: str | None) -> None:
-        super().__init__(text)
-        self.key = key
 
 
 class RealKey(NamedTuple):
@@ -88,10 +76,32 @@ def real_keys(scene: Scene) -> list[RealKey]:
     return found
 
 
+def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
+    """Values of a scene by their keys.
+
+    Raises:
+        InputError: they are no list, or one is none of the scene's: see ``real_key``.
+    """
+    if isinstance(keys, str) or not keys:
+        raise InputError(f"keys = {keys!r}: must be a list of the scene's keys, at least one")
+    return [real_key(scene, key) for key in keys]
+
+
 def moved(scene: Scene, key: str, value: float) -> Scene:
-    """The scene with another value, which is not checked: for differences only."""
-    found: Scene = _replaced(scene, key.split("."), value, scene)
-    return found
+    """The scene with another value.
+
+    Raises:
+        SceneError: no scene can have it.
+    """
+    return moved_together(scene, {key: value})
+
+
+def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """The scene with other values; see ``moved``."""
+    found = scene
+    for key, value in values.items():
+        found = _replaced(found, key.split("."), value, found)
+    return check_scene(found.as_mapping(), scene.name)
 
 
 def _numbers(scene: Scene) -> Iterator[tuple[str, float]]:
@@ -200,11 +210,10 @@ def _near(scene: Scene, key: str) -> str:
 
 
 def scale_of(real: RealKey) -> float:
-    """How far a number is moved for a difference: far beside rounding, near beside what it does."""
+    """Change of a value that counts as large: itself, a radian, or one by the unit if it is 0."""
     if real.unit == "rad":
-        return 0.01
-    return 0.01 * abs(real.value) if real.value else ZERO.get(real.unit, 1e-3)
+        return 1.0
+    return abs(real.value) or ZERO.get(real.unit, 0.1)
 
 
-ZERO = {"m": 1e-6, "kg": 1e-6, "kg m^2": 1e-9, "N m s/rad": 1e-6}
-"""By unit, how far from 0."""
+ZERO = {"m": 1e-4, "kg": 1e-4, "kg m^2": 1e-7, "N m s/rad": 1e-4}

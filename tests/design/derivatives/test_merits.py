@@ -4,11 +4,11 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 import pytest
+from ab_sim.analysis.sensitivity import NoDerivative
+from ab_sim.analysis.sensitivity.keys import moved
 
 import ab_sim
 from ab_sim.analysis.merits import merit as registry
-from ab_sim.analysis.sensitivity import NoDerivative
-from ab_sim.analysis.sensitivity.keys import moved
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene.load import load_scene
 from ab_sim.scene.model import Scene
