@@ -1,31 +1,15 @@
-"""Numbers of a scene by their keys, and what a change of them makes of constants."""
+"""Numbers of a scene by their keys."""
 
-from math import cos, pi, sin
+from math import pi
 
-import numpy as np
 import pytest
-from ab_sim.analysis.sensitivity import real_keys
-from ab_sim.analysis.sensitivity.changes import SceneChange, changes_by
-from ab_sim.analysis.sensitivity.keys import moved, real_key
 
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.errors import InputError
-from ab_sim.kernels.constants import flattened
+from ab_sim.design.derivatives import real_keys
+from ab_sim.design.derivatives.keys import moved, real_key
+from ab_sim.errors import InputError, SceneError
 from ab_sim.scene.load import load_scene
-from ab_sim.scene.model import Scene
 
 HOLD = load_scene("thesis-hold", ["start.ball_angles=[0.3, 3.1415]"])
-
-
-def change(scene: Scene, key: str) -> SceneChange:
-    return changes_by(scene, real_key(scene, key), layout_of(system_of(scene)))
-
-
-def by_name(scene: Scene, key: str) -> dict[str, float]:
-    """Derivatives of the deck's constants."""
-    names = [name for name, _ in flattened((system_of(scene).deck_model, ()), "")]
-    return dict(zip(names, change(scene, key).constants, strict=False))
 
 
 def test_a_key_has_value_and_unit() -> None:
@@ -70,42 +54,14 @@ def test_keys_are_all_numbers_that_act() -> None:
     assert all(real_key(HOLD, key).key == key for key in keys)
 
 
+def test_a_moved_scene_is_checked() -> None:
+    with pytest.raises(SceneError, match="balls.mass"):
+        moved(HOLD, "balls.mass.1", -1e-3)
+
+
 def test_a_moved_scene_has_the_other_value_and_nothing_else() -> None:
     there = moved(HOLD, "balls.mass.1", 2e-3)
     assert there.balls.masses == (1e-3, 2e-3) and HOLD.balls.masses == (1e-3, 1e-3)
-    assert there.effects is HOLD.effects and there.start == HOLD.start
+    assert there.effects == HOLD.effects
+    assert there.start == HOLD.start
     assert moved(HOLD, "effects.suspension.damping", 0.3).effects["suspension"].damping == 0.3
-
-
-def test_constants_change_as_their_formulas_say() -> None:
-    # M0 = M - n m: the unbalance M0 e.
-    by_e = by_name(HOLD, "rotor.eccentricity")
-    assert by_e[".0.unbalance"] == pytest.approx(0.098, rel=1e-12)
-    assert by_e[".0.eccentricity"] == pytest.approx(1.0, rel=1e-12)
-    by_mass = by_name(HOLD, "balls.mass")
-    assert by_mass[".0.unbalance"] == pytest.approx(-2e-4, rel=1e-11)
-    assert by_mass[".0.total_mass"] == 0.0
-    mass = change(HOLD, "balls.mass")
-    # Balls that roll have 7/5 of their mass, and a mobility of 1 over that.
-    assert np.isclose(mass.constants, 1.4, rtol=1e-12).sum() == 2
-    assert np.isclose(mass.constants, -1.0 / 1.4e-6, rtol=1e-12).sum() == 2
-
-
-def test_start_and_profile_change_too() -> None:
-    turned = change(load_scene("thesis-hold", ["start.deck.position=[1e-3, 0.0]"]), "start.angle")
-    assert turned.start[:2] == pytest.approx([-1e-3 * sin(0.0), -1e-3 * cos(0.0)], abs=1e-14)
-    # An angle just below pi goes on beyond it, not to -pi.
-    angle = change(HOLD, "start.ball_angles.1").start
-    assert angle[layout_of(system_of(HOLD)).angles] == pytest.approx([0.0, 1.0], rel=1e-12)
-    start, end, *_ = change(HOLD, "profile.acceleration").segments[1]
-    assert start == pytest.approx(-100.0 / 40.0**2, rel=1e-12)
-    assert end == pytest.approx(-100.0 / 40.0**2, rel=1e-12)
-    assert change(HOLD, "profile.variable_speed_period.duration").segments[2][0] == pytest.approx(1)
-
-
-def test_where_a_deck_hangs_moves_with_its_weight() -> None:
-    scene = load_scene("couple-unbalance", ["effects.gravity={tilt: 0.0}"])
-    by = change(scene, "effects.gravity.acceleration").start
-    # It hangs lower by M g / sum of stiffnesses, and the other way by what that is of g.
-    stiffness = float(np.sum([mount.stiffness for mount in scene.mounts]))
-    assert by[2] == pytest.approx(-scene.total_mass / stiffness, rel=1e-6)
