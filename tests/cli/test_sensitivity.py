@@ -25,7 +25,8 @@ def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) 
     assert by["balls.mass"]["elasticity"] == pytest.approx(elasticity)
     assert 0.0 < by["balls.mass"]["uncertainty"] < 1e-4 * by["balls.mass"]["derivative"]
     for words in (
-        "on-edge: final_whirl_over_e [e] =", "% per %", "central differences of runs by rk8", "+-", "no influence on",
+        "on-edge: final_whirl_over_e [e] =", "% per %", "central differences of runs by rk8",
+        "+-", "no influence on",
         "no percent of 0, so not in the picture; by derivative: ",
     ):  # fmt: skip
         assert words in " ".join(done.stdout.split()), words

@@ -13,8 +13,8 @@ KEYS = ["balls.mass", "rotor.eccentricity", "effects.suspension.damping"]
 MERITS = ["final_whirl_over_e", "peak_whirl_over_e", "residual_unbalance", "final_speed",
           "vibration_velocity_rms", "slipped_turns_total", "balance_grade"]  # fmt: skip
 EXACT = {
-    # Tangents of all stages of all steps, events included, as version 0.1 carried them along:
-    # final_whirl_over_e by key.
+    # Of final_whirl_over_e, by tangents of all stages of all steps, carried through all events:
+    # computed at commit 91cd3433, the last one that had these.
     "thesis-hold": (
         ["start.ball_angles=[0.3,1.2]", "duration=2"],
         {
