@@ -18,7 +18,7 @@ export AMENT_PREFIX_PATH := $(CURDIR)/$(VENV)
 # What is installed is not byte-compiled, which takes 20 s: Python itself does it of what is used.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help demo action test test-fast coverage lint style types real-time nodes jazzy some-nodes computing docs constraints lowest clean
+.PHONY: help demo action test test-fast coverage lint style types real-time nodes jazzy some-nodes computing docs constraints lowest dist clean
 
 help:
 	@echo 'make demo    run the demonstration'
@@ -33,6 +33,7 @@ help:
 	@echo 'make docs    build the documentation site: docs/_build/html/index.html'
 	@echo 'make constraints   resolve the pinned versions for Python 3.10 to 3.14, Kilted and Jazzy'
 	@echo 'make lowest PYTHON=python3.10   run main commands with the lowest versions of setup.py'
+	@echo 'make dist    build source distribution and wheel into dist, and try to install each'
 	@echo 'make clean   remove .venv and what builds and tools leave'
 	@echo 'make ... PYTHON=python3.12   make .venv with another Python'
 	@echo 'make demo ROS=jazzy   the demonstration on ROS 2 Jazzy, in .venv-jazzy, instead of Kilted'
@@ -115,6 +116,9 @@ constraints: $(VENV)/dev.stamp
 
 lowest: $(VENV)/dev.stamp
 	tools/check-lowest $(BIN)/uv $(PYTHON) .venv-lowest
+
+dist: $(VENV)/dev.stamp
+	tools/check-dist $(BIN)/uv $(PYTHON) .venv-dist
 
 test-fast: $(VENV)/dev.stamp
 	$(BIN)/python tools/test_fast.py $(BASE)

@@ -55,6 +55,7 @@ setup(
         "Typing :: Typed",
     ],
     python_requires=">=3.10",
+    package_dir={"": "."},  # an editable install is a path then, which type checkers follow
     packages=find_packages(include=["ab_sim", "ab_sim.*", "ab_msgs_py"]),
     package_data={
         "ab_sim": [

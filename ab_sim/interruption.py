@@ -25,7 +25,7 @@ reaches a program from its terminal, and once more from the launch that started 
 KEPT = [signal.SIGINT, signal.SIGHUP]
 """From children, if they are."""
 _stopping: threading.Event | None = None
-_watching = False
+_watching = _leaving = False
 
 
 def watch() -> None:
@@ -97,6 +97,23 @@ def leave(code: int) -> NoReturn:
             stream.flush()
     ctypes.CDLL(None).fflush(None)  # ROS logs through C
     os._exit(code)
+
+
+def leave_at_exit() -> None:
+    """Have ``left_at_exit`` end the process: a library would keep Python from its own end."""
+    global _leaving
+    _leaving = True
+
+
+@contextlib.contextmanager
+def left_at_exit() -> Iterator[None]:
+    """Where ``leave_at_exit`` was called, ``SystemExit`` within it ends the process at once."""
+    try:
+        yield
+    except SystemExit as done:
+        if _leaving:
+            leave(done.code if isinstance(done.code, int) else 0)
+        raise
 
 
 def _leave_to_the_thread(*_: object) -> None:

@@ -4,6 +4,7 @@ A few hundred bytes whose aliases stand for one another can stand for billions o
 aliases stand for is counted while a text is read, and reading ends where it is too much.
 """
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,7 @@ MOST_LEVELS = 30
 MOST_DIGITS = 100
 """Characters of a number."""
 
+_LEADING_ZERO = re.compile(r"[-+]?0[0-9_]+")
 _MADE_OF_BAD_VALUES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 """What PyYAML lets through where a value is not what its tag says, as in ``!!int ""``."""
 
@@ -71,10 +73,20 @@ class _Limited(yaml.SafeLoader):
         return super().construct_mapping(node, deep=deep)
 
     def construct_number(self, node: yaml.ScalarNode) -> float:
-        """As SafeLoader's, which takes the square of the length of such as 1:59:59 in time."""
+        """Construct a number as it reads: 010 is 10, and 1:30 is refused.
+
+        YAML 1.1, which is SafeLoader's, has 8 and 90 there.
+        """
         if len(node.value) > MOST_DIGITS:
             raise _TooMuch(f"has a number of more than {MOST_DIGITS} digits{_at(node)}")
+        if ":" in node.value:
+            raise yaml.YAMLError(
+                f"{node.value} would be a number in base 60; write it with a decimal point, or as "
+                f"text in quotes{_at(node)}"
+            )
         whole = node.tag.endswith(":int")
+        if whole and _LEADING_ZERO.fullmatch(node.value):
+            return int(node.value.replace("_", ""))
         return self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
 
 

@@ -14,7 +14,18 @@ from rosbags.interfaces import (
 )
 
 from ab_msgs_py import Qos, Topic, topics
-from ab_msgs_py.topics import BLOCK, COMMAND, DESCRIPTION, JOINT_STATES, VIBRATION, WHIRL
+from ab_msgs_py.topics import (
+    BLOCK,
+    COMMAND,
+    DESCRIPTION,
+    IMU,
+    JOINT_STATES,
+    PROBE,
+    VIBRATION,
+    WHIRL,
+    imu_of,
+    probe_of,
+)
 
 _FOREVER = QosTime(9223372036, 854775807)  # ROS 2: infinite
 
@@ -40,8 +51,23 @@ def topic_by_name(name: str) -> Topic | None:
     return max(known, key=lambda topic: len(topic.name)) if known else None
 
 
-OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL)
+OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL, IMU, PROBE)
 """A namespace with one of these topics has a drive."""
+
+
+def further_sensor(name: str, namespace: str) -> Topic | None:
+    """Return the kind of the topic of a sensor after the first one; None of any other topic."""
+    for kind, of in ((IMU, imu_of), (PROBE, probe_of)):
+        before, _, behind = of("*", False).within(namespace).partition("*")
+        if (
+            name.startswith(before)
+            and name.endswith(behind)
+            and "/" not in (sensor := name.removeprefix(before).removesuffix(behind))
+            and sensor
+        ):
+            return kind
+    return None
+
 
 NUMBER = COMMAND._replace(name="recording/", qos=Qos())
 """In bags only: numbers of `Recording.scalar`, each on a topic with its name."""

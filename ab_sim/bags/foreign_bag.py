@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_msgs_py import Topic, VibrationSample, WhirlSample, topics
+from ab_msgs_py import ImuSample, Topic, VibrationSample, WhirlSample, topics
 from ab_msgs_py.samples import HOUSING, frame_of, nanoseconds_of
 from ab_sim.bags.drives import IgnoredMessages
 from ab_sim.bags.messages import decoded
@@ -21,6 +21,10 @@ _WALL = 10**18
 """ns; later stamps (after the year 2001) are wall-clock times: times count from the first."""
 _SPINDLE = "spindle"
 _JOINTS = "joints"
+_EVERY = "every "
+"""Prefix of the key of a series with every sample of a sensor."""
+ACCELERATION, DISPLACEMENT = "acceleration", "displacement"
+"""Quantity that a sensor reads."""
 
 
 class _Series:
@@ -60,22 +64,28 @@ def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
 class ForeignBag(IgnoredMessages):
     """Joins the topics of such a bag to one table.
 
-    There is a row for every stamp of the series with most samples. Angles and rates of joints are
-    interpolated between their stamps, and extrapolated by at most one of their intervals; held
-    values would be late by half an interval. Other series have their last value up to that stamp.
-    Earlier rows, and later ones of joints, are NaN. The command of a row is the one that was in
-    force before its stamp.
+    There is a row for every stamp of the sensor with most samples; without sensors, of the joints.
+    Angles and rates of joints are interpolated between their stamps, and extrapolated by at most
+    one of their intervals; held values would be late by half an interval. Other series have their
+    last value up to that stamp. Earlier rows, and later ones of joints, are NaN. The command of a
+    row is the one that was in force before its stamp.
 
     Args:
         bag: the bag.
         namespace: of the drive.
         kinds: topics to read, by full name.
+        rows_of: channel whose stamps make the rows instead, if there is one of that name.
     """
 
-    def __init__(self, bag: Bag, namespace: str, kinds: dict[str, Topic]) -> None:
+    def __init__(
+        self, bag: Bag, namespace: str, kinds: dict[str, Topic], rows_of: str | None = None
+    ) -> None:
         super().__init__()
         self._namespace = namespace
         self._series: dict[str, _Series] = {}
+        self._pickups: dict[str, str] = {}
+        self.notes: list[str] = []
+        """Sensors whose values are held between their stamps."""
         self._commands = _Series(("command",))
         self._now = 0
         self._own: dict[str, Any] = {}
@@ -84,6 +94,8 @@ class ForeignBag(IgnoredMessages):
             topics.JOINT_STATES: self._joints,
             topics.VIBRATION: self._vibration,
             topics.WHIRL: self._whirl,
+            topics.IMU: self._imu,
+            topics.PROBE: self._probe,
             topics.DESCRIPTION: self._describe,
         }
         read = {name: kind for name, kind in kinds.items() if kind in self._read}
@@ -100,9 +112,10 @@ class ForeignBag(IgnoredMessages):
         self.samples = np.empty((0, 2))
         self._zero = 0
         if self._series:
-            self._join()
+            self._join(rows_of)
         self.description = {
             **self._own,
+            "pickups": self._pickups,
             "bag": bag.path.name,
             "namespace": namespace,
             "time_zero": self._zero,
@@ -110,9 +123,16 @@ class ForeignBag(IgnoredMessages):
         }
         self.drawn = drawable(self.description, self.channels)
 
-    def _join(self) -> None:
-        longest = max(self._series.values(), key=lambda series: len(series.stamps))
-        stamps = np.array(longest.stamps)
+    def _join(self, rows_of: str | None) -> None:
+        # `vibration` and `whirl` repeat samples of a sensor that has a topic for every sample.
+        for key in [key for key in self._series if f"{_EVERY}{key}" in self._series]:
+            del self._series[key]
+        sensors = [series for key, series in self._series.items() if key != _JOINTS]
+        chosen = [series for series in sensors if rows_of in series.channels]
+        rows = max(
+            chosen or sensors or self._series.values(), key=lambda series: len(series.stamps)
+        )
+        stamps = np.array(rows.stamps)
         self._zero = int(stamps[0]) if stamps[0] >= _WALL else 0
         columns = [np.arange(len(stamps), dtype=np.float64), (stamps - self._zero) / 1e9]
         names = ["step", "time"]
@@ -123,8 +143,13 @@ class ForeignBag(IgnoredMessages):
             until = stamps - 1 if series is self._commands else stamps
             at = np.searchsorted(np.array(series.stamps), until, side="right") - 1
             values = np.where(at[:, None] < 0, np.nan, series.values[at])
-            if series is self._series.get(_JOINTS) and series is not longest:
+            if series is self._series.get(_JOINTS) and series is not rows:
                 values = _interpolated(stamps, series)
+            elif series is not self._commands and len(series.stamps) < len(stamps):
+                self.notes.append(
+                    f"{series.channels[0]} has {len(series.stamps)} samples for {len(stamps)} rows:"
+                    " each is held until the next one"
+                )
             names += series.channels
             columns += list(values.T)
         self.channels, self.samples = tuple(names), np.column_stack(columns)
@@ -164,15 +189,27 @@ class ForeignBag(IgnoredMessages):
         self._add(_JOINTS, tuple(found), nanoseconds_of(message.header.stamp), [*found.values()])
 
     def _vibration(self, sample: VibrationSample) -> None:
-        frame = sample.frame
-        names: tuple[str, ...] = ("ax", "ay", "az")
-        if frame not in ("", frame_of(self._namespace, HOUSING)):
-            sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())
-            names = tuple(f"{sensor}_{axis}" for axis in (1, 2, 3))
+        names = self._channels(sample.frame, ACCELERATION) or ("ax", "ay", "az")
         self._add(names[0], names, sample.time, [*sample.linear])
 
+    def _imu(self, sample: ImuSample) -> None:
+        names = self._channels(sample.frame, ACCELERATION) or ("ax", "ay", "az")
+        self._add(_EVERY + names[0], names, sample.time, [*sample.force])
+
+    def _probe(self, sample: WhirlSample) -> None:
+        names = self._channels(sample.frame, DISPLACEMENT) or ("x", "y", "z")
+        self._add(_EVERY + names[0], names, sample.time, [*sample.place])
+
+    def _channels(self, frame: str, kind: str) -> tuple[str, ...]:
+        """Channels of the sensor with that frame; none if it is that of the housing."""
+        if frame in ("", frame_of(self._namespace, HOUSING)):
+            return ()
+        sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())
+        self._pickups[sensor] = kind
+        return tuple(f"{sensor}_{axis}" for axis in (1, 2, 3))
+
     def _whirl(self, sample: WhirlSample) -> None:
-        self._add("whirl", ("x", "y", "z"), sample.time, [*sample.place])
+        self._add("x", ("x", "y", "z"), sample.time, [*sample.place])
 
     def _describe(self, description: dict[str, Any]) -> None:
         self._own = description

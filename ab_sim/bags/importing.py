@@ -32,6 +32,8 @@ class ImportedBag(NamedTuple):
     """By topic: number of unusable messages, and the error of the last one."""
     complete: bool
     """Whether the bag was finished; if not, its readable part was used."""
+    notes: list[str]
+    """Sensors of a bag without blocks whose values are held between their stamps."""
 
 
 def import_bag(
@@ -39,14 +41,15 @@ def import_bag(
     out: Path,
     namespace: str | None = None,
     progress: Callable[[int, int], None] = lambda done, of: None,
+    rows_of: str | None = None,
 ) -> ImportedBag:
     """Make recordings of a bag.
 
     With ``vibration/block`` they are to the bit what a recorder that had listened would have
-    written; without, there is one with a row at every stamp of the topic that has most messages of
-    ``joint_states``, ``vibration`` and ``whirl``, and the channels of all of them and of the
-    commands: joints interpolated, the others as last heard until then. Where positions are unknown
-    nothing is drawn.
+    written. Without, there is one with a row at every stamp of the sensor with most samples on
+    ``vibration``, ``whirl``, ``imu/data_raw`` and ``displacement``; it also has the other sensors,
+    joints and commands. Joints are interpolated, the others as last heard until then. Where
+    positions are unknown nothing is drawn.
 
     Args:
         path: of the bag, see `Bag`.
@@ -54,6 +57,7 @@ def import_bag(
             called ``-2`` and so on and replace nothing.
         namespace: of the drive; None: of the only one there is.
         progress: called with the number of messages done, and of all.
+        rows_of: channel of a sensor whose stamps make the rows instead, without blocks.
 
     Raises:
         InputError: the namespace is not that of a drive in the bag, or there are several.
@@ -78,8 +82,8 @@ def import_bag(
                 raise RecordingError(
                     f"{path}: {BLOCK.within(own)} has no samples that can be used{log.summary}"
                 )
-            return ImportedBag(log.files, log.rows, log.missing, log.ignored, bag.complete)
-        return _import_foreign(bag, own, kinds, out)
+            return ImportedBag(log.files, log.rows, log.missing, log.ignored, bag.complete, [])
+        return _import_foreign(ForeignBag(bag, own, kinds, rows_of), bag, out)
 
 
 def choose_namespace(bag: Bag, wanted: str | None) -> str:
@@ -130,6 +134,8 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
         own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
         if own and topic.type == NUMBER.type_name:
             wanted[name] = NUMBER
+        if further := contract.further_sensor(name, namespace):
+            wanted[name] = further
     wanted[THINNED.within(namespace)] = THINNED
     found = {name: kind for name, kind in wanted.items() if name in bag.topics}
     for name, kind in found.items():
@@ -140,12 +146,13 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
     return found
 
 
-def _import_foreign(bag: Bag, namespace: str, kinds: dict[str, Topic], out: Path) -> ImportedBag:
-    """A recording of a bag that has no blocks."""
-    table = ForeignBag(bag, namespace, kinds)
+def _import_foreign(table: ForeignBag, bag: Bag, out: Path) -> ImportedBag:
+    """Record a bag that has no blocks."""
     if not len(table.samples):
         raise RecordingError(f"{bag.path}: there is no message that can be used{table.summary}")
     with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:
         for first in range(0, len(table.samples), _CHUNK):
             recording.block(table.channels, table.samples[first : first + _CHUNK])
-    return ImportedBag([out], recording.rows, recording.missing, table.ignored, bag.complete)
+    return ImportedBag(
+        [out], recording.rows, recording.missing, table.ignored, bag.complete, table.notes
+    )

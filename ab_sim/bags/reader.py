@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 
 from rosbags.interfaces import Qos
 from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 
 from ab_sim.bags.bounded_unpacking import bound_rosbags
@@ -38,6 +39,23 @@ class Message(NamedTuple):
     """Receive time [ns]."""
     data: bytes
     """In CDR."""
+
+
+def _match_by_name(reader: DirectoryReader) -> None:
+    """Let a topic in a folder's metadata match its channels by name and type alone.
+
+    rosbags also compares QoS and type hashes, and passes over messages where these differ, as they
+    do after a conversion or where a topic had several publishers.
+    """
+    named = {(each.topic, each.msgtype): each for each in reader.connections}
+    storages: list[Any] = reader.storages
+    for storage in storages:
+        storage.connections = [
+            each._replace(ext=known.ext, digest=known.digest)
+            if (known := named.get((each.topic, each.msgtype)))
+            else each
+            for each in storage.connections
+        ]
 
 
 class Bag:
@@ -119,6 +137,8 @@ class Bag:
             reader: Any = McapReader(CompletedFile(path)) if torn else Reader(path)  # type: ignore[arg-type]
             self.complete = self.complete and not torn
             reader.open()
+            if isinstance(reader, Reader) and isinstance(reader.storage, DirectoryReader):
+                _match_by_name(reader.storage)
         except Exception as error:  # as above
             raise RecordingError(
                 f"{self.path} is not a ROS 2 bag, or is damaged: {shortened(str(error))}"

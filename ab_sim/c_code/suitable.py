@@ -11,7 +11,7 @@ from ab_sim.integrate.choose import Choice, choose_stepper, limiting, top_speed
 from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
-from ab_sim.scene.model import Scene, radius_users
+from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 
 
@@ -59,8 +59,6 @@ def _refusals(scene: Scene) -> Iterator[_Refusal]:
     if found := eventful(scene.effects):
         named = ", ".join(f"{name} ({what})" for name, what in found.items())
         leave_out = " ".join(f"--set effects.{name}=" for name in found)
-        if scene.balls.radius is not None and not set(radius_users(scene.effects)) - set(found):
-            leave_out += " --set balls.radius="
         yield _Refusal(
             f"effects: {named}: C has no location of events, which these need; leave them out "
             f"({leave_out}) if what you test does not depend on them, or run this scene by ab-sim "

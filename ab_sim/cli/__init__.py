@@ -5,6 +5,7 @@ import sys
 from ab_sim import interruption
 
 
+@interruption.left_at_exit()
 def main() -> None:
     """Entry point: runs the command; errors are one message and an exit code.
 

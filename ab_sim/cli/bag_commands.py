@@ -28,10 +28,10 @@ def import_(
     """Convert a ROS 2 bag to a recording.
 
     With vibration/block it is to the bit what the recorder would have written. Without, it has what
-    there is of spindle/command, joint_states, vibration and whirl, with a row for each stamp of
-    the one that has most; where positions are unknown there are plots and no drawing. An unfinished
-    bag is read as far as it goes. Where a drive was reset there are several recordings, FILE,
-    FILE-2 and so on.
+    there is of spindle/command, joint_states, vibration, whirl, imu/data_raw and displacement, with
+    a row for each stamp of the sensor that has most; where positions are unknown there are plots
+    and no drawing. An unfinished bag is read as far as it goes. Where a drive was reset there are
+    several recordings, FILE, FILE-2 and so on.
     """
     from ab_sim.cli.bags import import_command
 

@@ -74,6 +74,8 @@ def import_command(bag: Path, out: Path | None, namespace: str | None) -> None:
         made = import_bag(bag, file, namespace, lambda done, of: update("messages", done, of))
     for topic, (count, reason) in made.ignored.items():
         people.print(f"ignored {count} messages on {topic}, the last one: {reason}")
+    for note in made.notes:
+        people.print(note)
     if not made.complete:
         people.print(f"{bag} was not finished; what it holds is imported")
     missing = f", {made.missing} steps missing between them" if made.missing else ""

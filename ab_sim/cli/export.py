@@ -27,7 +27,7 @@ def export_command(
         whole = replace(part, hangs=_hangs(run))
         channels, total = len(whole.names(run)), run.extent.rows
         rows = formats.export(run, files, whole, lambda read: tell("samples", read, total))
-        torn = [f"{recording}: {run.torn}"] if run.torn else []
+        torn = [f"{recording}: {remark}" for remark in run.remarks]
         return Outcome([f"{rows} samples of {channels} channels", *torn])
 
     outputs = (parquet, PARQUET, "--parquet"), (csv, CSV, "--csv")

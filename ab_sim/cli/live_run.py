@@ -363,8 +363,10 @@ class LiveRun:
         self._processes.clear()
         if rclpy.ok():
             self._executor.shutdown()
-            leave_graph(self._node)
-            rclpy.try_shutdown()
+            if leave_graph(self._node):
+                rclpy.try_shutdown()
+            else:
+                interruption.leave_at_exit()
         self._context.close()
 
 

@@ -76,7 +76,7 @@ def run_command(
 
         return Outcome(shown(), lambda: report, draw, (write,))
 
-    return Command(work, "run", outputs=[(rrd, RECORDING, "--rrd")], aside=True)
+    return Command(work, "run", outputs=[(rrd, RECORDING, "--rrd")])
 
 
 def parse_times(text: str | None) -> list[float]:

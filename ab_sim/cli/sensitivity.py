@@ -6,6 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 from rich.table import Table
 
+from ab_sim.batch import simulate_batch
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.design.derivatives import MeritSensitivities, merit_sensitivities, real_keys
@@ -28,7 +29,8 @@ def sensitivity_command(
             tell("running", done, runs)
 
         found = merit_sensitivities(scene, wanted, names, progress)
-        return Outcome(_shown(found), found.report, plotted(found))
+        judged = simulate_batch(found.scene, [{}], merits=["settled"]).merits["settled"]
+        return Outcome(_shown(found, bool(judged[0])), found.report, plotted(found))
 
     return Command(work, scene.name)
 
@@ -45,7 +47,7 @@ def _listed(option: str, text: str) -> list[str]:
     return names
 
 
-def _shown(found: MeritSensitivities) -> Iterator[Table | str]:
+def _shown(found: MeritSensitivities, settled: bool) -> Iterator[Table | str]:
     for i, merit in enumerate(found.merits):
         unit = found.merit_units[i]
         named = merit if unit in ("1", "-") else f"{merit} [{unit}]"
@@ -85,6 +87,11 @@ def _shown(found: MeritSensitivities) -> Iterator[Table | str]:
         f"{found.scene.solver.step:g} s, +- their uncertainty; % per %: by how many percent it "
         "changes if the key does by one"
     )
+    if not settled:
+        yield (
+            "the run has not settled: final values still change, and so do their derivatives; "
+            "a longer duration tells of the settled drive"
+        )
 
 
 def with_uncertainty(value: float, uncertainty: float) -> str:

@@ -6,6 +6,7 @@ Legendre's polynomial on 0 .. 1 that vanishes at the nodes.
 
 import functools
 import math
+from fractions import Fraction
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -72,6 +73,20 @@ def gauss(count: int) -> np.ndarray:
     return np.array([0.5 * (1 + x), 0.5 * w], float)
 
 
+def legendre_values(power: int, x: np.ndarray) -> np.ndarray:
+    """Return Legendre's polynomial of a power at places from -1 to 1.
+
+    Clenshaw's recursion. The order of operations of numpy's own changes with its version.
+    """
+    if power == 0:
+        return np.ones_like(x)
+    before: Any = 0.0
+    last: Any = 1.0
+    for n in range(power, 1, -1):
+        before, last = -last * ((n - 1) / n), before + last * x * ((2 * n - 1) / n)
+    return np.asarray(before + last * x)
+
+
 @functools.cache
 def nodes(count: int, samples: tuple[int, ...], powers: int) -> CollocationNodes:
     """The nodes of a step, and the sets of instants of its samples; made once, for all runs.
@@ -100,7 +115,7 @@ def nodes(count: int, samples: tuple[int, ...], powers: int) -> CollocationNodes
         for j, end in enumerate(places):
             moments[s * count + j] = _moments(at, scale, leading, begin, end)
             begin = end
-    values = np.array([legendre.legval(2.0 * at - 1.0, np.eye(powers)[p]) for p in range(powers)])
+    values = np.array([legendre_values(p, 2.0 * at - 1.0) for p in range(powers)])
     return CollocationNodes(
         at,
         scale,
@@ -165,7 +180,7 @@ def last_coefficients(at: np.ndarray, share: np.ndarray) -> np.ndarray:
     found = np.zeros((count, count))
     for back in range(min(BACK, count)):
         power = count - 1 - back
-        values = legendre.legval(2.0 * at - 1.0, [0.0] * power + [1.0])
+        values = legendre_values(power, 2.0 * at - 1.0)
         found[:, back] = (2 * power + 1) * share * values
     return found
 
@@ -181,16 +196,26 @@ def bounds_within_pieces(at: np.ndarray) -> np.ndarray:
     Returns:
         Shape (PIECES + 1, N, N), coefficients in columns; the last is that of all pieces together.
     """
-    most = len(at) - 1
-    points = (np.arange(most + 1) + 0.5) / (most + 1)
-    basis = np.array(
-        [math.comb(most, b) * points**b * (1.0 - points) ** (most - b) for b in range(most + 1)]
-    ).T
+    most, one = len(at) - 1, 2**80
+    # In whole numbers, and rounded once: what solves linear equations rounds as its kernel does.
+    roots = [int(Fraction(x) * one) for x in at.tolist()]
     found = np.empty((PIECES + 1, len(at), len(at)))
     for piece in range(PIECES + 1):
-        x = (piece + points) / PIECES if piece < PIECES else points
-        for k in range(most + 1):
-            others = np.delete(at, k)
-            values = np.prod((x[:, None] - others) / (at[k] - others), axis=1)
-            found[piece, k] = np.linalg.solve(basis, values)
+        begin, end = 0, one
+        if piece < PIECES:
+            begin, end = piece * one // PIECES, (piece + 1) * one // PIECES
+        for k, own in enumerate(roots):
+            # The coefficients of prod_i (x - c_i) are those of prod_i (begin - c_i + (end - c_i) z)
+            # by powers of z, each over its binomial coefficient.
+            product, size = [1], 1
+            for root in roots[:k] + roots[k + 1 :]:
+                low, high = begin - root, end - root
+                product = [
+                    low * this + high * before
+                    for this, before in zip([*product, 0], [0, *product], strict=True)
+                ]
+                size *= own - root
+            found[piece, k] = [
+                coefficient / (size * math.comb(most, b)) for b, coefficient in enumerate(product)
+            ]
     return found

@@ -200,6 +200,10 @@ class StartUp:
         if len(numbers) != expected:
             raise ValueError(f"a state has {expected} numbers, not {len(numbers)}")
         values = [float(number) for number in numbers]
+        if not all(map(math.isfinite, values)):
+            raise ValueError("a state has finite numbers only")
+        if not 0.0 <= values[3] <= self.settings.final_speed:
+            raise ValueError(f"it commands {values[3]:g} rad/s, which is beyond its final speed")
         state, reason = State(int(values[0])), Reason(int(values[1]))
         self.state, self._reason, self._asked = state, reason, ""
         self._command, self._time, self._elapsed, self._in_state, self._calls = values[3:8]

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.design.distributions import Discrete, Distribution, Normal
-from ab_sim.design.points import MOST
+from ab_sim.design.points import MOST, check_within
 from ab_sim.design.tolerances import (
     ANGLES,
     FACTOR,
@@ -26,6 +26,7 @@ from ab_sim.design.tolerances import (
 from ab_sim.equations.neighbours import angles_at_random
 from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.quoting import short
+from ab_sim.scene.changes import value_at
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -62,6 +63,7 @@ class DrawnPoints:
         self.sources = _sources(tolerances)
         """Name of what each tolerance is drawn from: its group, or its own."""
         self._nominal = {each.key: value_of(scene, each.key) for each in tolerances}
+        check_within(list(self._nominal))
         for key in self._nominal:
             self._check(key, [each for each in tolerances if each.key == key])
         _check_groups(tolerances)
@@ -217,17 +219,12 @@ def value_of(scene: Scene, key: str) -> Any:
     """What a scene says at a dotted key, plain; None if it says nothing.
 
     Raises:
-        InputError: the key leads into a list.
+        InputError: a list has no such entry.
     """
-    here: Any = scene.as_mapping()
-    for part in key.split("."):
-        if isinstance(here, list):
-            raise InputError(
-                f"{key}: is within a list, of which no entry can be spread alone; spread the whole "
-                "of it: discrete:[...],[...]"
-            )
-        here = here.get(part) if isinstance(here, dict) else None
-    return here
+    try:
+        return value_at(scene.as_mapping(), key)
+    except SceneError as error:
+        raise InputError(str(error)) from None
 
 
 def _sources(tolerances: Sequence[Tolerance]) -> tuple[str, ...]:

@@ -50,7 +50,7 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
     return [
         tolerance
         for row, k in zip(factor, kept, strict=True)
-        for tolerance in _of_key(names[k], row, [names[j] for j in kept], said)
+        for tolerance in _of_key(names[k], row, [names[j] for j in kept])
     ]
 
 
@@ -69,12 +69,7 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
     return found
 
 
-def _of_key(key: Any, row: np.ndarray, keys: list[Any], said: str) -> list[Tolerance]:
-    if any(part.isdecimal() for part in str(key).split(".")):
-        raise InputError(
-            f"{said}: {key}: is within a list, of which no entry can be spread alone; leave it out "
-            "of --fit, or fit one value for all where the scene has one"
-        )
+def _of_key(key: Any, row: np.ndarray, keys: list[Any]) -> list[Tolerance]:
     whole = math.sqrt(float(row @ row))
     return [
         Tolerance(

@@ -134,7 +134,7 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
 
 
 def check_keys(keys: Sequence[str]) -> None:
-    """Refuse a key that is named twice.
+    """Refuse a key that is named twice, or lies within another one.
 
     Raises:
         InputError: names it.
@@ -142,6 +142,19 @@ def check_keys(keys: Sequence[str]) -> None:
     for key in keys:
         if keys.count(key) > 1:
             raise InputError(f"{key}: varies twice; name it once")
+    check_within(keys)
+
+
+def check_within(keys: Sequence[str]) -> None:
+    """Refuse a key that lies within another one: which of the two acts would depend on their order.
+
+    Raises:
+        InputError: names both.
+    """
+    for key in keys:
+        for other in keys:
+            if key.startswith(f"{other}."):
+                raise InputError(f"{key}: lies within {other}, which varies, too; name one of them")
 
 
 def _grid(variables: Sequence[Variable]) -> GridPoints:

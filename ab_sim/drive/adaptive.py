@@ -12,7 +12,7 @@ from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
 from ab_sim.drive.trajectory import Trajectory, taken
-from ab_sim.errors import SceneError
+from ab_sim.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import steps_per_sample
@@ -89,7 +89,7 @@ class AdaptiveRun:
         """As of ``Leader``."""
         try:
             self.controller.restore(tuple(map(float, state)))
-        except TypeError as error:
+        except NOT_AS_WRITTEN as error:
             raise ValueError(f"no state of an adaptive start-up: {error}") from error
         self._decided, self.aborted = self.controller.decision.number, None
 

@@ -8,6 +8,7 @@ from ab_sim.compiling import KeptArray
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
+from ab_sim.drive.leader import Leader
 from ab_sim.drive.leaders import leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
@@ -362,8 +363,7 @@ class Drive:
         ValueError
             It does not fit; nothing has changed.
         """
-        self.check(snapshot)
-        self.leader = restored_leader(self.scene, self.faults, snapshot)
+        self.leader = self.check(snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
@@ -375,8 +375,13 @@ class Drive:
         for name, state in snapshot.pickups.items():
             self._reader.pickups[name].state = state
 
-    def check(self, snapshot: Snapshot) -> None:
+    def check(self, snapshot: Snapshot) -> Leader | None:
         """Refuse a snapshot that this drive cannot return to.
+
+        Returns
+        -------
+        Leader or None
+            What would command the drive from there on.
 
         Raises
         ------
@@ -384,6 +389,7 @@ class Drive:
             Says what does not fit.
         """
         snapshot.check_like(self.snapshot())
+        return restored_leader(self.scene, self.faults, snapshot)
 
     def _grid(self) -> StepGrid:
         return StepGrid(self.step, self.choice.cycle)

@@ -94,7 +94,6 @@ class RowReader:
         psi, omega, command = (float(x) for x in row[2:5])
         place, velocity = present.position[0], present.velocity[0]
         c, s = math.cos(psi), math.sin(psi)
-        turn = np.array([[c, s], [-s, c]])
         theta, rate = present.ball_angles[0], present.ball_rates[0]
         return Observation(
             time=time,
@@ -102,8 +101,8 @@ class RowReader:
             psi=psi,
             omega=omega,
             command=command,
-            u=turn @ place[:2],
-            v=turn @ velocity[:2],
+            u=_turned(c, s, place),
+            v=_turned(c, s, velocity),
             position=place,
             velocity=velocity,
             acceleration=present.acceleration[0],
@@ -148,3 +147,12 @@ class RowReader:
             turn = np.array(turn_of(list(q.T))).reshape(3, 3, -1)
             moved = moved + np.einsum("ijs,j->si", turn, point) - point
         return moved
+
+
+def _turned(c: float, s: float, vector: np.ndarray) -> np.ndarray:
+    """Return a vector's first two components on axes turned by an angle of that cosine and sine.
+
+    Without BLAS, whose kernels round differently.
+    """
+    x, y = vector[:2].tolist()
+    return np.array([c * x + s * y, c * y - s * x])

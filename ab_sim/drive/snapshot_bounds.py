@@ -5,12 +5,13 @@ import math
 import numpy as np
 
 from ab_sim.drive.observation import Snapshot
-from ab_sim.dynamics.assemble import state_bounds, system_of
+from ab_sim.dynamics.assemble import MOST_ANGLE, state_bounds, system_of
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.system import TURNS, has_motor
 from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
 from ab_sim.spindle.speed_laws import RaisedCosine
+from ab_sim.stored_numbers import MOST_TIME
 
 MOST_TURNS = 2**53
 """Whole turns of an angle; doubles count no further."""
@@ -56,13 +57,13 @@ def check_bounds(snapshot: Snapshot, scene: Scene) -> None:
             raise ValueError(f"{name}: has a number that is not finite")
     for at, piece in enumerate(snapshot.profile.segments):
         name = f"pieces.{at}"
-        _within(f"{name}.start", piece.start, 2.0**31)
-        _within(f"{name}.start_angle", piece.start_angle, 1e15)
+        _within(f"{name}.start", piece.start, MOST_TIME)
+        _within(f"{name}.start_angle", piece.start_angle, MOST_ANGLE)
         segment = piece.segment
         _within(f"{name}.start_speed", segment.start_speed, top)
         if isinstance(segment, RaisedCosine):
             _within(f"{name}.change", segment.change, 2.0 * top)
-            _within(f"{name}.duration", segment.duration, 2.0**31, least=0)
+            _within(f"{name}.duration", segment.duration, MOST_TIME, least=0)
         else:
             _within(f"{name}.slope", segment.slope, MOST_SLOPE)
             if segment.slope != 0.0:

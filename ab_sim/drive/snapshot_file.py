@@ -18,12 +18,11 @@ from ab_sim.scene.model import Scene
 from ab_sim.sensing import PickupState
 from ab_sim.spindle import ScheduledSegment, SpeedSchedule
 from ab_sim.spindle.speed_laws import RaisedCosine, Ramp
+from ab_sim.stored_numbers import MOST_TIME
 
 FORMAT, VERSION = "ab_sim snapshot", 1
 DRIVE = "ab_sim.drive.drive"
 """The module that goes on from one."""
-MOST_TIME = 2.0**31
-"""s; a message's stamp cannot say more."""
 SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
 
 

@@ -1,6 +1,7 @@
 """From a scene to the system that a kernel runs, its start, and its fastest decay rate."""
 
 import functools
+import math
 
 import numpy as np
 
@@ -21,12 +22,13 @@ from ab_sim.dynamics.system import (
     TURNS,
     ActiveSegment,
     System,
+    constants_of_balls,
     has_motor,
     has_spin,
-    rotor_moment,
 )
-from ab_sim.equations.motion import Ball
+from ab_sim.equations.motion import Ball, SpindleMotion
 from ab_sim.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
+from ab_sim.equations.race import BallConstants, on_race
 from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
@@ -100,14 +102,15 @@ def state_bounds(system: System, step: float) -> np.ndarray:
     """Magnitudes that no sound run reaches; beyond them the state is nonsense.
 
     A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
-    one step, which no stepper can follow. Angles and energies grow without limit in sound runs.
+    one step, which no stepper can follow. Energies grow without limit in sound runs.
     """
     layout = layout_of(system)
     bounds = np.full(layout.size, 1e150)
     bounds[layout.deck] = 1e6
+    bounds[layout.angles] = MOST_ANGLE
     bounds[layout.rates] = 3.0 / step
     if has_motor(system.effects):
-        bounds[layout.spindle.start + 1] = 3.0 / step
+        bounds[layout.spindle.start : layout.spindle.start + 2] = MOST_ANGLE, 3.0 / step
     return bounds
 
 
@@ -126,10 +129,7 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
     own = registry.of_system(system).rates(system, top_speed)
     rates = {DRAG: complex(-drag_rate(system)), **own}
     if has_motor(effects):
-        moment = rotor_moment(effects)
-        stiffness = over_effects(effects, "loop_torque", 0.0, 0.0, 1.0)
-        loop = np.roots([moment, _motor_damping(system), stiffness])
-        rates["the motor's speed loop"] = complex(max(loop, key=abs))
+        rates |= _motor_rates(system, rates[DRAG])
     for what, rate in rates.items():
         _check_finite(effects, what, rate)
     return rates
@@ -137,8 +137,12 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
 
 TOUCHING = 1e-12
 """Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
+MOST_ANGLE = 1e15
+"""rad; beyond it a double has no digits left below a turn."""
 DRAG = "the race's drag"
 """Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
+LOOP = "the motor's speed loop"
+"""Key of the motor's rate in ``linear_rates``."""
 
 
 def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | list[float]) -> None:
@@ -171,6 +175,56 @@ def drag_rate(system: System) -> float:
         decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
         fastest = max(fastest, float(decays.real.max()))
     return fastest
+
+
+def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
+    """Return the rates of a motor's speed loop and of the drag [1/s], which act on each other.
+
+    A rotor that is free to turn yields to the drag as a deck does, and unbalance and deck lighten
+    it. At these rates the suspension's forces do not count. Balls are taken side by side, in the
+    directions in which that makes most.
+    """
+    effects, n = system.effects, len(system.balls)
+    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
+    drag = np.array([over_effects(effects, "ball_drag", 0.0, ball) for ball in balls])
+    _check_finite(effects, DRAG, list(drag))
+    stiffness = float(over_effects(effects, "loop_torque", 0.0, 0.0, 1.0))
+    alone, together = 0j, 0j
+    for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False) if n else (0.0,):
+        masses = _mass_matrix(system, along)
+        spindle, size = len(masses) - n - 1, len(masses)
+        for of_balls in (np.zeros(n), drag):
+            damping = np.zeros(size)
+            damping[spindle], damping[spindle + 1 :] = _motor_damping(system), of_balls
+            # Velocities and the integral of the spindle's.
+            matrix = np.zeros((size + 1, size + 1))
+            matrix[:size, :size] = np.diag(-damping)
+            matrix[spindle, size], matrix[size, spindle] = -stiffness, 1.0
+            matrix[:size] = np.linalg.solve(masses, matrix[:size])
+            fastest = complex(max(np.linalg.eigvals(matrix), key=abs))
+            if of_balls is drag:
+                together = max(together, fastest, key=abs)
+            else:
+                alone = max(alone, fastest, key=abs)
+    # Both act in the fastest motion; it is called after the one that makes most of it.
+    if abs(alone) >= abs(drag_alone):
+        return {LOOP: together, DRAG: drag_alone}
+    return {LOOP: alone, DRAG: together}
+
+
+def _mass_matrix(system: System, along: float) -> np.ndarray:
+    """Masses of deck, spindle and balls on their paths, the balls side by side at an angle."""
+    effects, n = system.effects, len(system.balls)
+    balls = BallConstants(n, *constants_of_balls(system))
+    ones = np.ones(n)
+    on = on_race(effects, balls, math.cos(along) * ones, math.sin(along) * ones, 0.0 * ones)
+    still = SpindleMotion(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    state = [0.0] * len(type(system.deck_model).STATE_NAMES)
+    arrow = system.deck_model.arrow(effects, balls, on, still, state)
+    upper = np.triu(np.array(arrow.block, float))
+    coupling = np.array([each * ones for each in arrow.coupling])
+    rolling = np.diag(system.balls[:, ROLLING_MASS])
+    return np.block([[upper + np.triu(upper, 1).T, -coupling], [-coupling.T, rolling]])
 
 
 def linearised(system: System) -> Linearised:

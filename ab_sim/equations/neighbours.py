@@ -131,7 +131,7 @@ def check_row(scene: "Scene") -> None:
     room, length = R * sum(_apart(scene, i, j) for i, j, _ in _neighbours(scene)), 2 * math.pi * R
     if n > 2 and room >= length * (1 - 1e-9):
         raise ValueError(
-            f"balls.number = {n}: with ball_contact the balls need {room:.4g} m of the race's "
+            f"balls.count = {n}: with ball_contact the balls need {room:.4g} m of the race's "
             f"{length:.4g} m, and some room to move; use fewer or smaller balls"
         )
     for i, j, apart in _neighbours(scene):

@@ -24,10 +24,6 @@ CLIPPED = 3
 AT_PEAK = 4.0
 """Ratio of samples at the largest value to those at the value next to it, from which it is
 clipped."""
-LONG, HELD, REGULAR, OFF_WHOLE = 0.05, 1.7, 0.9, 0.05
-"""Share of a series without change that counts as constant; mean number of equal samples from
-which it is held; share of equal intervals between changes from which they are regular; distance
-from a whole number of steps of a resolution."""
 STAYS = 2.0
 """Turns of the spindle for which a reading may stay as it is, where it is off its mean."""
 OFF_MEAN = 0.1
@@ -106,36 +102,6 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
             f"s, and so are {len(rows)} of {len(values)}, but runs have to follow the spindle; is "
             "its sensor connected? fill them in, or cut the recording there"
         )
-
-
-def check_held(values: np.ndarray, what: str, name: str) -> None:
-    """Refuse a series that repeats each value until the next one: late by half an interval.
-
-    A coarse resolution repeats values as well. But its changes are of one or two steps of it, and
-    not regular in time.
-
-    Raises:
-        InputError: as of ``check_time``.
-    """
-    jumps = np.abs(np.diff(values))
-    changes = np.flatnonzero(jumps)
-    lengths = np.diff(changes)
-    # At a speed that is held nothing changes for long.
-    lengths = lengths[lengths < LONG * len(values)]
-    if len(lengths) < FEWEST or lengths.sum() < HELD * len(lengths):
-        return
-    usual = float(np.median(lengths))
-    step = float(np.min(np.diff(np.unique(values))))
-    steps = jumps[changes] / step
-    whole = np.mean(np.abs(steps - np.rint(steps)) < OFF_WHOLE) > REGULAR
-    coarse = whole and float(np.median(steps)) < HELD
-    if coarse and np.mean(lengths == usual) < REGULAR:
-        return
-    raise InputError(
-        f"{name}: {what}: is held: it changes every {usual:g} samples only, and repeats its last "
-        "value until then, which is late by half of that; interpolate it between its changes, or "
-        "record it at every sample"
-    )
 
 
 def check_speed(time: np.ndarray, speed: np.ndarray, what: str, name: str) -> None:

@@ -1,5 +1,6 @@
 """From files to recordings as the fit takes them."""
 
+import itertools
 import math
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,30 +12,40 @@ from ab_sim.errors import InputError, nearest
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
-    check_held,
     check_sense,
     check_signal,
     check_speed,
     check_time,
 )
+from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import (
     AXES,
     ColumnOf,
+    Keyphasor,
     Mapping,
     SignalColumn,
     factor_of,
     kind_of_unit,
     number_of,
+    pair_of,
     sensitivity_factor,
     usual_mapping,
 )
-from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, UNITS, Measured
+from ab_sim.identification.measured import (
+    ACCELERATION,
+    DISC_ANGLE,
+    DISPLACEMENT,
+    UNITS,
+    Measured,
+)
+from ab_sim.identification.sampling_checks import check_held, check_held_signal, spikes_in
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
 from ab_sim.quoting import short
 from ab_sim.scene.model import Scene
 from ab_sim.scene.probes import ProximityProbe
 from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
+from ab_sim.spindle import SpeedSchedule
 
 SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
 """Of a scene, by section: what reads accelerations, and what displacements."""
@@ -64,10 +75,9 @@ def measured_of(
         InputError: it cannot be used; says why and what to do.
         RecordingError: it cannot be read.
     """
-    table = read_table(path)
+    table = read_table(path, None if signal is None else pair_of(signal)[0])
     if mapping is None:
-        recorded = table.description.get("scene") or {}
-        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        sensors, probes = sensors_of(table)
         found = usual_mapping(list(table.columns), sensors, probes, signal)
         if isinstance(found, str):
             if table.description:
@@ -77,6 +87,19 @@ def measured_of(
             )
         mapping = found
     return _Reader(table, scene, mapping).measured(with_balls)
+
+
+def sensors_of(table: Table) -> tuple[list[str], list[str]]:
+    """Return names of accelerometers and of probes: those of the recorded scene, else of a bag."""
+    recorded = table.description.get("scene")
+    if recorded:
+        sensors, probes = (list(recorded.get(section) or ()) for section in SENSORS)
+        return sensors, probes
+    pickups = (table.description.get("pickups") or {}).items()
+    return (
+        [name for name, kind in pickups if kind == ACCELERATION],
+        [name for name, kind in pickups if kind == DISPLACEMENT],
+    )
 
 
 class _Reader:
@@ -93,26 +116,24 @@ class _Reader:
         )  # fmt: skip
         # One that is infinite is as little known as one that is not there.
         signals[np.isinf(signals)] = np.nan
+        spikes = self._without_spikes(signals)
         time = self._time(len(signals))
         check_time(time, name)
-        own, step = self._run(time)
-        time = time - (0.0 if own else time[0])
         speed = self._optional(mapping.speed, "rad/s", "speed")
         angle = self._optional(mapping.angle, "rad", "angle")
-        if angle is not None:
-            check_finite(time, angle, "angle", name)
-            check_held(angle, "angle", name)
-            # Of an encoder that counts one turn only, the turns have to be found.
-            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
-            check_speed(time, np.gradient(angle, time), "angle", name)
-        if speed is not None:
-            check_speed(time, speed, "speed", name)
-            check_held(speed, "speed", name)
-        if speed is not None and angle is not None:
-            check_agree(time, speed, angle, name)
-        schedule = schedule_from(time - time[0], speed, angle, name)
-        if time[0] > 0.0:
-            schedule = schedule.moved(float(time[0]))
+        cut: tuple[str, ...] = ()
+        if mapping.keyphasor is not None:
+            angle = self._angle_from(mapping.keyphasor, time)
+            known = np.isfinite(angle)
+            cut = (
+                f"{int((~known).sum())} samples before the first pulse and after the last one of "
+                "the keyphasor left out",
+            )
+            time, signals, angle = time[known], signals[known], angle[known]
+            speed = None if speed is None else speed[known]
+        own, step = self._run(time)
+        time = time - (0.0 if own else time[0])
+        schedule = self._schedule(time, speed, angle)
         axes = self._axes()
         turned = schedule.angles(time)
         remarks = [
@@ -136,9 +157,19 @@ class _Reader:
         if sensor is not None and step is not None:
             every = steps_per_sample(sensor.sample_rate, step)
             kept &= np.rint(time / step).astype(np.int64) % every == 0
-        speeds = np.array([schedule.speed(0.0), schedule.top_speed])
         rests = mapping.at_rest
-        free = dict.fromkeys((*mapping.free, *(() if angle is not None else (DISC_ANGLE,))))
+        if rests is None:
+            rests = abs(schedule.speed(0.0)) < STANDS * schedule.top_speed
+        if len(axes) == 1 and not rests:
+            remarks.append(
+                "does not begin at rest, and has one signal: the deck's start across it is not "
+                "known, and taken as 0"
+            )
+        for k, each in enumerate(mapping.signals):
+            check_held_signal(signals[kept, k], f"signals.{k} ({each.column})", name)
+        pulses = mapping.keyphasor
+        zero_known = angle is not None if pulses is None else pulses.angle is not None
+        free = dict.fromkeys((*mapping.free, *(() if zero_known else (DISC_ANGLE,))))
         return Measured(
             name=name,
             time=time[kept],
@@ -154,13 +185,51 @@ class _Reader:
             free=tuple(free),
             trial_mass=number_of(mapping.trial_mass, "kg", f"{name}: trial_mass"),
             doubt=sense.doubt,
-            at_rest=abs(speeds[0]) < STANDS * speeds[1] if rests is None else rests,
+            at_rest=rests,
             notes=(
                 *self._table.notes,
+                *cut,
+                *spikes,
                 *self._left_out(time[kept], signals[kept]),
                 *filter(None, remarks),
             ),
         )
+
+    def _schedule(
+        self, time: np.ndarray, speed: np.ndarray | None, angle: np.ndarray | None
+    ) -> SpeedSchedule:
+        """Profile of the spindle, from what was recorded of it."""
+        name = self._name
+        if angle is not None:
+            check_finite(time, angle, "angle", name)
+            check_held(angle, "angle", name)
+            # Of an encoder that counts one turn only, the turns have to be found.
+            angle = np.unwrap(angle) if float(np.ptp(angle)) <= 2.0 * math.pi * 1.01 else angle
+            check_speed(time, np.gradient(angle, time), "angle", name)
+        if speed is not None:
+            check_speed(time, speed, "speed", name)
+            check_held(speed, "speed", name)
+        if speed is not None and angle is not None:
+            check_agree(time, speed, angle, name)
+        schedule = schedule_from(time - time[0], speed, angle, name)
+        if time[0] > 0.0:
+            schedule = schedule.moved(float(time[0]))
+        return schedule
+
+    def _without_spikes(self, signals: np.ndarray) -> list[str]:
+        """Set spikes of a real drive's signals to NaN; return what is said of them."""
+        notes = []
+        # In a simulation a ball that hits another one makes spikes.
+        for k, each in enumerate(() if self._table.description else self._mapping.signals):
+            rows = spikes_in(signals[:, k])
+            if len(rows):
+                one = "spike" if len(rows) == 1 else "spikes"
+                notes.append(
+                    f"{len(rows)} {one} in {each.column} left out, the first at row {rows[0]}: is "
+                    "its line disturbed?"
+                )
+                signals[rows, k] = np.nan
+        return notes
 
     def _left_out(self, time: np.ndarray, signals: np.ndarray) -> list[str]:
         """What is not there and not fitted, in words."""
@@ -207,6 +276,14 @@ class _Reader:
         else:
             factor = factor_of(unit, si, f"{self._name}: {said}")
         return factor * self._table.column(asked.column, said)
+
+    def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
+        """Angle of the spindle; NaN where there are no pulses."""
+        reading = self._table.column(asked.column, "keyphasor")
+        check_finite(time, reading, "keyphasor", self._name)
+        said = f"{self._name}: keyphasor.angle"
+        first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", said)
+        return first + angle_from_pulses(time, reading, asked.per_turn, self._name)
 
     def _optional(self, asked: ColumnOf | None, si: str, said: str) -> np.ndarray | None:
         return None if asked is None else self._numbers(asked, si, said)
@@ -262,6 +339,8 @@ class _Reader:
                 return known.model_validate(recorded[section][asked])
         if asked in self._scene.pickups:
             return self._scene.pickups[asked]
+        if asked in itertools.chain(*sensors_of(self._table)):
+            return None  # of a test rig: its low-pass is not known
         raise InputError(
             f"{self._name}: sensor = {asked!r}: the scene has "
             + (", ".join(self._scene.pickups) or "no sensors")

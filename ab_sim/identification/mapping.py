@@ -16,11 +16,15 @@ from ab_sim.scene.units import has_unit, in_si
 
 SPELLINGS = {
     **dict.fromkeys((("1/min", "rad/s"), ("min^-1", "rad/s"), ("u/min", "rad/s")), "rpm"),
+    **dict.fromkeys((("1/min.", "rad/s"), ("min-1", "rad/s"), ("upm", "rad/s")), "rpm"),
     **dict.fromkeys((("rpm", "rad/s"), ("r/min", "rad/s"), ("rev/min", "rad/s")), "rpm"),
     **dict.fromkeys((("g", "m/s^2"), ("gn", "m/s^2")), "g_0"),
     ("mg", "m/s^2"): "mg_0",
+    ("m/s2", "m/s^2"): "m/s^2",
 }
 """Units as instruments write them, in lower case, with what they measure, and as pint does."""
+PAIRS = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
+"""Columns of the deck's own motion in ab_sim's recordings."""
 AXES = (0.0, 1.5707963267948966)
 """Directions of the first and the second signal, unless told: the deck's x and y."""
 
@@ -46,6 +50,16 @@ class SignalColumn(ColumnOf):
     )
 
 
+class Keyphasor(Section):
+    """A column with pulses of a mark on the spindle."""
+
+    column: str = Field(description="its name")
+    per_turn: int = Field(default=1, ge=1, description="pulses each turn")
+    angle: str | float | None = Field(
+        default=None, description="of the spindle at the first pulse, rad; default: fitted"
+    )
+
+
 class Mapping(Section):
     """What a table's columns are."""
 
@@ -55,6 +69,9 @@ class Mapping(Section):
     )
     speed: ColumnOf | None = Field(default=None, description="the spindle's speed, rad/s")
     angle: ColumnOf | None = Field(default=None, description="the spindle's angle, rad")
+    keyphasor: Keyphasor | None = Field(
+        default=None, description="pulses from which the spindle's angle is taken instead"
+    )
     signals: tuple[SignalColumn, ...] = Field(
         description="displacement or acceleration along one or two axes", min_length=1, max_length=2
     )
@@ -82,8 +99,10 @@ class Mapping(Section):
     def _whole(self) -> "Mapping":
         if (self.time is None) == (self.sampling is None):
             raise ValueError("give exactly one of time (a column) and sampling (a rate)")
-        if self.speed is None and self.angle is None:
-            raise ValueError("give speed or angle of the spindle, or both: the fit follows it")
+        if self.speed is None and self.angle is None and self.keyphasor is None:
+            raise ValueError("give speed, angle or keyphasor of the spindle: the fit follows it")
+        if self.angle is not None and self.keyphasor is not None:
+            raise ValueError("give angle or keyphasor, not both: both say how the spindle turned")
         return self
 
     @property
@@ -209,6 +228,11 @@ def number_of(value: str | float, si: str, said: str) -> float:
     return float(value)
 
 
+def pair_of(signal: str) -> tuple[str, str]:
+    """Columns of a signal in ab_sim's own recordings."""
+    return PAIRS.get(signal, (f"{signal}_1", f"{signal}_2"))
+
+
 def usual_mapping(
     names: Sequence[str], sensors: Sequence[str], probes: Sequence[str], wanted: str | None
 ) -> Mapping | str:
@@ -227,10 +251,9 @@ def usual_mapping(
     if wanted is None:
         usual = DISPLACEMENT if "x" in names else ACCELERATION
         wanted = next(iter((*sensors, *probes)), usual)
-    pairs = {DISPLACEMENT: ("x", "y"), ACCELERATION: ("ax", "ay")}
-    pair = pairs.get(wanted, (f"{wanted}_1", f"{wanted}_2"))
+    pair = pair_of(wanted)
     if not {*pair} <= {*names}:
-        known = (*pairs, *sensors, *probes)
+        known = (*PAIRS, *sensors, *probes)
         if wanted not in known:
             return f"signal {short(wanted)}: must be one of {', '.join(known)}"
         return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"

@@ -252,10 +252,14 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
             place = KeyPlace(RATES, (ball,))
             found.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
         length = scene.whirl_unit[0]
-        for axis, name in enumerate("xy"):
-            place = KeyPlace(POSITION, (axis,))
+        # With one signal nothing tells the start across it, which stays 0.
+        across = [(abs(math.cos(axis)), abs(math.sin(axis))) for axis in measured.axes]
+        seen = (0, 1) if len(across) > 1 else (int(across[0][1] > across[0][0]),)
+        for axis in seen:
+            place, name = KeyPlace(POSITION, (axis,)), "xy"[axis]
             found.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
-        for axis, name in enumerate("xy"):
+        for axis in seen:
+            name = "xy"[axis]
             place = KeyPlace(VELOCITY, (axis,))
             scale = length * top
             found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))

@@ -54,7 +54,8 @@ class TriedEffect(NamedTuple):
     failure: str = ""
     """Why it could not be tried."""
     nuisance: str = ""
-    """What a recording has of its own, where that was tried: gain, bias, delay or disc_angle."""
+    """What a recording has of its own, where that was tried: gain, bias, delay, disc_angle or
+    time_scale."""
 
     def report(self) -> dict[str, Any]:
         """As JSON-able values."""

@@ -28,6 +28,7 @@ from ab_sim.identification.result import (
     TriedEffect,
 )
 from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.identification.time_scale import tried_scales
 from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -144,7 +145,11 @@ class _Work:
             if not interrupted:
                 white = [each.white for each in whiteness]
                 if not all(white):
-                    tried = tried_effects(problem, values, free, white, self._tell)
+                    tried = tried_scales(
+                        problem, values, white, held, question.seed, self._tell, workers
+                    )
+                    if not explained_by(tried):
+                        tried = tried_effects(problem, values, free, white, self._tell)
                     # A wrong scale of all says nothing of the drive.
                     if not explained_by(tried) and any(each.factor == 1.0 for each in misfits):
                         changes = changes_in(

@@ -94,11 +94,12 @@ class Table:
         return "s"
 
 
-def read_table(path: Path) -> Table:
+def read_table(path: Path, rows_of: str | None = None) -> Table:
     """What a file holds.
 
     Args:
         path: an .rrd, .parquet or .csv file, or the folder of a ROS bag.
+        rows_of: see ``import_bag``.
 
     Raises:
         InputError: it is none of these, or holds no table.
@@ -106,17 +107,17 @@ def read_table(path: Path) -> Table:
     """
     ending = path.suffix.lower()
     if path.is_dir() or ending == ".mcap":
-        return _of_bag(path)
+        return _of_bag(path, rows_of)
     if not path.exists():
         raise InputError(f"{path}: there is no such file")
+    if not path.is_file():
+        raise InputError(f"{path}: is no file but a pipe or device; write it to a file first")
     if ending == ".rrd":
         return _of_recording(open_recording(path), path.stem)
     if ending not in (".parquet", ".csv"):
         raise InputError(
             f"{path}: must be a recording (.rrd), a ROS bag (its folder), .parquet or .csv"
         )
-    if not path.is_file():
-        raise InputError(f"{path}: is no file but a pipe or device; write it to a file first")
     if path.stat().st_size == 0:
         raise InputError(f"{path}: is empty")
     encoding = _encoding(path) if ending == ".csv" else UTF_8
@@ -268,7 +269,7 @@ def _of_recording(run: StoredRun, name: str) -> Table:
         raise InputError(f"{run.path}: the recording is empty: it has no samples")
     samples = run.trajectory()
     columns = {channel: samples[channel] for channel in run.channels}
-    notes = [run.torn] if run.torn else []
+    notes = [*run.remarks]
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
     first: dict[str, float] = {}
@@ -280,9 +281,9 @@ def _of_recording(run: StoredRun, name: str) -> Table:
     return Table(name, columns, units, run.description, tuple(notes))
 
 
-def _of_bag(path: Path) -> Table:
+def _of_bag(path: Path, rows_of: str | None) -> Table:
     with tempfile.TemporaryDirectory(prefix="ab_sim_") as folder:
-        found = import_bag(path, Path(folder) / "bag.rrd")
+        found = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)
         if len(found.files) > 1:
             raise InputError(
                 f"{path}: holds {len(found.files)} runs, one after the other; make recordings of "

@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.identification.changes import Departure
 from ab_sim.identification.knowledge import OpenDirection
-from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN
+from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN, NUISANCES
 from ab_sim.identification.missing import UNEQUAL, as_good_as_the_best
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import Whiteness, noises_of
@@ -22,6 +22,7 @@ from ab_sim.identification.result import (
     HeldOut,
     TriedEffect,
 )
+from ab_sim.identification.time_scale import TIME_SCALE
 
 EXPLAINS, NAMED = 0.7, 0.01
 """Of z, that an effect has to take away to explain it, and to be named at all."""
@@ -32,6 +33,8 @@ ASKED = {
     BIAS: "has the sensor an offset?",
     DELAY: "is the sensor late?",
     DISC_ANGLE: "is the sensor turned, or the zero of the spindle's angle off?",
+    TIME_SCALE: "is the sampling rate, or the speed's unit or calibration, off by that factor? "
+    "correct it in the mapping",
 }
 """Where what a recording has of its own explains it."""
 SCALED, STEADY, PARTS = 0.05, 0.1, 10
@@ -201,7 +204,8 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
         own = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
         return [
             f"{names} would explain it: with {own} z = {best.z:.1f}: "
-            f"{ASKED[best.nuisance]} to fit it: --free {best.nuisance}"
+            + ASKED[best.nuisance]
+            + (f" to fit it: --free {best.nuisance}" if best.nuisance in NUISANCES else "")
         ]
     sets = " ".join(f"--set {key}={value:.4g}" for key, value in best.values.items())
     keys = ",".join([*fit, *best.values])

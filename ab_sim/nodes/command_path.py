@@ -22,6 +22,7 @@ from ab_sim.errors import CommandError, InputError, exact
 from ab_sim.quoting import short
 from ab_sim.spindle import Ramp, SpeedServo
 from ab_sim.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
+from ab_sim.stored_numbers import finite, whole
 
 ROUNDING = 1e-6
 """Fraction by which a trajectory may exceed a limit: times of points are rounded to 1 ns."""
@@ -117,6 +118,8 @@ class CommandPath:
         """Number of commands received before the last reset."""
         self._rules = rules
         self.stopped = False
+        self.stop_wanted = False
+        """Whether the next call of ``order`` begins an emergency stop; any thread may set it."""
         self.lead(scene_limits, step)
 
     @property
@@ -304,15 +307,15 @@ class CommandPath:
             InputError: the state is not valid; nothing has changed.
         """
         try:
-            bus = [CommandOnBus(_whole(due), _wanted(wanted), 0) for due, wanted in state["bus"]]
-            draws = _whole(state["draws"])
-            last = None if state["last"] is None else _whole(state["last"])
-            target = None if state["target"] is None else _finite(state["target"])
+            bus = [CommandOnBus(whole(due), _wanted(wanted), 0) for due, wanted in state["bus"]]
+            draws = whole(state["draws"])
+            last = None if state["last"] is None else whole(state["last"])
+            target = None if state["target"] is None else finite(state["target"])
             trajectory = None if state["trajectory"] is None else _timed(state["trajectory"])
             if trajectory is not None:
-                _whole(trajectory.start)
+                whole(trajectory.start)
             silent, stopped = bool(state["silent"]), bool(state["stopped"])
-            last_order = None if state["told"] is None else SpeedOrder(*map(_finite, state["told"]))
+            last_order = None if state["told"] is None else SpeedOrder(*map(finite, state["told"]))
         except (LookupError, TypeError, ValueError) as error:
             raise InputError(f"no state of a path of commands: {short(error)}") from error
         stays = self.stopped
@@ -332,6 +335,9 @@ class CommandPath:
             now: the step.
             speed: returns the spindle's present speed [rad/s].
         """
+        if self.stop_wanted:
+            self.stop_wanted = False
+            self.emergency_stop()
         while self._bus and self._bus[0].due <= now:
             command = self._bus.popleft()
             self.acted.append(command.stamp)
@@ -440,23 +446,6 @@ class CommandPath:
         return SpeedOrder(max(-limits.max_speed, min(self._target, limits.max_speed)), slope)
 
 
-def _whole(value: Any) -> int:
-    """A count or a step, read from a file.
-
-    Raises:
-        ValueError: it is no whole number.
-    """
-    if not isinstance(value, int) or abs(value) >= 2**63:
-        raise ValueError(f"{short(value)} is no number of steps or draws")
-    return value
-
-
-def _finite(value: Any) -> float:
-    if not isinstance(value, int | float) or not math.isfinite(value):
-        raise ValueError(f"{short(value)} is no finite number")
-    return float(value)
-
-
 def _values(wanted: float | TimedSpeeds) -> Any:
     """Return a command as JSON-able values."""
     if not isinstance(wanted, TimedSpeeds):
@@ -466,17 +455,16 @@ def _values(wanted: float | TimedSpeeds) -> Any:
 
 
 def _wanted(values: Any) -> float | TimedSpeeds:
-    return _timed(values) if isinstance(values, list) else _finite(values)
+    return _timed(values) if isinstance(values, list) else finite(values)
 
 
 def _timed(values: Any) -> TimedSpeeds:
     start, ramps, final_speed, (ahead, first) = values
     made = [
-        (_finite(duration), Ramp(_finite(begin), _finite(slope)))
-        for duration, begin, slope in ramps
+        (finite(duration), Ramp(finite(begin), finite(slope))) for duration, begin, slope in ramps
     ]
-    start = None if start is None else _whole(start)
-    timed = TimedSpeeds.of(start, made, _finite(final_speed), (_finite(ahead), _finite(first)))
+    start = None if start is None else whole(start)
+    timed = TimedSpeeds.of(start, made, finite(final_speed), (finite(ahead), finite(first)))
     if min(ahead, *(duration for duration, _ in made), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
         raise ValueError("a part of its trajectory lasts less than 0 s, or too long")
     return timed

@@ -9,6 +9,9 @@ from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath, TrajectoryOrder
 
+SLICE = 1000
+"""Most steps between two looks at the orders: an emergency stop may come meanwhile."""
+
 
 class CommandedDrive:
     """Advances a drive, and applies each order and fault at its step.
@@ -45,7 +48,7 @@ class CommandedDrive:
                 self.restore(jerked)
             self._apply_orders()
             now = self.drive.steps
-            until = min(end, self.path.next(now), self.faults.next(now))
+            until = min(end, now + SLICE, self.path.next(now), self.faults.next(now))
             yield self._stepped.advance(int(until) - self.drive.steps)
 
     def reset(self) -> None:

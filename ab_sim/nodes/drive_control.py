@@ -20,6 +20,8 @@ from ab_sim.scene import Scene
 
 PATIENCE = 1.0
 """s that ~/step waits for commands."""
+PROMPTLY = 0.2
+"""s that ~/emergency_stop waits for steps that are under way."""
 
 
 def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
@@ -190,12 +192,21 @@ class DriveControl:
 
     def emergency_stop(self) -> Answer:
         """To standstill as fast as the spindle can, whatever is commanded."""
-        with self._node.active() as session:
-            if session.path.stopped:
-                return True, "stopped already"
-            session.take_commands()
-            session.path.emergency_stop()
-            session.report()
+        try:
+            with self._node.active(patience=PROMPTLY) as session:
+                if session.path.stopped:
+                    return True, "stopped already"
+                session.take_commands()
+                session.path.emergency_stop()
+                session.report()
+        except TimeoutError:
+            # Steps under way do not end for now. They are asked to, and end in a stop.
+            self._node.stop_when_possible()
+            self._node.get_logger().warning("emergency stop, as soon as the step under way ends")
+            return True, (
+                "stopping as soon as the step under way ends, which takes long; commands are "
+                "ignored until ~/reset_emergency_stop"
+            )
         self._node.get_logger().warning("emergency stop")
         return True, "stopping; commands are ignored until ~/reset_emergency_stop"
 

@@ -11,7 +11,7 @@ from typing import Any
 from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Level
-from ab_msgs_py.services import EMERGENCY_STOP
+from ab_msgs_py.services import EMERGENCY_STOP, answer_waiting
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.errors import AbSimError, CommandError, Interrupted
 from ab_sim.nodes.commands import not_called
@@ -24,6 +24,7 @@ from ab_sim.nodes.parameters import close_parameters, path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
 from ab_sim.nodes.session import INACTIVE, Session
 from ab_sim.nodes.settings import Values
+from ab_sim.nodes.stall_guard import StallGuard
 from ab_sim.output_file import REPORT, check_ending
 from ab_sim.scene import Scene
 
@@ -55,16 +56,22 @@ class DriveNode(ManagedNode):
         return (s for s in super().subscriptions if s.callback is not not_called)
 
     @contextlib.contextmanager
-    def active(self, asked: Session | None = None) -> Iterator[Session]:
+    def active(
+        self, asked: Session | None = None, patience: float = threading.TIMEOUT_MAX
+    ) -> Iterator[Session]:
         """The session, under the node's lock.
 
         Args:
             asked: the session that is expected; None: any.
+            patience: time to wait for the lock [s].
 
         Raises:
             CommandError: the node is not active, or the session is another one.
+            TimeoutError: another thread has the lock for longer.
         """
-        with self._turn:
+        if not self._turn.acquire(patience):
+            raise TimeoutError
+        try:
             session = self._session
             if session is None or not session.active:
                 state, transition = (
@@ -73,8 +80,15 @@ class DriveNode(ManagedNode):
                 name = self.get_fully_qualified_name()
                 raise CommandError(f"{state}; `ros2 lifecycle set {name} {transition}`")
             if asked not in (None, session):
-                raise CommandError("the node has been configured anew meanwhile; ask again")
+                raise CommandError("the node has been configured again meanwhile; ask again")
             yield session
+        finally:
+            self._turn.release()
+
+    def stop_when_possible(self) -> None:
+        """Begin an emergency stop when the step under way ends, without the node's lock."""
+        if self._session is not None:
+            self._session.path.stop_wanted = True
 
     def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
         """Prepare a scene's drive, which may take long; the present one continues meanwhile."""
@@ -146,21 +160,31 @@ class DriveNode(ManagedNode):
             if self._session is not None:
                 self._session.restart_clock()  # it has not come late
         answered = 0.0
-        while not self._stopped_after(self._rest(), stopping):
-            if prompt := (now := time.monotonic()) - answered >= PROMPT:
-                answered = now
-                super().answer()
+        with StallGuard(self, stopping, self._answer_urgently) as guard:
+            while not self._stopped_after(self._rest(), stopping):
+                guard.begin()
+                if prompt := (now := time.monotonic()) - answered >= PROMPT:
+                    answered = now
+                    super().answer()
+                with self._turn:
+                    if self._session is not None and self._session.active:
+                        self._session.wake()
+                # After a wake-up: it is not urgent, and takes half a period.
+                if prompt:
+                    self._report_now_and_then()
+                guard.end()
+            guard.begin()
             with self._turn:
-                if self._session is not None and self._session.active:
-                    self._session.wake()
-            # After a wake-up: it is not urgent, and takes half a period.
-            if prompt:
-                self._report_now_and_then()
-        with self._turn:
-            if self._session is None:
-                self._outputs.report(0, Level.OK, ENDED)
-            else:
-                self._session.finish(ENDED)
+                if self._session is None:
+                    self._outputs.report(0, Level.OK, ENDED)
+                else:
+                    self._session.finish(ENDED)
+
+    def _answer_urgently(self) -> None:
+        """Serve the emergency stop while the main loop is in a step that takes long."""
+        for service in self.by_loop:
+            if service.service_name == self.resolve_service_name(EMERGENCY_STOP):
+                answer_waiting(service)
 
     def answer(self) -> None:
         """Serve requests, and publish diagnostics periodically."""

@@ -1,6 +1,7 @@
 """A lock that is had in turn."""
 
 import threading
+import time
 from types import TracebackType
 
 
@@ -17,10 +18,24 @@ class FairLock:
         with self._next:
             self._held.acquire()
 
+    def acquire(self, patience: float) -> bool:
+        """Wait for the lock for at most ``patience`` [s]; whether this thread has it then."""
+        end = time.monotonic() + patience
+        if not self._next.acquire(timeout=patience):
+            return False
+        try:
+            return self._held.acquire(timeout=max(end - time.monotonic(), 0.0))
+        finally:
+            self._next.release()
+
     def __exit__(
         self,
         kind: type[BaseException] | None,
         error: BaseException | None,
         trace: TracebackType | None,
     ) -> None:
+        self.release()
+
+    def release(self) -> None:
+        """Give the lock back."""
         self._held.release()

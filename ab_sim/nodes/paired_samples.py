@@ -5,6 +5,8 @@ from collections import deque
 from collections.abc import Callable, Mapping
 from typing import Any, NamedTuple
 
+from ab_sim.stored_numbers import finite, whole
+
 GAP = 50_000_000
 """ns between two samples of the spindle, beyond which nobody knows where it was between them."""
 MOST_WAITING = 4096
@@ -106,14 +108,16 @@ class PairedSamples:
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from what ``state`` gave."""
         before, last = (
-            None if each is None else SpindleSample(int(each[0]), float(each[1]), float(each[2]))
+            None
+            if each is None
+            else SpindleSample(whole(each[0]), finite(each[1]), finite(each[2]))
             for each in state["spindle"]
         )
         self._waiting.clear()
         for time, first, second in state["waiting"]:
-            self._waiting.append(Reading(int(time), float(first), float(second)))
+            self._waiting.append(Reading(whole(time), finite(first), finite(second)))
         self._before, self._last = before, last
-        self.unpaired = int(state["unpaired"])
+        self.unpaired = whole(state["unpaired"], 0)
 
     def _pair(self, reading: Reading) -> None:
         before, last, time = self._before, self._last, reading.time

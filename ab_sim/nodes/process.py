@@ -50,7 +50,7 @@ def run_node(
     """
     interruption.watch()
     sys.setswitchinterval(TURN)
-    code = 0
+    code, left = 0, True
     try:
         init_ros(arguments)
         # From before there is a DDS participant: one that does not leave in order stays in the
@@ -64,12 +64,13 @@ def run_node(
                 finally:  # an error's last words count most
                     _let_last_words_out(node)
             finally:
-                leave_graph(node)
+                left = leave_graph(node)
     except AbSimError as error:
         print(visible(str(error)), file=sys.stderr)
         code = error.exit_code
     finally:
-        rclpy.try_shutdown()
+        if left:
+            rclpy.try_shutdown()
     interruption.leave(code)
 
 

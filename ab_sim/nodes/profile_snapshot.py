@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
 from ab_sim.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.quoting import short
+from ab_sim.stored_numbers import whole
 
 FORMAT = "ab_sim profile snapshot"
 OTHERWISE = (
@@ -62,13 +63,13 @@ def read_profile_snapshot(path: Path) -> ProfileSnapshot:
     check_origin(path, content, WHO)
     try:
         return ProfileSnapshot(
-            int(content["time"]),
-            int(content["began"]),
+            whole(content["time"], 0),
+            whole(content["began"], 0),
             str(content["source"]),
             [str(change) for change in content["changes"]],
             None if content["made_of"] is None else dict(content["made_of"]),
             dict(content["run"]),
-            None if content["trajectory"] is None else int(content["trajectory"]),
+            None if content["trajectory"] is None else whole(content["trajectory"], 0),
         )
     except NOT_AS_WRITTEN as error:
         raise InputError(f"snapshot {path}: is damaged: {short(error)}") from error

@@ -4,8 +4,6 @@ import time
 import uuid
 from collections.abc import Callable
 
-from rclpy.node import Node
-
 from ab_msgs_py import Level, topics
 from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive.faults.active import transfer_faults
@@ -16,6 +14,7 @@ from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands
 from ab_sim.nodes.drive_settings import Fixed, TimeMode, mode_of, rules_of, tolerance_of
 from ab_sim.nodes.fault_publisher import FaultPublisher
+from ab_sim.nodes.managed_node import ManagedNode
 from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.prepared_drive import PreparedDrive
 from ab_sim.nodes.settings import Settings, Values
@@ -39,7 +38,7 @@ class Session:
 
     def __init__(
         self,
-        node: Node,
+        node: ManagedNode,
         outputs: Outputs,
         fixed: Fixed,
         settings: Settings,
@@ -160,12 +159,17 @@ class Session:
         self._commands.take(self.now.drive.steps, self.standing)
 
     def advance(self, steps: int) -> None:
-        """Take steps and publish their samples; pause if the drive diverges."""
+        """Take steps and publish their samples; pause if the drive diverges.
+
+        Fewer steps are taken when the node is asked to end.
+        """
         self._stages.begin()
         first = len(self.pending)
         try:
             for part in self.commanded.advance(steps):
                 self.pending.append(part)
+                if self._node.stopping.is_set():
+                    break
         except DivergedError as error:
             self.trouble = str(error)
             self.paused = True

@@ -24,7 +24,7 @@ from ab_sim.drive.published import (
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.nodes.accelerometers import Accelerometers
-from ab_sim.nodes.once_per_turn import OncePerTurn
+from ab_sim.nodes.turn_vector_publisher import TurnVectorPublisher
 from ab_sim.scene import Scene
 
 
@@ -44,7 +44,7 @@ class StatePublishers:
         self._publishers = {topic: topic.publisher(node) for topic in STATE_TOPICS}
         self._model = topics.MODEL.publisher(node)
         self._accelerometers = Accelerometers(node)
-        self._once_per_turn = OncePerTurn(node)
+        self._turn_vector = TurnVectorPublisher(node)
         self._streams: list[_Stream] = []
         self._subscribed: list[_Stream] = []
         self._tf_static = None
@@ -66,7 +66,7 @@ class StatePublishers:
         self._driven, self._radius = DrivenBalls.of(scene), scene.race.radius
         self._model.publish(topics.MODEL.message(urdf_of(scene)))
         self._accelerometers.begin(scene)
-        self._once_per_turn.begin(scene)
+        self._turn_vector.begin(scene)
         named = StateChannels(self._namespace, channels, scene.balls.count, list(scene.sensors))
         self._names, self._tilts = named.names, named.tilts
         first = channels.index("ball_0_angle") if scene.balls.count else 0
@@ -130,7 +130,7 @@ class StatePublishers:
     def sampled(self, runs: Sequence[Trajectory], faults: ActiveFaults) -> None:
         """Publish every accelerometer sample of some integration steps, and what follows of all."""
         self._accelerometers.publish(runs, faults)
-        self._once_per_turn.publish(runs)
+        self._turn_vector.publish(runs)
 
     def _stream(self, topic: Topic, messages: Template) -> "_Stream":
         handle = self._publishers[topic].handle

@@ -78,6 +78,8 @@ class StoredRun:
             )
         text = _column(found["/description"], "TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
+        self.remarks = self._remarks()
+        """Texts on what of the file is not read: a torn end, further recordings."""
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
         rule = found.get(THINNED)
@@ -119,6 +121,18 @@ class StoredRun:
         blocks = list(self.blocks()) if self.channels else []
         return Trajectory(
             self.channels, np.concatenate([np.empty((0, len(self.channels))), *blocks])
+        )
+
+    def _remarks(self) -> tuple[str, ...]:
+        remarks = (self.torn,) if self.torn else ()
+        if len(self._recordings) < 2:
+            return remarks
+        scene = self.description.get("scene") or {}
+        return (
+            *remarks,
+            f"holds {len(self._recordings)} recordings, as `rerun rrd merge` makes; only "
+            f"{self._recordings[0].recording_id} is read (scene {scene.get('name', 'unknown')}); "
+            "give each recording as its own file",
         )
 
     def __repr__(self) -> str:
@@ -181,7 +195,10 @@ class StoredRun:
         try:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # it warns of every file without an index
-                stream = RrdReader(self._readable.path).stream()
+                reader = RrdReader(self._readable.path)
+                # Of a file that others have merged, the first one.
+                self._recordings = reader.recordings()
+                stream = reader.stream(store=next(iter(self._recordings), None))
                 yield from stream if is_static is None else stream.filter(is_static=is_static)
         except (RuntimeError, ValueError) as error:
             raise RecordingError(

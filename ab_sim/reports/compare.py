@@ -180,7 +180,7 @@ def compare_with(
             + (what or f"it has no channel {', '.join(missing)}, which the scene is to be run with")
         )
     scene, stepped = _solved(run, scene)
-    notes = [run.torn] if run.torn else []
+    notes = [*run.remarks]
     if stepped and run.extent.missing:
         notes.append(
             f"{run.extent.missing} steps are missing at {run.extent.gaps} places: a command that "

@@ -140,7 +140,7 @@ def gather(
     collected = _Collected(run, scene, count)
     for piece in pieces():
         collected.take(piece)
-    notes = [note for note in (run.torn, why) if note]
+    notes = [note for note in (*run.remarks, why) if note]
     if not run.complete and not run.torn:
         notes.append("was not closed: it is still being written, or its writer was killed")
     if extent.left_out:

@@ -1,14 +1,24 @@
 """Changes to what a scene's file says, each ``key=value`` with a dotted key."""
 
 from collections.abc import Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 from ab_sim.errors import SceneError, nearest
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short
+from ab_sim.scene.sections import MAX_BALLS
 
 REMOVED: Any = object()
 """Stands for a value that is taken away."""
+
+
+AXES = 3
+"""Numbers of a mount's stiffness and damping."""
+ZERO = {"start.ball_rates": 0.0, "race.height": 0.0, "balls.race": 0}
+"""Keys with a number in each entry that is 0 by default."""
+NAMED = ("sensors", "probes")
+"""Sections with names of the scene's own, which may be numbers."""
 
 
 class Change(NamedTuple):
@@ -49,14 +59,20 @@ def _parsed(change: str) -> Change:
 def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
     """Make changes to a mapping of nested ones, of which those that change are copied first.
 
+    An entry of a list has its number as part of the key, counted from 0: ``balls.mass.1``. Where
+    one number stands for all, the change makes a list.
+
     Raises:
-        SceneError: there is nothing to remove, or a key leads into what is no mapping.
+        SceneError: there is nothing to remove, a list has no such entry, or a key leads into a
+            single value.
     """
+    counts = [change.value for change in changes if change.key == "balls.count"]
+    balls = _balls({"balls": {"count": counts[-1]}} if counts else raw)
     for change in changes:
         if change.value is REMOVED:
-            _remove(raw, change)
+            _remove(raw, change, balls)
         else:
-            _set(raw, change)
+            _set(raw, change, balls)
     # Who changes the accuracy does not want the file's solver any more, and vice versa; who
     # changes both is told that they exclude each other, when the scene is checked.
     given = {change.key.partition(".")[0] for change in changes if change.value is not REMOVED}
@@ -65,43 +81,127 @@ def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
             raw.pop(other, None)
 
 
-def _set(raw: dict[str, Any], change: Change) -> None:
-    *sections, last = change.key.split(".")
-    here = raw
-    for section in sections:
-        if here.get(section) is None:
-            here[section] = {}
-        here = _inside(here, section, change)
-    here[last] = change.value
+def value_at(raw: Mapping[str, Any], key: str) -> Any:
+    """Return the value at a dotted key of a scene's plain values; None if there is none.
+
+    Raises:
+        SceneError: a list has no such entry; names those that it has.
+    """
+    here: Any = raw
+    path = ""
+    for part in key.split("."):
+        here = listed(path, here, _balls(raw))
+        if isinstance(here, list):
+            here = here[_place(here, part, path, key)]
+        else:
+            here = here.get(part) if isinstance(here, dict) else None
+        path = _joined(path, part)
+    return here
 
 
-def _remove(raw: dict[str, Any], change: Change) -> None:
-    *sections, last = change.key.split(".")
-    here, owner = raw, "the scene"
-    for section in sections:
-        _check_there(here, section, owner, change)
-        here, owner = _inside(here, section, change), section
-    _check_there(here, last, owner, change)
-    del here[last]
+def listed(path: str, value: Any, balls: int) -> Any:
+    """Return the list that one number stands for; any other value as it is.
+
+    Args:
+        path: dotted key of the value.
+        value: a number or its text; None where the default is 0.
+        balls: number of balls.
+    """
+    if value is None and path in ZERO:
+        value = ZERO[path]
+    if isinstance(value, bool) or not isinstance(value, float | int | str):
+        return value
+    if path in ("balls.mass", "balls.radius", "balls.race", "start.ball_rates"):
+        return [value] * balls
+    if path == "race.height":
+        return [value]
+    if path.startswith("mounts.") and path.endswith((".stiffness", ".damping")):
+        return [value] * AXES
+    return value
 
 
-def _check_there(here: dict[str, Any], key: str, owner: str, change: Change) -> None:
-    """What is not there may be a slip of the pen for what is, which would silently stay."""
+def _balls(raw: Mapping[str, Any]) -> int:
+    """Return the number of balls of a scene that need not be valid."""
+    balls = raw.get("balls")
+    if not isinstance(balls, Mapping):
+        return getattr(balls, "count", 0)
+    count = balls.get("count")
+    return count if type(count) is int and 0 <= count <= MAX_BALLS else 0
+
+
+def _set(raw: dict[str, Any], change: Change, balls: int) -> None:
+    here, owner, last = _owner(raw, change, balls, create=True)
+    here[_place(here, last, owner, change.said) if isinstance(here, list) else last] = change.value
+
+
+def _remove(raw: dict[str, Any], change: Change, balls: int) -> None:
+    here, owner, last = _owner(raw, change, balls, create=False)
+    if isinstance(here, list):
+        del here[_place(here, last, owner, change.said)]
+    else:
+        _check_there(here, last, owner, change)
+        del here[last]
+
+
+def _owner(
+    raw: dict[str, Any], change: Change, balls: int, *, create: bool
+) -> tuple[Any, str, str]:
+    """Return a copy of the section or list that a change is in, its key, and the last part.
+
+    Args:
+        create: whether sections that are missing are added; else they are refused.
+    """
+    parts = change.key.split(".")
+    here: Any = raw
+    path = ""
+    for section, following in pairwise(parts):
+        place: Any = section
+        if isinstance(here, list):
+            place = _place(here, section, path, change.said)
+        elif not create:
+            _check_there(here, section, path, change)
+        path = _joined(path, section)
+        inner = here[place] if isinstance(here, list) else here.get(place)
+        if create:
+            inner = listed(path, inner, balls)
+        if inner is None and create:
+            if following.isdecimal() and path not in NAMED:
+                raise SceneError(
+                    f"{change.said}: the scene gives no {path}; give the whole list, {path}=[...]"
+                )
+            inner = {}
+        if not isinstance(inner, dict | list | tuple):
+            raise SceneError(f"{change.said}: {path} is a value, it has no keys")
+        here[place] = dict(inner) if isinstance(inner, dict) else list(inner)
+        here = here[place]
+    return here, path, parts[-1]
+
+
+def _joined(path: str, part: str) -> str:
+    return f"{path}.{part}" if path else part
+
+
+def _place(entries: Sequence[Any], part: str, path: str, said: str) -> int:
+    """Return the index of an entry in a list.
+
+    Raises:
+        SceneError: there is none; names the entries.
+    """
+    if part.isascii() and part.isdecimal() and int(part) < len(entries):
+        return int(part)
+    count = len(entries)
+    there = f"has {count} entries, {path}.0 to {path}.{count - 1}" if count else "has no entries"
+    raise SceneError(
+        f"{said}: {path} {there}, and no {short(part)}; name one that is there, or give the whole "
+        f"list, {path}=[...]"
+    )
+
+
+def _check_there(here: Mapping[str, Any], key: str, owner: str, change: Change) -> None:
+    """Refuse to remove an unknown key: it may be a typo for one that would silently stay."""
     if key not in here:
         there = [str(other) for other in here]
         raise SceneError(
-            f"{change.said}: {owner} has no {short(key)} to remove{nearest(key, there)}; it has "
-            + (", ".join(there) or "no keys")
+            f"{change.said}: {owner or 'the scene'} has no {short(key)} to remove"
+            f"{nearest(key, there)}; it has " + (", ".join(there) or "no keys")
         )
-
-
-def _inside(here: dict[str, Any], section: str, change: Change) -> dict[str, Any]:
-    inner = here[section]
-    if isinstance(inner, list):
-        raise SceneError(
-            f"{change.said}: {section} is a list; give the whole of it: {section}=[...]"
-        )
-    if not isinstance(inner, dict):
-        raise SceneError(f"{change.said}: {section} is a value, it has no keys")
-    here[section] = own = dict(inner)
-    return own

@@ -33,7 +33,7 @@ def scene_keys(section: str = "") -> list[SceneKey]:
 
     Args:
         section: a key or the beginning of keys, dotted, e.g. ``rotor``, ``effects.motor``,
-            ``mounts.0.stiffness``; empty for all.
+            ``mounts.0.stiffness``, ``balls.mass.1``; empty for all.
 
     Raises:
         InputError: there is none of that name; names the nearest.
@@ -42,6 +42,11 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     rows = _below("", schema, schema["$defs"])
     wanted = section.split(".") if section else []
     chosen = [row for row in rows if begins(row.key.split("."), wanted)]
+    # The entries of a list have a row of their own only where one of them is named.
+    depth = len(wanted)
+    chosen = [
+        row for row in chosen if not row.key.endswith(f".{ENTRY}") or row.key.count(".") < depth
+    ]
     if chosen:
         return chosen
     raise InputError(f"{short(section)}: a scene has no such key{_near(section, rows)}")
@@ -98,6 +103,9 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
         said, unit = schema["description"], schema.get("unit", NONE)
         default = REQUIRED if needed else _default(schema.get("default"))
         yield SceneKey(key, unit, _range(schema, choices), default, said)
+        lists = [each for each in (schema, *choices) if each.get("type") == "array"]
+        for entry in lists[:1]:
+            yield SceneKey(f"{key}.{ENTRY}", unit, _range(_entry(entry), []), NONE, said)
 
 
 def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
@@ -168,7 +176,7 @@ def _range(schema: Schema, choices: list[Schema]) -> str:
 
 def _list(schema: Schema) -> str:
     least, most = schema.get("minItems"), schema.get("maxItems")
-    each = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
+    each = _entry(schema)
     count = f"{least} to {most}"
     if least == most or "not" in schema:
         count = f"{least}" if least == most else f"{least} or {most}"
@@ -176,6 +184,12 @@ def _list(schema: Schema) -> str:
         return f"list of {count}" if most else "list"
     values = _range(each, [])
     return f"{count} of: {values}" if most else f"list of: {values}"
+
+
+def _entry(schema: Schema) -> Schema:
+    """Return the schema of a list's entries."""
+    entry: Schema = schema["prefixItems"][0] if "prefixItems" in schema else schema["items"]
+    return entry
 
 
 def _interval(schema: Schema) -> str:

@@ -1,7 +1,7 @@
 """A scene as a whole, and what its sections must agree on."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from pydantic import Field, model_validator
@@ -13,7 +13,6 @@ from ab_sim.scene.deck_models import check_deck_model
 from ab_sim.scene.probes import Probes
 from ab_sim.scene.profiles import Profile, beyond, check_profile, planned
 from ab_sim.scene.quantities import Number, quantity
-from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.section import Section
 from ab_sim.scene.sections import (
     Accuracy,
@@ -240,24 +239,13 @@ def _check_masses(scene: Scene) -> None:
         )
 
 
-def radius_users(effects: Mapping[str, Any]) -> list[str]:
-    """Names of the effects that use the balls' radius."""
-    return [name for name, each in effects.items() if getattr(each, "uses_ball_radius", False)]
-
-
 def _check_radii(scene: Scene) -> None:
     balls, race = scene.balls, scene.race.radius
     given = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
-    users = radius_users(scene.effects)
+    effects = scene.effects.items()
+    users = [name for name, each in effects if getattr(each, "uses_ball_radius", False)]
     if balls.radius is None and users and balls.count:
         raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
-    if balls.radius is not None and not users:
-        known = [name for name, effect in effect_classes().items() if effect.uses_ball_radius]
-        shown = list(given) if given is balls.radius else balls.radius
-        raise ValueError(
-            f"balls.radius = {shown}: no effect of this scene uses the balls' radius; "
-            f"remove it, or name an effect that does ({', '.join(known)})"
-        )
     for ball, radius in enumerate(given):
         if radius is not None and radius >= race:
             key = f"balls.radius.{ball}" if given is balls.radius else "balls.radius"

@@ -97,8 +97,8 @@ class Balls(Section):
         "m, mass of a ball: one number for all, or a list with one per ball", "kg", default=None
     )
     radius: PerBall[Radius] | None = quantity(
-        "a, radius of a ball: one number for all, or a list with one per ball; only for effects "
-        "that use it",
+        "a, radius of a ball: one number for all, or a list with one per ball; needed by "
+        "some effects, and tells where balls overlap",
         "m",
         default=None,
     )

@@ -6,6 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ab_sim.spindle.course import Course
+from ab_sim.stored_numbers import MOST_TIME, finite
 
 
 class ProfileState(enum.Enum):
@@ -29,6 +30,9 @@ class ProfileState(enum.Enum):
 
 
 COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
+
+MOST_SPEED = 1e6
+"""rad/s; of a command in a snapshot."""
 
 
 class ProfileRun:
@@ -124,7 +128,7 @@ class ProfileRun:
             speaks = self._run(self.course, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls
-            left = abs(speed) - self._deceleration * (now + self._ahead - since)
+            left = abs(speed) - self._deceleration * max(now + self._ahead - since, 0.0)
             self.command = math.copysign(max(left, 0.0), speed)
             if left <= 0.0:
                 self.command = 0.0
@@ -158,11 +162,13 @@ class ProfileRun:
                 nothing has changed.
         """
         state, status, why = ProfileState(kept["state"]), str(kept["status"]), str(kept["why"])
-        began, command, deceleration = (
-            float(kept[name]) for name in ("began", "command", "deceleration")
-        )
-        commanded = None if kept["commanded"] is None else float(kept["commanded"])
-        since, speed = map(float, kept["falls"])
+        began, command = finite(kept["began"], 0.0, MOST_TIME), _speed(kept["command"])
+        commanded = None if kept["commanded"] is None else _speed(kept["commanded"])
+        since, speed = kept["falls"]
+        since, speed = finite(since, 0.0, MOST_TIME), _speed(speed)
+        deceleration = float(kept["deceleration"])
+        if not deceleration > 0.0 or (state is ProfileState.ABORTING and math.isinf(deceleration)):
+            raise ValueError(f"deceleration = {deceleration}: must be above 0, and finite")
         if course is not None:
             course.restore(kept["course"])
         self.course, self.state, self.why = course, state, why
@@ -188,3 +194,8 @@ class ProfileRun:
         if status != self.status:
             self.status = status
             self._say(status, not self.why)
+
+
+def _speed(value: Any) -> float:
+    """Return a speed from a file [rad/s]."""
+    return finite(value, -MOST_SPEED, MOST_SPEED)

@@ -7,6 +7,7 @@ from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.spindle.course import Believed
 from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
 from ab_sim.spindle.vibration_watch import VibrationWatch
+from ab_sim.stored_numbers import MOST_TIME, finite, whole
 
 PERIOD, SILENCE = 0.005, 1.0
 """s between two commands, and for which the vibration may be missing, if nobody says otherwise."""
@@ -79,7 +80,7 @@ class SegmentsCourse:
 
     def command(self, now: float) -> float:
         """As of ``Course``."""
-        course, elapsed, passed = self._course, now - self._began, max(self._number, 0)
+        course, elapsed, passed = self._course, max(now - self._began, 0.0), max(self._number, 0)
         watch, still = self._watch, course.number(elapsed) == self._number
         if watch is not None and watch.met:
             if still:
@@ -107,8 +108,11 @@ class SegmentsCourse:
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """As of ``Course``."""
-        self._began, self._number = float(state["began"]), int(state["number"])
-        self._left = [float(time) for time in state["left"]]
+        self._began = finite(state["began"], 0.0, MOST_TIME)
+        self._number = whole(state["number"], -1, self._course.count)
+        self._left = [finite(time, 0.0, MOST_TIME) for time in state["left"]]
+        if sorted(self._left) != self._left or len(self._left) > self._course.count:
+            raise ValueError("its conditions were not met one after the other")
         for time in self._left:
             self._course.leave(time)
         until = self._course.until(max(self._number, 0))

@@ -5,9 +5,13 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ab_sim.scene.segments import Until
+from ab_sim.stored_numbers import MOST_TIME, finite, whole
 
 LEAST_SAMPLES = 8
 """In a window, which lasts longer if there are fewer: of less, there is no mean to speak of."""
+
+AXES = 3
+"""Of a vector of the vibration."""
 
 
 class _Sensor:
@@ -20,13 +24,19 @@ class _Sensor:
 
     def _begin(self, stamp: int) -> None:
         self._since, self._count, self._spread = stamp, 0, 0.0
-        self._mean = [0.0, 0.0, 0.0]
+        self._mean = [0.0] * AXES
 
     def state(self) -> list[Any]:
         return [self.rms, self.newest, self._since, self._count, self._spread, *self._mean]
 
     def restore(self, state: Sequence[Any]) -> None:
-        self.rms, self.newest, self._since, self._count, self._spread, *self._mean = state
+        rms, newest, since, count, spread, *mean = state
+        self.rms = None if rms is None else finite(rms, 0.0)
+        self.newest = None if newest is None else whole(newest)
+        self._since, self._count, self._spread = whole(since), whole(count, 0), finite(spread, 0.0)
+        self._mean[:] = map(finite, mean)
+        if len(self._mean) != AXES:
+            raise ValueError(f"its mean has {len(self._mean)} numbers; must have {AXES}")
 
     def receive(self, stamp: int, vector: Sequence[float], over: float) -> None:
         if self.newest is None or stamp < self.newest:
@@ -102,8 +112,10 @@ class VibrationWatch:
 
     def restore(self, state: Mapping[str, Any]) -> None:
         """Go on from what ``state`` gave."""
-        self._began = float(state["began"])
-        self._heard = {str(name): float(heard) for name, heard in state["heard"].items()}
+        self._began = finite(state["began"], 0.0, MOST_TIME)
+        self._heard = {
+            str(name): finite(heard, 0.0, MOST_TIME) for name, heard in state["heard"].items()
+        }
         self._sensors = {str(name): _Sensor() for name in state["sensors"]}
         for name, sensor in self._sensors.items():
             sensor.restore(state["sensors"][name])

@@ -260,14 +260,16 @@ def is_beyond_a_turn(angle: float) -> bool:
 
 
 def take_out_turns(state: Floats, at: int, discrete: IntegerTable, i: int) -> bool:
-    """Bring one angle back into -2 pi .. 2 pi, counting on line i; whether it was not there."""
-    turned = False
-    while is_beyond_a_turn(state[at]):
-        turn = 1 if state[at] > 0.0 else -1
-        state[at] = (state[at] - turn * 2.0 * math.pi) - turn * TWO_PI_REST
-        discrete[i, TURNS] += turn
-        turned = True
-    return turned
+    """Bring one angle back into -2 pi .. 2 pi, counting on line i; whether it was not there.
+
+    All turns are taken out together: a state from outside may have any number of them.
+    """
+    if not is_beyond_a_turn(state[at]):
+        return False
+    turns = int(state[at] / (2.0 * math.pi))
+    state[at] = (state[at] - turns * (2.0 * math.pi)) - turns * TWO_PI_REST
+    discrete[i, TURNS] += turns
+    return True
 
 
 def has_turns_to_unwind(run: Run) -> bool:

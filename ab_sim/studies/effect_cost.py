@@ -25,7 +25,6 @@ from ab_sim.integrate.choose import choose_stepper
 from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene.registry import effect_classes
 
 BASE, ALL = "no effects", "the scene's set"
 MOST_STEPS = 10_000
@@ -220,8 +219,6 @@ def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper:
     for section, names in (("effects", effects), ("sensors", sensors)):
         raw[section] = {name: raw[section][name] for name in raw[section] if name in names}
     raw["solver"] = {**raw["solver"], "stepper": stepper}
-    if not any(effect_classes()[name].uses_ball_radius for name in raw["effects"]):
-        raw["balls"].pop("radius", None)
     made = check_scene(raw, scene.name)
     choose_stepper(made, system_of(made))
     return made

@@ -217,6 +217,20 @@ def test_joints_of_a_simulated_clock_and_a_slower_sensor(finished: Path, tmp_pat
     assert back.description["race_radius"] == 0.01
 
 
+def test_topics_match_whatever_quality_of_service_the_metadata_has(
+    finished: Path, tmp_path: Path
+) -> None:
+    """Where a topic had two publishers, or a bag was converted, the two can differ."""
+    shutil.copytree(finished, tmp_path / "bag")
+    metadata = tmp_path / "bag" / "metadata.yaml"
+    text = metadata.read_text()
+    other = text.replace("depth: 1000", "depth: 7").replace("RIHS01_", "RIHS01_0")
+    assert other != text
+    metadata.write_text(other)
+    made, back = imported(tmp_path / "bag")
+    assert made.complete and back.samples.tobytes() == SAMPLES.tobytes()
+
+
 def test_a_reset_begins_another_recording(tmp_path: Path) -> None:
     twice = [described(), *blocks(200, 400), *blocks(100, 300)]
     made = import_bag(bag_of(tmp_path / "bag", twice), tmp_path / "r.rrd")

@@ -138,7 +138,7 @@ def test_what_it_says_to_leave_out_can_be_left_out_so() -> None:
     with pytest.raises(SceneError) as raised:
         sources_of(load_scene("thesis-hold", changes))
     hint = re.findall(r"--set (\S+=)", str(raised.value))
-    assert hint == ["effects.rolling_friction=", "balls.radius="]
+    assert hint == ["effects.rolling_friction="]
     assert sources_of(load_scene("thesis-hold", changes + hint)).files["drive.c"]
 
 

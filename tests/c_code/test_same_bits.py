@@ -9,6 +9,7 @@ import pytest
 
 import ab_sim.tracing
 from ab_sim.drive import Drive
+from ab_sim.dynamics.assemble import MOST_ANGLE
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene import registry as effects
 from ab_sim.stepping.fixed_step import ANGLE
@@ -16,6 +17,8 @@ from tests.c_code.compiled import DIVERGED, OK, REFUSED, InC, needs_compiler
 
 pytestmark = needs_compiler
 
+FIRST_ANGLE = 4
+"""Place in a planar drive's state, behind the deck's."""
 SMOOTH = "effects.rolling_friction="
 QUIET = ("sensors.front.noise_density=0", "sensors.front.axis_angle=0.3", "sensors.front.range=0.5")
 CASES = {
@@ -179,3 +182,10 @@ def test_a_state_beyond_all_bounds_ends_it_at_the_last_good_one(tmp_path: Path) 
     assert 1e-3 < np.abs(state[:4]).max() < 1e6 and np.isfinite(in_c.row()).all()
     assert in_c.call("step", 1) == DIVERGED
     assert same(in_c.state(8), state)
+
+
+@pytest.mark.parametrize("angle", [9e14, 9e15])
+def test_a_step_ends_whatever_angle_it_begins_with(angle: float, tmp_path: Path) -> None:
+    in_c = InC(case("thesis"), tmp_path)
+    in_c.library.drive_state(in_c.me)[FIRST_ANGLE] = angle
+    assert in_c.call("step", 1) == (OK if angle < MOST_ANGLE else DIVERGED)

@@ -33,6 +33,13 @@ def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) 
     assert (tmp_path / "s.png").read_bytes().startswith(PNG)
 
 
+def test_an_unsettled_run_is_said() -> None:
+    done = ab_sim("sensitivity", "balanced-start-up", "--set", "duration=4", "--to", "balls.mass")
+    assert done.returncode == 0, done.stderr
+    said = " ".join(done.stdout.split())
+    assert "the run has not settled: final values still change" in said
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [

@@ -8,6 +8,9 @@ import numpy as np
 import pytest
 
 from ab_sim.control import StartUp, State
+from ab_sim.control.chosen import LONGEST_GAP, UNIT
+from ab_sim.control.observer import Observer
+from ab_sim.control.watch import Reason
 from tests.control.course import FINAL, Course, Sample, settings
 
 
@@ -128,3 +131,32 @@ def test_times_of_the_caller_may_be_anything() -> None:
         start_up.sample(1e-3 * i, 0.0, 0.0, 1e-6 * (-1) ** i)
         assert start_up.command(time) <= told.acceleration * told.period * (i + 1)
     assert math.isfinite(start_up.state_numbers()[5])
+
+
+@pytest.mark.parametrize("axes", [1, 2])
+def test_after_a_long_gap_the_motion_is_found_again(axes: int) -> None:
+    """Of all axes: what they predicted before says nothing of the motion after."""
+    told = settings(axes=axes)
+    heard: list[Sample] = []
+
+    def hear(sample: Sample) -> Iterable[Sample]:
+        heard.append(sample)
+        yield sample
+
+    course = Course(told, hear)
+    course.on(2.0, StartUp(told))
+    observer = Observer(told)
+    for sample in heard:
+        observer.take(*sample)
+    assert observer.known == 1.0
+    gap = LONGEST_GAP * UNIT / FINAL
+    for factor, known in ((0.9, 1.0), (1.1, 0.0)):
+        other = Observer(told)
+        other.restore(observer.numbers())
+        time, angle, speed, *readings = heard[-1]
+        later = factor * gap
+        good, reason = other.take(
+            time + later, angle + speed * later, speed, readings[0] + 1e-6, readings[1] + 1e-6
+        )
+        assert (good, reason) == (True, Reason.NONE)
+        assert [axis.known for axis in other._axes] == [known] * axes

@@ -215,7 +215,7 @@ def test_workers_and_scheduler_exclude_each_other() -> None:
 
 COMMAND = (
     *("sweep", "no-ball", "--set", "duration=20"),
-    *("--over", "rotor.eccentricity=1e-5..1e-3:6000", "--parquet"),
+    *("--over", "rotor.eccentricity=1e-5..1e-3:3000", "--parquet"),
 )
 
 
@@ -273,7 +273,7 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
         assert kept(tmp_path) >= before + 1
         third = command(tmp_path, *options)
         out, said = third.communicate(timeout=PATIENCE)
-        assert third.returncode == 0 and "6000 runs" in out, said
+        assert third.returncode == 0 and "3000 runs" in out, said
     fresh = tmp_path / "fresh"
     fresh.mkdir()
     local = command(fresh, "s.parquet", "--workers", "1")

@@ -131,3 +131,8 @@ def test_quantiles_are_those_of_scipy(text: str, expected: str) -> None:
     name, _, numbers = expected.rstrip(")").partition("(")
     theirs = getattr(stats, name)(*map(float, numbers.split(","))).ppf(shares)
     assert np.allclose(tolerance_of(text).distribution.at(shares), theirs, rtol=1e-9, atol=1e-12)
+
+
+def test_a_share_of_a_negative_mean_is_a_positive_deviation() -> None:
+    found = tolerance_of("profile.acceleration=normal:-40,5%").distribution
+    assert found == Normal(-40.0, 2.0)

@@ -373,3 +373,14 @@ def test_no_steps_change_nothing() -> None:
     for drive in (one, other):
         drive.command(50.0)
     assert one.advance(300).samples.tobytes() == other.advance(300).samples.tobytes()
+
+
+def test_the_deck_on_the_rotors_axes_is_computed_as_written(scene: Any) -> None:
+    """Not by BLAS, whose kernels round differently from one processor to the next."""
+    drive = Drive(scene(start={"speed": 90.0}))
+    for _ in range(200):
+        drive.advance(1)
+        seen = drive.observe()
+        c, s = math.cos(seen.psi), math.sin(seen.psi)
+        for turned, (x, y) in ((seen.u, seen.position), (seen.v, seen.velocity)):
+            assert turned.tolist() == [c * x + s * y, c * y - s * x]

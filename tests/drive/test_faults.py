@@ -8,9 +8,10 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.drive.faults.plant import faulty_system
+from ab_sim.drive.faults.plant import faulty_system, jam
 from ab_sim.drive.observation import Observation
 from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.system import DIRECTION, MOBILITY
 from ab_sim.scene import Scene, load_scene
 from tests.drive.fault_session import FaultSession, places, spun
 
@@ -287,3 +288,19 @@ def test_nothing_else_leaps_as_a_disc_slips(scene: Any) -> None:
 def test_a_ball_sticks_at_the_start_whatever_its_rate(scene: Any) -> None:
     made = scene(start={"ball_rates": [5.0, 5.0]})
     assert Drive(made, faults=faults_of(["ball_1 sticks"])).observe().theta_rate.tolist() == [5, 0]
+
+
+def test_a_shock_may_turn_the_way_in_which_other_balls_slide() -> None:
+    """Friction acts against the motion that is there after a ball jammed."""
+    changes = ("balls.count=3", "balls.mass=[5e-3, 1e-3, 1e-3]", "start.ball_angles=[0, 0.3, 3]")
+    scene = load_scene("thesis-hold", [*changes, "start.ball_rates=[100, 1e-6, 2]"])
+    system = system_of(scene)
+    drive = Drive(scene)
+    state, layout = drive.snapshot().state.copy(), drive.layout
+    discrete_state = drive.snapshot().discrete_state.copy()
+    held = system._replace(balls=system.balls.copy())
+    held.balls[0, MOBILITY] = 0.0
+    jam(held, state, discrete_state, [0], 0.0)
+    rates = state[layout.rates]
+    assert rates[0] == 0.0 and rates[1] < 0.0, "the case that is wanted: a ball that turns round"
+    assert discrete_state[:3, DIRECTION].tolist() == np.sign(rates).tolist()

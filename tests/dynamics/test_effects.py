@@ -139,10 +139,7 @@ def _floats(value: Any) -> list[float]:
 
 def emission_of(chosen: dict[str, Any]) -> Emission:
     """What is emitted for the thesis' drive with these effects."""
-    raw = {**THESIS, "effects": chosen}
-    if not any(effect_classes()[name].uses_ball_radius for name in chosen):
-        raw["balls"] = {key: value for key, value in raw["balls"].items() if key != "radius"}
-    system = system_of(check_scene(raw, "test"))
+    system = system_of(check_scene({**THESIS, "effects": chosen}, "test"))
     layout = layout_of_constants(system, Ramp)
     return Emission(Model(system, Ramp), layout, Ramp._fields)
 

@@ -103,7 +103,7 @@ MAPS = [
     ("no unit", drives.MAP.replace(", unit: mm", ""), "has no unit; say so"),
     ("unknown key", drives.MAP + "sampel: 3\n", "sampel: there is no such key; did you mean"),
     ("time twice", drives.MAP + "sampling: 1 kHz\n", "exactly one of time .* and sampling"),
-    ("no spindle", "time: {column: t}\nsignals: [{column: ch1, unit: mm}]\n", "speed or angle"),
+    ("no spindle", "time: {column: t}\nsignals: [{column: ch1, unit: mm}]\n", "angle or keyphasor"),
     ("no YAML", "time: {column: [", "is not valid YAML"),
     ("no signals", "time: {column: t}\nspeed: {column: rpm}\nsignals: []\n", "signals"),
     ("wrong rate", drives.MAP.replace("time: {column: t, unit: s}", "sampling: 500 Hz"),

@@ -11,11 +11,17 @@ import pyarrow as pa
 import pyarrow.parquet
 import pytest
 
+from ab_msgs_py import ImuSample, JointSample, WhirlSample
+from ab_msgs_py.topics import IMU, JOINT_STATES, PROBE
+from ab_sim.bags.messages import encoded
 from ab_sim.errors import InputError
-from ab_sim.identification.checks import check_held, check_signal, check_time
+from ab_sim.identification.checks import check_signal, check_time
 from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.keyphasor import angle_from_pulses
 from ab_sim.identification.mapping import factor_of, read_mapping_file, sensitivity_factor
+from ab_sim.identification.sampling_checks import check_held, check_held_signal, spikes_in
 from ab_sim.identification.tables import read_table
+from tests.bags.made import bag_of
 from tests.identification import drives
 
 TEXT = "t,speed,ch1,Temp °C\n0.0,1.0,2.5,20\n0.1,1.5,3.5,20\n"
@@ -80,8 +86,10 @@ def test_time_stamps_take_no_unit(tmp_path: Path) -> None:
         table.unit_of("c", "ms")
 
 
-def test_a_pipe_is_named(tmp_path: Path) -> None:
-    pipe = tmp_path / "pipe.csv"
+@pytest.mark.parametrize("name", ["pipe.csv", "pipe.rrd", "63"])
+def test_a_pipe_is_named(tmp_path: Path, name: str) -> None:
+    """Also that of a shell's ``<(command)``, which has no ending."""
+    pipe = tmp_path / name
     os.mkfifo(pipe)
     with pytest.raises(InputError, match="is no file but a pipe or device; write it to a file"):
         read_table(pipe)
@@ -113,8 +121,12 @@ def test_a_repeated_time_is_told_with_its_reason(digits: int | None, says: str) 
 @pytest.mark.parametrize(
     ("unit", "si", "factor"),
     [
-        *((unit, "rad/s", np.pi / 30.0) for unit in ("1/min", "RPM", "min^-1", "U/min", "rpm")),
+        *(
+            (unit, "rad/s", np.pi / 30.0)
+            for unit in ("1/min", "RPM", "min^-1", "U/min", "rpm", "min-1")
+        ),
         *((unit, "m/s^2", 9.80665) for unit in ("G", "g", "g_0")),
+        ("m/s2", "m/s^2", 1.0),
         ("mm", "m", 1e-3),
     ],
 )
@@ -197,3 +209,128 @@ def test_a_held_series_is_named(values: np.ndarray) -> None:
 )
 def test_a_ramp_and_a_coarse_tachometer_are_not_held(values: np.ndarray) -> None:
     check_held(values, "speed", "bench")
+
+
+WHIRL = np.sin(0.05 * np.arange(4000.0)) + 0.01 * FLUTTER
+
+
+@pytest.mark.parametrize(
+    "values",
+    [
+        np.repeat(WHIRL, 2),
+        np.repeat(WHIRL, 4),
+        WHIRL[np.arange(9000) * 3 // 10],
+    ],
+)
+def test_a_held_signal_is_named(values: np.ndarray) -> None:
+    with pytest.raises(InputError, match=r"bench: ch1: is held: .* keep the rows at which it"):
+        check_held_signal(values, "ch1", "bench")
+
+
+@pytest.mark.parametrize("per_turn", [7.3, 20.0, 200.0])
+@pytest.mark.parametrize("size", [1.0, 3.0, 5.0, 20.0, 100.0])
+def test_coarse_and_clipped_signals_are_not_held(size: float, per_turn: float) -> None:
+    values = size * np.sin(2.0 * np.pi / per_turn * np.arange(8000.0))
+    check_held_signal(np.round(values), "ch1", "bench")
+    check_held_signal(np.round(values + 0.3 * FLUTTER[0]), "ch1", "bench")
+    check_held_signal(np.clip(values, -0.3 * size, 0.3 * size), "ch1", "bench")
+    check_held_signal(np.concatenate([np.zeros(3000), values]), "ch1", "bench")
+
+
+def test_a_bag_is_read_at_the_samples_of_its_sensor(tmp_path: Path) -> None:
+    """An IMU at the rate of the joints and a probe at half of it, as a board publishes them."""
+    run = drives.recorded(drives.scene(), noise=0.0)
+    said = []
+    for row, t in enumerate(run["t"]):
+        time = round(1e9 * t)
+        angle, speed = np.radians(run["encoder"][row]), run["rpm"][row] * np.pi / 30.0
+        joint = JointSample(time, angle, speed, (), (), (), None, "")
+        said.append(("/joint_states", time, encoded(JOINT_STATES, joint)))
+        place = 1e-3 * run["ch1"][row], 1e-3 * run["ch2"][row], 0.0
+        felt = ImuSample(time, tuple(1e4 * x for x in place), 0.0, "imu_link")
+        said.append(("/imu/data_raw", time, encoded(IMU, felt)))
+        if row % 2 == 0:
+            said.append(("/displacement", time, encoded(PROBE, WhirlSample(time, place, "eddy"))))
+    bag = bag_of(tmp_path / "rig", said)
+    imu = measured_of(bag, drives.scene())
+    assert (imu.kind, imu.sensor, len(imu.time)) == ("acceleration", None, len(run["t"]) - 1)
+    eddy = measured_of(bag, drives.scene(), signal="eddy")
+    assert (eddy.kind, eddy.notes) == ("displacement", ())
+    assert eddy.signals[:, 0] == pytest.approx(1e-3 * run["ch1"][2::2], rel=1e-12)
+    with pytest.raises(InputError, match="signal 'nose': must be one of .*imu_link, eddy"):
+        measured_of(bag, drives.scene(), signal="nose")
+
+
+def pulse_train(angle: np.ndarray, logic: bool) -> np.ndarray:
+    """Reading of a mark that passes once a turn: logic levels, or a smooth peak in volts."""
+    if logic:
+        return (np.mod(angle, 2.0 * np.pi) < 1.0).astype(float)
+    return 5.0 / (1.0 + np.exp(-8.0 * (np.cos(angle + 1.0) - 0.8)))
+
+
+def keyphasor_map(tmp_path: Path, words: str = "") -> Any:
+    lines = [each for each in drives.MAP.splitlines() if "rpm" not in each]
+    text = "\n".join(lines).replace(
+        "angle: {column: encoder, unit: deg}", f"keyphasor: {{column: pulses{words}}}"
+    )
+    return read_mapping_file(drives.mapping(tmp_path, text))
+
+
+@pytest.mark.parametrize(("logic", "off"), [(False, 0.01), (True, 0.15)])
+def test_pulses_tell_the_angle(tmp_path: Path, logic: bool, off: float) -> None:
+    """Logic levels are known to a sample only: 0.18 rad at 180 rad/s."""
+    run = drives.recorded(drives.scene(), noise=0.0)
+    angle = np.radians(run["encoder"])
+    pulses = pulse_train(angle, logic)
+    found = angle_from_pulses(run["t"], pulses, 1, "bench")
+    there = np.isfinite(found)
+    wrong = found[there] - angle[there]
+    assert np.abs(wrong - np.median(wrong)).max() < off
+    file = drives.write({**run, "pulses": pulses}, tmp_path / "bench.csv")
+    measured = measured_of(file, drives.scene(), keyphasor_map(tmp_path))
+    assert measured.free == ("disc_angle",) and not measured.at_rest
+    assert f"{np.sum(~there)} samples before the first pulse and after" in measured.notes[0]
+    assert measured.spindle_angle == pytest.approx(found[there][1:], abs=1e-3)
+    known = measured_of(file, drives.scene(), keyphasor_map(tmp_path, ", angle: 30 deg"))
+    assert known.free == ()
+    assert known.schedule.angle(0.0) == pytest.approx(np.pi / 6.0 + found[there][0], abs=1e-3)
+
+
+def test_a_missing_pulse_is_told(tmp_path: Path) -> None:
+    angle = 0.1 * np.arange(4000.0)
+    pulses = pulse_train(angle, logic=True)
+    pulses[(angle > 20 * np.pi) & (angle < 21 * np.pi)] = 0.0
+    with pytest.raises(
+        InputError, match=r"after 0.5655 s the next pulse comes in 0.126 s.*missing"
+    ):
+        angle_from_pulses(1e-3 * np.arange(4000.0), pulses, 1, "bench")
+    with pytest.raises(InputError, match="has 0 pulses; must be at least 10"):
+        angle_from_pulses(1e-3 * np.arange(4000.0), 0.0 * pulses, 1, "bench")
+    with pytest.raises(InputError, match="give angle or keyphasor, not both"):
+        read_mapping_file(drives.mapping(tmp_path, drives.MAP + "keyphasor: {column: rpm}\n"))
+
+
+@pytest.mark.parametrize("per_turn", [4.5, 20.0, 200.0])
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.3])
+def test_spikes_are_told_from_a_whirl_and_noise(per_turn: float, noise: float) -> None:
+    """Over a resonance, where most of the recording is quiet."""
+    at = np.arange(4000.0)
+    whirl = np.exp(-(((at - 2000.0) / 600.0) ** 2)) * np.sin(2.0 * np.pi / per_turn * at)
+    values = np.concatenate([np.zeros(500), whirl + noise * FLUTTER])
+    assert spikes_in(values).tolist() == []
+    assert spikes_in(np.round(5.0 * values)).tolist() == []
+    values[[700, 701, 2500, 3999]] = 9.0, -8.0, 1e6, -9.0
+    values[3000] = np.nan
+    assert spikes_in(values).tolist() == [700, 701, 2500, 3999]
+
+
+def test_spikes_are_left_out_and_named(tmp_path: Path) -> None:
+    table = drives.recorded(drives.scene())
+    spiky = {**table, "ch1": table["ch1"].copy()}
+    spiky["ch1"][[400, 900]] = 1e6, -50.0
+    file = drives.write(spiky, tmp_path / "bench.csv")
+    found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
+    assert found.notes[0] == (
+        "2 spikes in ch1 left out, the first at row 400: is its line disturbed?"
+    )
+    assert np.nanmax(np.abs(found.signals)) < 2e-3

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import drag_rate, linear_rates, system_of
+from ab_sim.dynamics.assemble import DRAG, LOOP, drag_rate, linear_rates, system_of
 from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.integrate.limits import largest_step, stability_limit
 from ab_sim.integrate.registry import stepper_named, steppers
+from ab_sim.integrate.vector_field import VectorField
+from ab_sim.scene import load_scene
+from ab_sim.spindle import SpeedSchedule
 
 LIMITED = [
     name
@@ -219,3 +222,76 @@ def test_auto_takes_no_parameters(given: dict[str, float], words: str, scene: An
     said = rf"solver.parameters.{key} = 0.5: solver.stepper is 'auto', which takes no.*{words}"
     with pytest.raises(SceneError, match=said):
         Drive(scene(solver={"stepper": "auto", "parameters": given}))
+
+
+FAST_MOTORS: dict[str, tuple[str, ...]] = {
+    "a stiff loop": ("rotor_inertia=1e-6", "proportional_gain=3e-3", "integral_gain=0"),
+    "drag on a light rotor": ("rotor_inertia=1e-7", "proportional_gain=1e-4", "integral_gain=0"),
+    "drag and loop": ("rotor_inertia=1e-7", "proportional_gain=3e-4", "integral_gain=0"),
+    "an integral alone": ("rotor_inertia=1e-6", "proportional_gain=1e-5", "integral_gain=4"),
+    "a rotor as heavy as its balls": ("rotor_inertia=2e-7", "proportional_gain=2e-3"),
+    "back-EMF": ("rotor_inertia=1e-6", "proportional_gain=1e-4", "back_emf_slope=4e-3"),
+}
+SIDE_BY_SIDE = [2.0 * math.pi * k / 16 for k in range(16)]
+
+
+def of_motor(changes: tuple[str, ...]) -> list[str]:
+    return [f"effects.motor.{change}" for change in changes]
+
+
+def motor_drive(motor: str, *changes: str, angle: float = 0.0) -> Drive:
+    free = ("start.speed=0", "profile=", "solver.step=1e-5", "effects.motor.torque_limit=1e3")
+    changes = (*free, *of_motor(FAST_MOTORS[motor]), *changes)
+    return Drive(load_scene("weak-motor", [*changes, f"start.ball_angles=[{angle}, {angle}]"]))
+
+
+def fast_rates(drive: Drive) -> dict[str, complex]:
+    rates = linear_rates(drive.system, 0.0)
+    return {what: rates[what] for what in (DRAG, LOOP)}
+
+
+@pytest.mark.parametrize("motor", FAST_MOTORS)
+@pytest.mark.parametrize("name", ["rk8", "rk4"])
+@pytest.mark.parametrize("factor", [0.98, 1.08])
+def test_the_limit_is_where_a_motor_goes_unstable(motor: str, name: str, factor: float) -> None:
+    """Somewhere around the race beyond the limit, nowhere below it."""
+    grown = []
+    for angle in SIDE_BY_SIDE:
+        drive = motor_drive(motor, f"solver.stepper={name}", angle=angle)
+        drive.step = factor * largest_step(stepper_named(name), fast_rates(drive))[0]
+        start = drive.snapshot()
+        start.state[drive.layout.rates] = 1e-6
+        start.state[drive.layout.spindle.start + 1] = 1e-6
+        drive.restore(start)
+        try:
+            rates = np.abs(drive.advance(400).ball_rates[:, 0])
+            grown.append(rates[-20:].max() > 2.0 * rates[:20].max())
+        except DivergedError:
+            grown.append(True)
+    assert any(grown) == (factor > 1)
+
+
+@pytest.mark.parametrize("motor", FAST_MOTORS)
+def test_the_rates_of_a_motor_are_those_of_the_equations(motor: str) -> None:
+    """The fastest eigenvalue of the exact Jacobian at rest, over balls all around the race."""
+    fastest = 0.0
+    for angle in SIDE_BY_SIDE:
+        drive = motor_drive(motor, angle=angle)
+        scheduled = SpeedSchedule.of_scene(drive.scene).segments[0]
+        start = drive.snapshot()
+        field = VectorField(drive.system, scheduled, start.discrete_state)
+        eigenvalues = np.linalg.eigvals(field.jacobian(0.0, start.state))
+        fastest = max(fastest, float(np.abs(eigenvalues).max()))
+    assert max(map(abs, fast_rates(drive).values())) == pytest.approx(fastest, rel=0.02)
+
+
+def test_a_rotor_may_have_no_inertia_besides_its_unbalance() -> None:
+    """M0 e^2 (1 - M0 / M) on a deck that is free to yield."""
+    own = ("rotor_inertia=0", "proportional_gain=0.4", "integral_gain=0", "back_emf_slope=0")
+    rotor = "rotor={total_mass: 1, eccentric_mass: 0.2, eccentricity: 0.2}"
+    changes = [rotor, *of_motor(own), "balls={count: 0}", "start.ball_angles="]
+    scene = load_scene("weak-motor", changes)
+    rate = linear_rates(system_of(scene), 0.0)[LOOP]
+    assert rate == pytest.approx(-0.4 / (0.2 * 0.2**2 * (1 - 0.2)), rel=1e-12)
+    with pytest.raises(SceneError, match=r"rotor_inertia = 0\.0 kg m\^2: must be more than 0"):
+        load_scene("weak-motor", ["effects.motor.rotor_inertia=0"])

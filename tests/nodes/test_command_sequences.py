@@ -12,7 +12,7 @@ from ab_msgs_py.set_points import SetPoint, SetPoints
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath, Rules, WatchdogAction
-from ab_sim.nodes.commanded_drive import CommandedDrive
+from ab_sim.nodes.commanded_drive import SLICE, CommandedDrive
 from ab_sim.scene import load_scene
 
 SCENE = load_scene(
@@ -210,3 +210,15 @@ def test_a_path_goes_on_from_what_was_kept() -> None:
     led.restore(kept)
     led.path.restore(path)
     assert on() == first
+
+
+def test_a_stop_is_heard_amid_many_steps() -> None:
+    """As another thread wants it, while a late wake-up takes all its steps."""
+    DRIVE.reset()
+    led = CommandedDrive(DRIVE, CommandPath(DRIVE.servo, DRIVE.step, Rules()))
+    led.path.receive(SCENE.spindle.max_speed, 0)
+    parts = led.advance(5 * SLICE)
+    next(parts)
+    led.path.stop_wanted = True
+    speeds = np.concatenate([part.samples[:, part.channels.index("speed")] for part in parts])
+    assert led.path.stopped and np.all(np.diff(speeds) <= 0.0)

@@ -122,6 +122,12 @@ def test_why_a_test_is_skipped_is_printed(pytestconfig: pytest.Config) -> None:
     assert len(calls) > 3 and {*calls} == {"PYTHONPATH=/a:/b"}
 
 
+def test_type_checkers_find_an_editable_install() -> None:
+    """They follow paths in .pth files, and no import hooks."""
+    (file,) = Path(sysconfig.get_path("purelib")).glob("__editable__.ab_sim-*.pth")
+    assert Path(file.read_text().strip(), "ab_sim/py.typed").is_file()
+
+
 @pytest.mark.ros
 def test_pip_install(tree: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     # By way of the source distribution, so that one is complete too.

@@ -110,6 +110,21 @@ def test_the_wheel_says_where_to_look(tmp_path: Path) -> None:
     assert said["Keywords"].split(",") == citation["keywords"]
 
 
+def test_workflows_run_targets_that_there_are() -> None:
+    """Every supported Python runs the README's two commands."""
+    targets = set(re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(), re.MULTILINE))
+    jobs = {}
+    for file in (ROOT / ".github/workflows").glob("*.yml"):
+        jobs |= yaml.safe_load(file.read_text())["jobs"]
+    commands = [step["run"] for job in jobs.values() for step in job["steps"] if "run" in step]
+    named = [word for text in commands for word in re.findall(r"make ([\w-]+)", text)]
+    assert set(named) <= targets
+    assert {"demo", "test", "constraints", "lowest", "dist"} == {*named}
+    (minors,) = re.findall(r"^MINORS = \((.+)\)", (ROOT / "setup.py").read_text(), re.MULTILINE)
+    pythons = {f"3{minor}" for minor in re.findall(r"\.\d+", minors)}
+    assert {*jobs["commands"]["strategy"]["matrix"]["python"]} == pythons
+
+
 def test_hooks_fetch_nothing() -> None:
     config = yaml.safe_load((ROOT / ".pre-commit-config.yaml").read_text())
     assert [repo["repo"] for repo in config["repos"]] == ["local"]

@@ -129,3 +129,20 @@ def test_a_file_that_is_gone_between_two_passes_is_said(tmp_path: Path) -> None:
     (tmp_path / "run.rrd").unlink()
     with pytest.raises(RecordingError, match=r"run\.rrd"):
         list(stored.blocks())
+
+
+def test_of_merged_recordings_one_is_read_and_named(tmp_path: Path) -> None:
+    for name, rows in (("one", 20), ("two", 40)):
+        record(tmp_path / f"{name}.rrd", *run(rows))
+    merged = tmp_path / "merged.rrd"
+    rerun_cli_main = Path(rerun_cli.__file__).with_name("rerun")
+    files = [tmp_path / "one.rrd", tmp_path / "two.rrd"]
+    subprocess.run([rerun_cli_main, "rrd", "merge", *files, "-o", merged], check=True)
+    stored = open_recording(merged)
+    (remark,) = stored.remarks
+    assert "holds 2 recordings" in remark and "give each recording as its own file" in remark
+    rows = {open_recording(file).extent.rows for file in files}
+    assert stored.extent.rows in rows, "of one of them, and no mixture"
+    first = RrdReader(merged).recordings()[0].recording_id
+    assert first in remark
+    assert open_recording(files[0]).remarks == ()

@@ -109,6 +109,18 @@ def test_a_flood_of_events_stays_within_bounds(tmp_path: Path) -> None:
     assert read_recording(tmp_path / "r.rrd").missing == 0
 
 
+def test_a_flood_has_the_same_bounds_in_a_recording_that_begins_late(tmp_path: Path) -> None:
+    """The share at full rate is of the time since the recording began, not since t = 0."""
+    rows, late = 30_000, 4096.0
+    names, samples = commanded(rows)
+    samples[:, 1] += late
+    events = tuple((late + np.arange(0.0, rows * STEP, 2.5 * AROUND)).tolist())
+    recording = thinned(tmp_path / "r.rrd", names, samples, 500, events)
+    full_rate = SHARE * rows + STRETCHES * (2 * NEAR + 1)
+    assert recording.rows_written <= rows / EVERY + full_rate + len(events)
+    assert recording.stretches_refused > len(events) / 4
+
+
 def test_a_command_that_never_rests_is_one_turn(tmp_path: Path) -> None:
     names, samples = commanded(5000, (500, 5000))
     thinned(tmp_path / "r.rrd", names, samples)

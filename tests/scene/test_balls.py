@@ -4,8 +4,11 @@ import json
 import math
 from typing import Any
 
+import numpy as np
 import pytest
 
+from ab_sim.drive import Drive
+from ab_sim.drive.overlap import overlaps_at_start
 from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene, load_scene
 
@@ -101,6 +104,19 @@ def test_what_is_wrong_is_told_in_one_line(change: str, words: str) -> None:
     assert len(str(caught.value).splitlines()) == 1
 
 
-def test_radii_that_no_effect_uses_are_refused() -> None:
-    with pytest.raises(SceneError, match=r"balls.radius = \[0.001, 0.002\]: no effect of this"):
-        load_scene("nsc-case-1", ["balls.radius=[0.001, 0.002]"])
+def test_radii_that_no_effect_uses_tell_where_balls_overlap() -> None:
+    changes = ["balls.radius=1 mm", "start.ball_angles=[0, 0.1]", "solver={step: 0.001}"]
+    scene = load_scene("nsc-case-1", changes)
+    assert not [effect for effect in scene.effects.values() if effect.uses_ball_radius]
+    assert overlaps_at_start(scene).startswith("balls 0 and 1, first at 0 s")
+    assert overlaps_at_start(load_scene("nsc-case-1", changes[1:])) == ""
+    one, other = (
+        Drive(each).advance(50) for each in (scene, load_scene("nsc-case-1", changes[1:]))
+    )
+    np.testing.assert_array_equal(one.ball_angles, other.ball_angles)
+
+
+def test_crowded_balls_are_counted_by_their_key() -> None:
+    changes = ["effects.ball_contact={restitution_coefficient: 0.5}", "balls.radius=1 mm"]
+    with pytest.raises(SceneError, match=r"balls\.count = 40: with ball_contact the balls need"):
+        load_scene("thesis-hold", [*changes, "balls.count=40", "start.ball_angles="])

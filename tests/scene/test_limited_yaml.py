@@ -28,6 +28,8 @@ BOMB = (
         ("x" * (MOST_BYTES + 1), f"has more than {MOST_BYTES} bytes"),
         ("9" * 5000, "has a number of more than 100 digits"),
         ("0x" + "f" * 5000, "has a number of more than 100 digits"),
+        ("1:30", "1:30 would be a number in base 60; write it with a decimal point"),
+        ("-1:30.5", "would be a number in base 60"),
         ("1:1" * 5000, "has a number of more than 100 digits"),
         ("&a [*a]", "*a stands for what it is in, at line 1, column 5"),
         ("!" + "x" * 5000, "could not determine a constructor"),
@@ -40,6 +42,11 @@ def test_limits(text: str, words: str) -> None:
         read_yaml(text)
     said = str(refused.value)
     assert words in said and len(said) < 500 and "\n" not in said
+
+
+def test_a_number_is_what_it_reads_as() -> None:
+    """YAML 1.1 has octal and base 60 where no unit or prefix says so."""
+    assert read_yaml("[010, -007, 0_10, 0, 0x10, 010.5, 1_000]") == [10, -7, 10, 0, 16, 10.5, 1000]
 
 
 def test_within_the_limits() -> None:

@@ -261,11 +261,6 @@ def test_a_value_just_beyond_a_limit_does_not_read_like_it(
     assert f" {most:.7g} " in str(caught.value)
 
 
-def test_a_radius_that_no_effect_uses_is_refused() -> None:
-    with pytest.raises(SceneError, match="no effect of this scene uses the balls' radius"):
-        load_scene("nsc-case-1", ["balls.radius=0.001"])
-
-
 def test_every_problem_is_told_at_once() -> None:
     with pytest.raises(SceneError) as caught:
         load_scene("thesis-hold", ["rotor.eccentricity=-1", "effects.suspension.damping=-1"])

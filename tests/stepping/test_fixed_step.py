@@ -9,7 +9,13 @@ import pytest
 
 from ab_sim.compiling import compiled
 from ab_sim.drive.step_plan import StepPlan
-from ab_sim.dynamics.assemble import start_discrete_state, start_state, state_bounds, system_of
+from ab_sim.dynamics.assemble import (
+    MOST_ANGLE,
+    start_discrete_state,
+    start_state,
+    state_bounds,
+    system_of,
+)
 from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS
 from ab_sim.events.run import Run
 from ab_sim.integrate.steppers.rk8 import RK8
@@ -181,6 +187,29 @@ def test_an_angle_keeps_its_digits() -> None:
     assert take_out_turns(state, 0, discrete, 0) and discrete[0, TURNS] == 1
     assert state[0] == pytest.approx(0.3, abs=1e-15)
     assert not take_out_turns(state, 0, discrete, 0)
+
+
+@pytest.mark.parametrize("turns", [-143_239_448_782_705, -7, 2, 3, 10**9])
+def test_any_number_of_turns_is_taken_out_at_once(turns: int) -> None:
+    """In machine code, where one at a time would take days."""
+    state, discrete = np.array([turns * 2.0 * math.pi]), np.zeros((1, 4), np.int64)
+    state += math.copysign(0.3, turns)
+    within = math.atan2(math.sin(state[0]), math.cos(state[0]))
+    assert compiled(take_out_turns)(state, 0, discrete, 0)
+    assert abs(discrete[0, TURNS] - turns) <= 1 and abs(state[0]) <= 2.0 * math.pi
+    assert math.remainder(state[0] - within, 2.0 * math.pi) == pytest.approx(
+        0.0, abs=math.ulp(turns * 2.0 * math.pi)
+    )
+
+
+@pytest.mark.parametrize("name", ["thesis-baseline", "everything"])
+@pytest.mark.parametrize("angle", [9e14, 9e15, -1e300])
+def test_a_step_ends_whatever_angle_it_begins_with(name: str, angle: float) -> None:
+    drive = Drive(name)
+    drive.run.state[drive.run.balls.first_angle] = angle
+    (leg,) = drive.legs
+    taken = drive._advance(leg.table, 0, 0, 5, math.nan, np.zeros((5, drive.width)))
+    assert (taken == 5) is (abs(angle) < MOST_ANGLE)
 
 
 def test_a_quaternion_is_made_a_unit_one_where_it_has_drifted() -> None:

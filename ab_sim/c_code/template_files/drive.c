@@ -176,10 +176,10 @@ static void unwind(struct drive *d)
 @if balls
     for (int i = 0; i < BALLS; i++) {
         double *angle = &d->y[@ANGLES@ + i];
-        while (fabs(*angle) > 2.0 * PI) {
-            const double turn = *angle > 0.0 ? 1.0 : -1.0;
-            *angle = (*angle - turn * 2.0 * PI) - turn * 2.4492935982947064e-16;
-            d->turns[i] += turn > 0.0 ? 1 : -1;
+        if (fabs(*angle) > 2.0 * PI) {
+            const int64_t turns = (int64_t)(*angle / (2.0 * PI));
+            *angle = (*angle - (double)turns * (2.0 * PI)) - (double)turns * 2.4492935982947064e-16;
+            d->turns[i] += turns;
         }
     }
 @end

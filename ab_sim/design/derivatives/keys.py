@@ -13,8 +13,9 @@ from pydantic import BaseModel
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import InputError, nearest
 from ab_sim.quoting import short
+from ab_sim.scene.changes import listed
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
-from ab_sim.scene.load import check_scene
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
 
@@ -22,6 +23,7 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 """Sections whose numbers act on the motion."""
 
 
+ANGLES = "start.ball_angles"
 IN_SPACE = ("rotor.height", "race.height")
 """Have no meaning for a deck that moves in the plane of the disc."""
 
@@ -98,10 +100,10 @@ def moved(scene: Scene, key: str, value: float) -> Scene:
 
 def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
     """The scene with other values; see ``moved``."""
-    found = scene
-    for key, value in values.items():
-        found = _replaced(found, key.split("."), value, found)
-    return check_scene(found.as_mapping(), scene.name)
+    changes: dict[str, object] = dict(values)
+    if scene.start.ball_angles is None and any(key.startswith(ANGLES) for key in values):
+        changes = {ANGLES: list(start_angles(scene)), **values}
+    return changed_scene(scene, changes, scene.name)
 
 
 def _numbers(scene: Scene) -> Iterator[tuple[str, float]]:
@@ -155,32 +157,10 @@ def _child(node: Any, name: str) -> Any:
 
 def _listed(node: Any, path: str, scene: Scene) -> Any:
     """Where one number stands for all, or none is given, the list of them."""
-    if node is None and path == "start.ball_angles":
+    if node is None and path == ANGLES:
         return start_angles(scene)
-    if node is None and path == "start.ball_rates":
-        return (0.0,) * scene.balls.count
-    if type(node) is float and path in ("balls.mass", "balls.radius"):
-        return (node,) * scene.balls.count
-    if type(node) is float and path == "race.height":
-        return (node,)
-    if type(node) is float and path.startswith("mounts."):
-        return (node,) * 3
-    return node
-
-
-def _replaced(node: Any, parts: Sequence[str], value: float, scene: Scene, path: str = "") -> Any:
-    if not parts:
-        return value
-    name, *rest = parts
-    node = _listed(node, path, scene)
-    inner = _replaced(_child(node, name), rest, value, scene, f"{path}.{name}".lstrip("."))
-    if isinstance(node, dict):
-        return {**node, name: inner}
-    if isinstance(node, BaseModel):
-        return node.model_copy(update={name: inner})
-    if hasattr(node, "_fields"):
-        return node._replace(**{name: inner})
-    return (*node[: int(name)], inner, *node[int(name) + 1 :])
+    entries = listed(path, node, scene.balls.count)
+    return tuple(entries) if isinstance(entries, list) else entries
 
 
 def _unit(parts: Sequence[str]) -> str:

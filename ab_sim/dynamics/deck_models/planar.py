@@ -48,9 +48,10 @@ def start_of(scene: Scene, system: System) -> np.ndarray:
     At rest in space, its velocity on the rotating axes is zero at any speed.
     """
     start, psi = scene.start.deck, scene.start.angle
-    turn = np.array([[math.cos(psi), math.sin(psi)], [-math.sin(psi), math.cos(psi)]])
-    place, velocity = start.position or (0.0, 0.0), start.velocity or (0.0, 0.0)
-    return np.concatenate([turn @ place, turn @ velocity])
+    c, s = math.cos(psi), math.sin(psi)
+    pairs = start.position or (0.0, 0.0), start.velocity or (0.0, 0.0)
+    # Without BLAS, whose kernels round differently.
+    return np.array([number for x, y in pairs for number in (c * x + s * y, c * y - s * x)])
 
 
 def rates_of(system: System, top_speed: float) -> dict[str, complex]:

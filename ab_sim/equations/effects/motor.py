@@ -62,10 +62,16 @@ class Motor(NamedTuple):
 
     def check_scene(self, scene: "Scene") -> None:
         """Refuse a motor with nothing to turn, or whose acceleration nobody would feel."""
+        # On a free deck, M0 turns about the mass centre of all that is not free to roll.
+        eccentric = scene.eccentric_mass
+        share = 1.0 - eccentric / (scene.total_mass - scene.balls.total_mass)
         if scene.deck is None and self.rotor_inertia == 0.0:
+            if share > 1e-9 and scene.rotor.eccentricity > 0.0:
+                return
             raise ValueError(
                 "effects.motor.rotor_inertia = 0.0 kg m^2: must be more than 0; the rotor of a "
-                "scene without a deck in space has no other inertia"
+                "scene without a deck in space has no other inertia, unless rotor.eccentric_mass "
+                "is less than all that moves besides the balls"
             )
         if "spindle_acceleration" not in scene.effects:
             raise ValueError(

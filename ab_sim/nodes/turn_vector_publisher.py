@@ -14,7 +14,7 @@ from ab_sim.scene import Scene
 from ab_sim.scene.frames import SPINDLE
 
 
-class OncePerTurn:
+class TurnVectorPublisher:
     """Publishes the vector over the last turn while somebody listens.
 
     Args:

@@ -1,0 +1,83 @@
+"""A guard for a main loop that is in a step which takes long, or never ends."""
+
+import sys
+import threading
+import time
+from collections.abc import Callable
+from types import TracebackType
+
+from rclpy.node import Node
+
+from ab_sim import interruption
+from ab_sim.nodes.leaving import leave_graph
+
+GLANCE = 0.1
+"""s between two looks at the loop."""
+STALLED = 0.5
+"""s; a round of the loop that takes longer counts as stalled."""
+GRACE = 2.0
+"""s that a stalled loop has for its end after a signal."""
+LEAVING = 2.0
+"""s for the node to leave the graph in that case."""
+
+
+class StallGuard:
+    """Answers urgent requests for a stalled main loop, and ends the process for it.
+
+    Machine code runs without Python's lock, so that this thread runs meanwhile.
+
+    Args:
+        node: that leaves the graph with the process.
+        stopping: set when the loop is asked to end.
+        answer: serves urgent requests; called while the loop is stalled.
+    """
+
+    def __init__(self, node: Node, stopping: threading.Event, answer: Callable[[], None]) -> None:
+        self._node, self._stopping, self._answer = node, stopping, answer
+        self._begun: float | None = None
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._watch, name="stall guard", daemon=True)
+
+    def begin(self) -> None:
+        """A round of the loop begins."""
+        self._begun = time.monotonic()
+
+    def end(self) -> None:
+        """The round is over; the loop rests."""
+        self._begun = None
+
+    def __enter__(self) -> "StallGuard":
+        self._thread.start()
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        self._over.set()
+        self._thread.join()
+
+    def _watch(self) -> None:
+        asked: float | None = None
+        while not self._over.wait(GLANCE):
+            now, begun = time.monotonic(), self._begun
+            if self._stopping.is_set() and asked is None:
+                asked = now
+            if begun is None or now - begun < STALLED:
+                continue
+            if asked is not None and now - max(asked, begun) >= GRACE:
+                self._leave(now - begun)
+            self._answer()
+
+    def _leave(self, stalled: float) -> None:
+        """End the process without the main loop."""
+        name = self._node.get_fully_qualified_name()
+        print(
+            f"{name}: a step has not ended for {stalled:.1f} s; ended without it, and without the "
+            "last samples",
+            file=sys.stderr,
+        )
+        leave_graph(self._node, LEAVING)
+        interruption.leave(1)

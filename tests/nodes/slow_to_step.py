@@ -1,0 +1,39 @@
+"""`drive_sim` whose step takes long, once ``SPEED`` is commanded.
+
+python -m tests.nodes.slow_to_step SECONDS --ros-args ...
+"""
+
+import sys
+import time
+from typing import Any
+
+from ab_sim.drive import Drive
+
+MODULE = "tests.nodes.slow_to_step"
+STALLS, GOES_ON = "[stalls]", "[goes on]"
+"""What it prints."""
+SPEED = 100.0
+"""rad/s."""
+
+
+def slow_down(seconds: float) -> None:
+    """Let the first steps after the command take so long."""
+    advance = Drive.advance
+    taken: list[int] = []
+
+    def slowly(drive: Drive, steps: int) -> Any:
+        if drive._command == SPEED and not taken:
+            taken.append(drive.steps)
+            print(STALLS, flush=True)
+            time.sleep(seconds)
+            print(GOES_ON, flush=True)
+        return advance(drive, steps)
+
+    Drive.advance = slowly  # type: ignore[method-assign]
+
+
+if __name__ == "__main__":
+    from ab_sim.nodes.drive_sim import main
+
+    slow_down(float(sys.argv.pop(1)))
+    main()
