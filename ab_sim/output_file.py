@@ -21,6 +21,26 @@ FMU = (".fmu",)
 BAG_FILE = (".mcap", ".db3", ".bag")
 
 
+LONGEST_NAME = 255
+"""Bytes of a file's name, on the usual file systems."""
+
+
+def check_name(path: Path, said: str) -> None:
+    """Refuse a name that file systems, or the libraries that write files, do not take.
+
+    Raises:
+        InputError: names the path and what is allowed.
+    """
+    try:
+        lengths = [len(part.encode()) for part in path.parts]
+    except UnicodeEncodeError:
+        raise InputError(f"{said} {path}: is not UTF-8; choose another name") from None
+    if max(lengths, default=0) > LONGEST_NAME:
+        raise InputError(
+            f"{said} {path}: has a name of {max(lengths)} bytes; must be at most {LONGEST_NAME}"
+        )
+
+
 def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
     """Refuse a name that is for something else: a slip of the pen would replace, say, a picture.
 
@@ -32,6 +52,7 @@ def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
     Raises:
         InputError: names the path and what is allowed.
     """
+    check_name(path, said)
     if path.is_dir():
         raise InputError(f"{said} {path}: is a folder; name a file in it")
     if path.suffix.lower() not in endings:
@@ -49,6 +70,7 @@ def check_folder(path: Path, said: str) -> None:
     Raises:
         InputError: names the path and one that would do.
     """
+    check_name(path, said)
     if path.suffix.lower() in BAG_FILE:
         raise InputError(
             f"{said} {path}: a bag is a folder, with a file {path.stem}{path.suffix} in it; "
@@ -67,6 +89,7 @@ def check_writable(path: Path, said: str, replaced: bool = True) -> None:
     Raises:
         InputError: names the path and what is wrong with it.
     """
+    check_name(path, said)
     try:
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "a device or a pipe"
@@ -94,6 +117,7 @@ def check_can_be_made(folder: Path, said: str) -> None:
     Raises:
         InputError: names the folder and what is wrong with it.
     """
+    check_name(folder, said)
     try:
         above = next(each for each in (folder, *folder.absolute().parents) if each.exists())
         if not above.is_dir():

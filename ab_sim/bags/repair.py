@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import os
+import shutil
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -14,6 +16,7 @@ from ab_sim.bags.writer import BagWriter
 from ab_sim.errors import RecordingError
 
 _LIBRARY = "rosbags"
+_UNFINISHED = ".mending-"
 _PROGRESS_EVERY = 1000  # messages
 
 
@@ -62,7 +65,9 @@ def repair_bag(
                 "know all that others put beside messages; use `mcap recover`, then `ros2 bag "
                 "reindex`"
             )
-        with tempfile.TemporaryDirectory(dir=file.parent, prefix=".mending-") as room:
+        _remove_leftovers(file.parent)
+        prefix = f"{_UNFINISHED}{os.getpid()}-"
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=prefix) as room:
             made = Path(room, "bag", file.name)
             messages = _copy(file, made, progress)
             made.chmod(file.stat().st_mode)
@@ -74,6 +79,14 @@ def repair_bag(
     except OSError as error:
         raise RecordingError(f"{cannot}{error.strerror}; nothing has changed") from error
     return BagRepair(messages, lost)
+
+
+def _remove_leftovers(folder: Path) -> None:
+    """Remove what repairs that were killed have left in a bag's folder."""
+    for room in folder.glob(f"{_UNFINISHED}*"):
+        number = room.name.removeprefix(_UNFINISHED).partition("-")[0]
+        if number.isdecimal() and not Path("/proc", number).exists():
+            shutil.rmtree(room, ignore_errors=True)
 
 
 def _file_of(path: Path) -> Path:

@@ -18,6 +18,7 @@ from rosbags.rosbag2 import (
     WriterError,
 )
 from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys import TypesysError
 
 from ab_sim.bags.messages import TYPES
 from ab_sim.bags.metadata import METADATA, initial_metadata
@@ -84,9 +85,12 @@ class BagWriter:
     def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
         """Declare a topic before its first message; ``qos`` is the profile that players offer."""
         self._check_usable()
-        self._topics[name] = self._writer.add_connection(
-            name, type_name, typestore=TYPES, offered_qos_profiles=[qos] if qos else []
-        )
+        try:
+            self._topics[name] = self._writer.add_connection(
+                name, type_name, typestore=TYPES, offered_qos_profiles=[qos] if qos else []
+            )
+        except TypesysError as error:
+            raise RecordingError(f"{name}: cannot be written: {type_name} is not known") from error
 
     def write(self, topic: str, time: int, message: bytes | memoryview) -> None:
         """Add a message.

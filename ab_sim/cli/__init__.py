@@ -1,8 +1,12 @@
 """The command line `ab-sim`."""
 
+import errno
+import os
 import sys
 
 from ab_sim import interruption
+
+_NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
 
 @interruption.left_at_exit()
@@ -18,9 +22,19 @@ def main() -> None:
     try:
         from ab_sim.cli.app import app
 
-        app()
+        try:
+            app()
+        finally:
+            sys.stdout.flush()
     except AbSimError as error:
         print(f"ab-sim: {visible(str(error))}", file=sys.stderr)
         if isinstance(error, Interrupted):
             interruption.leave(error.exit_code)
         sys.exit(error.exit_code)
+    except OSError as error:
+        if error.errno not in _NO_ROOM or error.filename is not None:
+            raise
+        print(f"ab-sim: cannot write standard output: {error.strerror}", file=sys.stderr)
+        # Python flushes it once more at the end.
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        sys.exit(2)

@@ -214,7 +214,9 @@ SizeSettleOption = Annotated[
 SizeDensityOption = Annotated[
     str, typer.Option(metavar="steel", help="Or ceramic, tungsten carbide, '7.8 g/cm^3'.")
 ]
-SizeBallsOption = Annotated[str, typer.Option(metavar="2..6", help="Numbers that are looked at.")]
+SizeBallsOption = Annotated[
+    str, typer.Option(metavar="2..6", help="Numbers of balls, from 2 to 12.")
+]
 SizeShareOption = Annotated[
     str, typer.Option(metavar="90%", help="Of drives that must be balanced by then.")
 ]

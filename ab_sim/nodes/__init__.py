@@ -1,10 +1,18 @@
 """The ROS 2 nodes: thin, no physics. Each runs in its own process."""
 
+import importlib.util
 import sys
 
 from ab_sim import interruption
+
+NEEDS_ROS = (
+    "ROS 2 is needed to run a node, and there is no rclpy; install it with "
+    "`pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
+)
 
 if sys.argv[0] == "-m":
     # `python -m` is on its way to a node, whose own imports take seconds.
     interruption.watch()
     interruption.heed()
+    if importlib.util.find_spec("rclpy") is None:
+        sys.exit(NEEDS_ROS)

@@ -21,6 +21,8 @@ AT_ONCE = 1000
 """Largest number of commands read at a wake-up, in some 4 ms; the others wait in the queue."""
 PAUSE = 0.1
 """Time between two reports on trajectories [s]."""
+CLOCK_SET = 20_000_000
+"""ns; the system clock was set if it differs by more from the steady clock than it did."""
 TOPICS = (topics.COMMAND, topics.TRAJECTORY)
 NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Name that rmw gives the node of a publisher until it has discovered the node."""
@@ -58,6 +60,8 @@ class PendingCommands:
         self._last_trajectory: TrajectoryAnswer | None = None
         self._publishers: list[int] = []
         self._sources = 0
+        self._steady = time.monotonic_ns() - time.time_ns()
+        """Steady time less the system's [ns]."""
         self._wrong_type: dict[tuple[int, ...], str] = {}
         """Publishers of another type at the last check: the message for people, by endpoint."""
         self._nameless: set[tuple[int, ...]] = set()
@@ -89,10 +93,12 @@ class PendingCommands:
         if sent := [*trajectories]:
             commands = sorted([*speeds, *sent], key=lambda command: command[1])
         kind = topics.COMMAND.type
-        # By the steady clock: the system clock may be set in the meantime.
-        steady = time.monotonic_ns() - time.time_ns()
+        # By the steady clock: the system clock may be set in the meantime. If it was set since the
+        # last wake-up, nobody knows when these came.
+        before, self._steady = self._steady, time.monotonic_ns() - time.time_ns()
+        unknown = standing or abs(self._steady - before) > CLOCK_SET
         for message, received in commands:
-            stamp = 0 if standing else received + steady
+            stamp = 0 if unknown else received + self._steady
             if isinstance(message, kind):
                 self._path.receive(topics.COMMAND.sample(message), now, stamp)
                 continue

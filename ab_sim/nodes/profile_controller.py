@@ -8,10 +8,9 @@ import time
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from rclpy.clock import Clock, ClockType
 from rclpy.publisher import Publisher
 
-from ab_msgs_py import ENDED, Health, Task, services, topics
+from ab_msgs_py import ENDED, Health, Level, Task, services, topics
 from ab_msgs_py.actions import Asked, Outcome
 from ab_msgs_py.services import Answer, serve_trigger
 from ab_msgs_py.set_points import SetPoints
@@ -32,6 +31,7 @@ from ab_sim.nodes.profile_action import ProfileAction
 from ab_sim.nodes.profile_ears import ProfileEars
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from ab_sim.nodes.settings import Settings, Values
+from ab_sim.nodes.ticker import Ticker
 from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.spindle.profile_run import ProfileState
@@ -40,6 +40,8 @@ from ab_sim.spindle.set_points import set_points_of
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""
+GLANCE = 0.05
+"""s between two looks at listeners and status."""
 RECORDER = "recorder"
 """Name of the node that hears commands, and obeys none."""
 LATE = 5
@@ -125,16 +127,13 @@ class ProfileController(PlainLog):
         ):
             serve_trigger(self, name, _answered(act))
         self._action = ProfileAction(self, self._start_goal, self._cancel_goal)
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self._ticker: Ticker | None = None
         if self._simulated:
             # Each message: a timer of ROS keeps a phase of its own, so that the same run would have
             # its commands at other times.
             topics.CLOCK.subscription(self, self._hear_clock)
             topics.DIAGNOSTICS.subscription(self, self._hear_drive)
-        else:
-            self.create_timer(self._period, self._tick, clock=steady)
-        if auto_start:
-            self._waiting = self.create_timer(0.05, self._start_when_heard, clock=steady)
+        self._waits = bool(auto_start)
         # Last: it says that it waits, and who has read that may end the node in order.
         self._timed = TimedRun(self._period, self._simulated, self._say, self._warn)
         self._ears = ProfileEars(self, lambda: self._timed.course, lambda: self._now * 1e-9)
@@ -156,7 +155,7 @@ class ProfileController(PlainLog):
             if refusal := self._timed.abort(self._now, "by ~/abort"):
                 return False, refusal
             if before is ProfileState.WAITING:
-                self._waiting.cancel()
+                self._waits = False
                 return True, "waiting no more"
             return True, "ramping down to standstill"
 
@@ -220,9 +219,41 @@ class ProfileController(PlainLog):
             if info.node_name != RECORDER
         }
 
+    def run(self, stopping: threading.Event) -> None:
+        """Tick, start when there is a drive, and report, until stopped.
+
+        Reports go out once a second of the steady clock, and as soon as somebody else listens or
+        the profile goes on. ROS's timers and Python's events wait by the system's clock, on some
+        releases: when it is set back they would stand still.
+        """
+        if not self._simulated:
+            self._ticker = Ticker(self._period, time.monotonic())
+        looked = reported = -math.inf
+        seen = -1, ""
+        while not stopping.is_set():
+            now = time.monotonic()
+            if self._ticker is not None and self._ticker.due(now):
+                self._tick()
+            if now - looked >= GLANCE:
+                looked = now
+                if self._waits:
+                    self._start_when_heard()
+                present = self.listeners, self.status
+                if now - reported >= REPORT_PERIOD or present != seen:
+                    reported, seen = now, present
+                    self.report()
+            now = time.monotonic()
+            rest = GLANCE if self._ticker is None else self._ticker.wait(now)
+            time.sleep(min(rest, GLANCE))
+        self.end()
+
     def report(self, ended: bool = False) -> None:
         """Publish this node's health."""
         level, message, values = profile_words.health(self._timed.run)
+        if self._ticker is not None:
+            values["ticks lost"] = str(self._ticker.lost)
+            if warning := self._ticker.warning():
+                level, message = Level.WARN, f"{message}; {warning}"
         values |= {
             "command rate [1/s]": f"{1 / self._period:g}",
             "commands published": str(self._published),
@@ -322,18 +353,18 @@ class ProfileController(PlainLog):
         return self._ears.missing(plan.hears)
 
     def _start_when_heard(self) -> None:
-        run = self._timed.run
-        if run.state in (ProfileState.IDLE, ProfileState.WAITING):
-            with self._lock:
+        with self._lock:
+            run = self._timed.run
+            if self._waits and run.state in (ProfileState.IDLE, ProfileState.WAITING):
                 missing = self._missing(self._next)
                 if not missing and self._simulated and self._now == 0:
                     missing = "time stands at 0"  # or was not heard yet, and began long ago
                 if missing:
                     run.wait(missing)
                     return
-            if not self.start()[0]:
-                return
-        self._waiting.cancel()
+                if not self.start()[0]:
+                    return
+            self._waits = False
 
     def _say(self, status: str, well: bool) -> None:
         self._status.publish(topics.PROFILE_STATUS.message(status))
@@ -423,20 +454,9 @@ def _answered(act: Callable[[], Answer]) -> Callable[[], Answer]:
     return answer
 
 
-def report_until_stopped(node: ProfileController, stopping: threading.Event) -> None:
-    """Once a second of the steady clock, and as soon as somebody else listens or it goes on."""
-    reported, seen = -math.inf, (-1, "")
-    while not stopping.wait(0.05):
-        now, present = time.monotonic(), (node.listeners, node.status)
-        if now - reported >= REPORT_PERIOD or present != seen:
-            reported, seen = now, present
-            node.report()
-    node.end()
-
-
 def main() -> None:
     """Entry point of the executable."""
-    run_node(ProfileController, report_until_stopped)
+    run_node(ProfileController, ProfileController.run)
 
 
 if __name__ == "__main__":

@@ -201,3 +201,19 @@ def test_chunks_are_closed_at_every_flush_and_at_a_size(tmp_path: Path) -> None:
 def chunks(bag: Path) -> int:
     records = StreamReader(io.BytesIO(file_in(bag).read_bytes()), emit_chunks=True).records
     return sum(type(record).__name__ == "Chunk" for record in records)
+
+
+def test_a_type_that_nobody_knows_is_named(tmp_path: Path) -> None:
+    with BagWriter(tmp_path / "bag") as bag, pytest.raises(RecordingError) as refused:
+        bag.topic("/a", "foo_msgs/msg/Bar", None)
+    assert str(refused.value) == "/a: cannot be written: foo_msgs/msg/Bar is not known"
+
+
+def test_what_a_killed_repair_has_left_is_removed(killed: Path) -> None:
+    gone = subprocess.Popen([sys.executable, "-c", ""])
+    gone.wait()
+    left, of_another = killed / f".mending-{gone.pid}-abc", killed / ".mending-1-abc"
+    for room in (left, of_another):
+        (room / "bag").mkdir(parents=True)
+    assert repair_bag(killed) is not None
+    assert not left.exists() and of_another.exists()

@@ -165,7 +165,8 @@ def window_runs(
 
     def look(name: str, drag: float) -> SpreadRuns:
         scene = with_contact(scene_of(balls, specification, drag))
-        runs = run_share(scene, specification, running, drag_too=False)
+        stage = running.at_stage(f"drag {name}, {drag:.3g} N s/m")
+        runs = run_share(scene, specification, stage, drag_too=False)
         found[name] = DragRuns(drag, predict(drag), runs)
         return runs
 

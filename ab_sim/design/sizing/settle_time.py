@@ -165,6 +165,19 @@ def settle_times(
     return np.where(rate > 0.0, slip + np.maximum(folds / better, last / firm), math.inf)
 
 
+def stuck(balls: FittingBalls, specification: DriveSpecification) -> tuple[float, float]:
+    """Return the whirl [m] below which friction holds balls anywhere, and its unbalance [kg m].
+
+    The deck's whirl W pulls a ball along the race by m w^2 W at most, and rolling friction holds it
+    against (arm / a) m R w^2: so up to W = R arm / a. At the running speed the deck whirls so far
+    with an unbalance of W |k - M w^2 + i c w| / w^2.
+    """
+    speed, drive = specification.speed, drive_of_balls(balls, specification, 0.0)
+    whirl = balls.path_radius * specification.friction_arm / balls.radius
+    resistance = complex(drive.stiffness - drive.mass * speed**2, drive.damping * speed)
+    return whirl, whirl * abs(resistance) / speed**2
+
+
 def share_in_time(
     drive: BunchDrive, specification: DriveSpecification, places: BalancedPlaces
 ) -> float:

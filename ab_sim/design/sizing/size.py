@@ -19,6 +19,7 @@ from ab_sim.design.sizing.claims import (
     window_runs,
 )
 from ab_sim.design.sizing.drag_window import SizedBalls, predicted_share, sized_balls
+from ab_sim.design.sizing.settle_time import stuck
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
 from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
@@ -34,6 +35,8 @@ HOLD_LENGTHS = (0.1, 0.2, 0.4, 0.8)
 """Of the time to settle, from the least: a hold that is tried is no longer than need be."""
 HOLD_SPEEDS = (1.05, 1.2, 1.4)
 """Of the critical speed, at which speed is held."""
+PARTS = (1 / 16, 1 / 4, 1)
+"""Of the runs, after which a design is given up whose whole interval is below what is wanted."""
 PREDICTED_AT = 60
 """Drags of a curve."""
 
@@ -247,7 +250,17 @@ def _scene(sized: SizedBalls, hold: Hold | None, specification: DriveSpecificati
 def _run(
     sized: SizedBalls, hold: Hold | None, specification: DriveSpecification, running: Running
 ) -> SpreadRuns:
-    return run_share(_scene(sized, hold, specification), specification, running)
+    """Run a design over its spread; only a part of the runs where these rule it out."""
+    scene = _scene(sized, hold, specification)
+    pause = "" if hold is None else f", hold of {hold.duration:.3g} s at {hold.start_speed:.4g}"
+    stage = running.at_stage(f"{sized.count} balls{pause}")
+    # Runs of a part are found again by the whole.
+    for part in PARTS:
+        runs = max(FEWEST, round(part * running.runs))
+        found = run_share(scene, specification, stage._replace(runs=min(runs, running.runs)))
+        if found.share.high < specification.share:
+            break
+    return found
 
 
 def sizing_failure(found: Sizing) -> str:
@@ -262,7 +275,28 @@ def sizing_failure(found: Sizing) -> str:
     )
     holds = len(list(_holds(found.specification)))  # all are tried before balls are given up
     also = f", also with each of {holds} holds of the speed (variable-speed periods)"
+    stuck = _where_balls_stick(found)
+    advice = "give more time to settle, or ask for a smaller share"
+    if stuck:
+        advice = f"{stuck}; lower the friction, leave more unbalance, or ask for a smaller share"
     return (
         f"nothing can be sized: runs contradict the prediction of {wanted:g} % ({runs})"
-        f"{also if holds else ''}; give more time to settle, or ask for a smaller share"
+        f"{also if holds else ''}; {advice}"
+    )
+
+
+def _where_balls_stick(found: Sizing) -> str:
+    """What friction leaves, whatever time there is; empty without friction."""
+    specification = found.specification
+    if specification.friction_arm == 0.0:
+        return ""
+    each = []
+    for sized in found.candidates:
+        if sized.balls is not None and any(sized.count == count for count, _ in found.tried):
+            whirl, left = stuck(sized.balls, specification)
+            part = 100.0 * left / specification.limit
+            each.append(f"{sized.count} balls: {1e6 * whirl:.3g} um, {part:.0f} %")
+    return (
+        "balls stick anywhere on the race once the whirl is below W = R arm / a, which may leave "
+        f"so much of the unbalance allowed, for any time to settle ({'; '.join(each)})"
     )

@@ -48,6 +48,17 @@ class Running(NamedTuple):
     """Makes what shares the work; None: this process does it."""
     tell: Tell | None
 
+    def at_stage(self, name: str) -> "Running":
+        """Return the same, whose progress begins with the name of a stage."""
+        tell = self.tell
+        if tell is None:
+            return self
+
+        def told(what: str, done: int, total: int) -> None:
+            tell(f"{name}: {what}", done, total)
+
+        return self._replace(tell=told)
+
     def executor(self) -> AbstractContextManager[Executor] | None:
         """For one study."""
         return None if self.executors is None else self.executors()
