@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.api.c_code import write_c, write_fmu
     from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
-    from ab_sim.api.derivatives import sensitivities
+    from ab_sim.api.derivatives import merit_sensitivities, sensitivities
     from ab_sim.api.design import open_sweep, robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.identification import identify
@@ -72,6 +72,7 @@ __all__ = [
     "follow_floquet",
     "identify",
     "load_scene",
+    "merit_sensitivities",
     "merits_of",
     "modes",
     "open_recording",
@@ -101,7 +102,7 @@ __all__ = [
 _MODULES = {
     "api.c_code": ("write_c", "write_fmu"),
     "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
-    "api.derivatives": ("sensitivities",),
+    "api.derivatives": ("merit_sensitivities", "sensitivities"),
     "api.design": ("open_sweep", "robust", "sweep", "tune"),
     "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),

@@ -7,9 +7,9 @@ from ab_sim.analysis.floquet import Followed, Stability
 from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
-from ab_sim.analysis.sensitivity import MeritSensitivities, Sensitivities
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
+from ab_sim.design.derivatives import MeritSensitivities, Sensitivities
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep

@@ -93,12 +93,6 @@ PURPOSES = [
     ),
     Purpose("drivers of eight runs with events", "", "stepping/over_events stepping/watch"),
     Purpose(
-        "derivatives of runs by parameters: of steps, events, impacts",
-        "",
-        "kernels/tangent kernels/tangent_step stepping/tangents stepping/tangent_steps "
-        "stepping/tangent_events stepping/tangent_functions stepping/tangent_impacts",
-    ),
-    Purpose(
         "Taylor's method, of one run and of eight",
         "",
         "taylor integrate/steppers/taylor tracing/power_series",

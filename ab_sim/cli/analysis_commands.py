@@ -266,20 +266,22 @@ def sensitivity(
     ] = None,
     json: JsonOption = None,
     plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw percents per percent as bars.")
+        Path | None,
+        typer.Option(metavar="FILE", help="Draw percents per percent as bars with uncertainties."),
     ] = None,
 ) -> None:
     """Compute how much each value of a scene changes the result.
 
-    The derivatives are those of the steps that are taken, to rounding: all numbers change at once,
-    in one run. Where balls stick and come loose, and a motor reaches its limit, the times of that
-    move with the numbers, and so do those at which balls hit each other. Merits that are no
-    numbers have no derivative; nor has the time of a sample.
+    Each value is moved up and down by a little, and the runs are compared; the uncertainty of a
+    derivative covers the error of that. Where balls collide or stick it may be large, or a merit
+    not differentiable. Merits that are no numbers, or the time of a sample, have no derivative.
 
     The JSON has `merits`, by name each with value, unit, and `by` key: value and unit of the key,
-    derivative (unit per unit) and elasticity (percent per percent; null where the merit is 0).
+    derivative (unit per unit; null where the merit is not differentiable), uncertainty (null where
+    it is unknown) and elasticity (percent per percent; null without derivative or where the merit
+    is 0).
 
-    Exit codes: 0 done, 2 bad input or no derivative, 3 diverged.
+    Exit codes: 0 done, 2 bad input, 3 diverged.
     """
     from ab_sim.cli.sensitivity import sensitivity_command
 

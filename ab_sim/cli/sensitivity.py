@@ -1,21 +1,18 @@
 """`ab-sim sensitivity`."""
 
+import math
 from collections.abc import Iterator
 
 import numpy as np
 from rich.table import Table
 
-from ab_sim.analysis.merits import merits_of
-from ab_sim.analysis.sensitivity import NoDerivative, Sensitivities, real_keys, sensitivities
-from ab_sim.analysis.sensitivity.keys import RealKey, scale_of
-from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities, differentiable_merits
+from ab_sim.batch import simulate_batch
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
+from ab_sim.design.derivatives import MeritSensitivities, merit_sensitivities, real_keys
+from ab_sim.design.derivatives.of_merits import differentiable_merits
 from ab_sim.errors import InputError
-from ab_sim.scene import Scene, load_scene
-
-ROUNDING = 1e-10
-"""Least relative change of a metric that counts as a dependence."""
+from ab_sim.scene import load_scene
 
 
 def sensitivity_command(
@@ -25,41 +22,17 @@ def sensitivity_command(
     names = _listed("--of", merits)
     differentiable_merits(names)
     scene = load_scene(scene_name, changes)
-    wanted = None if keys is None else _listed("--to", keys)
+    wanted = [real.key for real in real_keys(scene)] if keys is None else _listed("--to", keys)
 
     def work(tell: Tell) -> Outcome:
-        run, without = _run(scene, wanted, tell)
-        found = run.of_merits(names)
-        if not merits_of(run.trajectory, run.scene, ["settled"])["settled"]:
-            without.append(
-                "the run has not settled: final values still change, and so do their derivatives; "
-                "a longer duration tells of the settled drive"
-            )
-        return Outcome([*_shown(run, found), *without], found.report, plotted(found))
+        def progress(done: int, runs: int) -> None:
+            tell("running", done, runs)
+
+        found = merit_sensitivities(scene, wanted, names, progress)
+        judged = simulate_batch(found.scene, [{}], merits=["settled"]).merits["settled"]
+        return Outcome(_shown(found, bool(judged[0])), found.report, plotted(found))
 
     return Command(work, scene.name)
-
-
-def _run(scene: Scene, keys: list[str] | None, tell: Tell) -> tuple[Sensitivities, list[str]]:
-    """Return the run, and with all numbers requested, those without a derivative."""
-
-    def progress(time: float, end: float) -> None:
-        tell("running", round(100 * time / end), 100)
-
-    left = [real.key for real in real_keys(scene)] if keys is None else keys
-    without: dict[str, str] = {}
-    while True:
-        try:
-            found = sensitivities(scene, left, progress=progress)
-        except NoDerivative as error:
-            if keys is not None or error.key is None or len(left) == 1:
-                raise
-            left = [key for key in left if key != error.key]
-            without[error.key] = str(error)
-            continue
-        first = next(iter(without.values()), "")
-        said = [f"left out: {', '.join(without)}. {first}"] if without else []
-        return found, said
 
 
 def _listed(option: str, text: str) -> list[str]:
@@ -74,7 +47,7 @@ def _listed(option: str, text: str) -> list[str]:
     return names
 
 
-def _shown(run: Sensitivities, found: MeritSensitivities) -> Iterator[Table | str]:
+def _shown(found: MeritSensitivities, settled: bool) -> Iterator[Table | str]:
     for i, merit in enumerate(found.merits):
         unit = found.merit_units[i]
         named = merit if unit in ("1", "-") else f"{merit} [{unit}]"
@@ -83,39 +56,61 @@ def _shown(run: Sensitivities, found: MeritSensitivities) -> Iterator[Table | st
         table.add_column("value", justify="right")
         table.add_column("derivative", justify="right")
         table.add_column("% per %", justify="right")
-        still = []
-        for k in _order(found, i):
-            key, own = found.keys[k], found.key_units[k]
-            if _is_nothing(found, i, k):
-                still.append(key)
-                continue
+        order = _order(found, i)
+        shown = [k for k in order if not found.has_no_influence[i, k] and _is_known(found, i, k)]
+        for k in shown:
+            own = found.key_units[k]
+            percent = found.elasticities[i, k], found.elasticity_uncertainties[i, k]
+            has_percent = found.values[k] and np.isfinite(percent[0])
             table.add_row(
-                key,
+                found.keys[k],
                 f"{found.values[k]:.6g} {'' if own == '1' else own}".rstrip(),
-                f"{found.derivatives[i, k]:.6g} {found.unit(i, k)}",
-                _percent(float(found.elasticities[i, k]), float(found.values[k])),
+                _derivative(found, i, k),
+                with_uncertainty(*percent) if has_percent else "-",
             )
         yield table
-        at_zero = [
-            f"{found.derivatives[i, k]:.4g} {found.unit(i, k)} ({found.keys[k]})"
-            for k in _order(found, i)
-            if not found.values[k] and not _is_nothing(found, i, k)
-        ]
+        at_zero = [f"{_derivative(found, i, k)} ({found.keys[k]})" for k in shown]
+        at_zero = [each for each, k in zip(at_zero, shown, strict=True) if not found.values[k]]
         if at_zero:
             yield f"no percent of 0, so not in the picture; by derivative: {', '.join(at_zero)}"
+        still = [found.keys[k] for k in order if found.has_no_influence[i, k]]
         if still:
             yield f"no influence on {merit}: {', '.join(still)}"
+        unknown = [found.keys[k] for k in order if not _is_known(found, i, k)]
+        if unknown:
+            yield (
+                f"{merit} is not differentiable here by: {', '.join(unknown)}; larger changes: "
+                "`ab-sim sweep`"
+            )
     yield (
-        f"exact derivatives of the run by {run.stepper}, step {run.scene.solver.step:g} s; % per "
-        "%: by how many percent it changes if the key does by one"
+        f"central differences of runs by {found.scene.solver.stepper}, step "
+        f"{found.scene.solver.step:g} s, +- their uncertainty; % per %: by how many percent it "
+        "changes if the key does by one"
     )
+    if not settled:
+        yield (
+            "the run has not settled: final values still change, and so do their derivatives; "
+            "a longer duration tells of the settled drive"
+        )
 
 
-def _is_nothing(found: MeritSensitivities, merit: int, key: int) -> bool:
-    """Return whether the derivative is 0 apart from rounding."""
-    real = RealKey(found.keys[key], float(found.values[key]), found.key_units[key])
-    moves = abs(found.derivatives[merit, key]) * 100.0 * scale_of(real)
-    return bool(moves <= ROUNDING * abs(found.merit_values[merit]))
+def with_uncertainty(value: float, uncertainty: float) -> str:
+    """Text of a value, to the first digit that is uncertain and at most six."""
+    digits = 6
+    if value and uncertainty:
+        digits = math.floor(math.log10(abs(value))) - math.floor(math.log10(uncertainty)) + 1
+    return f"{value:.{min(max(digits, 1), 6)}g} +- {uncertainty:.1g}"
+
+
+def _derivative(found: MeritSensitivities, merit: int, key: int) -> str:
+    number = with_uncertainty(
+        float(found.derivatives[merit, key]), float(found.uncertainties[merit, key])
+    )
+    return f"{number} {found.unit(merit, key)}"
+
+
+def _is_known(found: MeritSensitivities, merit: int, key: int) -> bool:
+    return bool(np.isfinite(found.derivatives[merit, key]))
 
 
 def _order(found: MeritSensitivities, merit: int) -> list[int]:
@@ -123,7 +118,3 @@ def _order(found: MeritSensitivities, merit: int) -> list[int]:
     sizes = np.abs(found.elasticities[merit])
     order = np.lexsort((np.arange(len(sizes)), -np.nan_to_num(sizes)))
     return [int(k) for k in order]
-
-
-def _percent(elasticity: float, value: float) -> str:
-    return f"{elasticity:.4g}" if np.isfinite(elasticity) and value else "-"

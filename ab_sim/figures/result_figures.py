@@ -7,8 +7,8 @@ from ab_sim.analysis.maps.stability import StabilityMap
 from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
-from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities
 from ab_sim.batch import Batch
+from ab_sim.design.derivatives import MeritSensitivities
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep

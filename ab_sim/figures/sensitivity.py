@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from ab_sim.analysis.sensitivity.of_merits import MeritSensitivities
+from ab_sim.design.derivatives import MeritSensitivities
 from ab_sim.figures.saved import ResultFigure
 
 MORE, LESS = "#1f4e8c", "#c4622d"
@@ -34,7 +34,8 @@ def _shown(elasticities: np.ndarray) -> list[int]:
 def _bars(found: MeritSensitivities, merit: int, shown: list[int], axes: Axes) -> None:
     values = found.elasticities[merit, shown]
     colours = [MORE if value > 0 else LESS for value in values]
-    axes.barh(range(len(shown)), values, color=colours)
+    errors = found.elasticity_uncertainties[merit, shown]
+    axes.barh(range(len(shown)), values, xerr=errors, color=colours, capsize=3)
     axes.set_yticks(range(len(shown)), [found.keys[k] for k in shown], fontsize=8)
     unit = found.merit_units[merit]
     named = f"{found.merit_values[merit]:.4g}" + ("" if unit == "1" else f" {unit}")

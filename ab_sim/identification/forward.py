@@ -122,10 +122,6 @@ class RecordedDrive:
     ) -> SimulatedSignals | None:
         """Return the signals and their derivatives by differences; None if a run fails.
 
-        A run fails if it diverges or if its values are not allowed. Tangents (``sensitivities``)
-        agree to 1e-6 but take longer: 1.4 times as long for seven parameters if runs are
-        sequential.
-
         Args:
             values: values of the scene.
             places: positions of the parameters for derivatives.

@@ -4,6 +4,6 @@ model         the equations of a kind of scene as expressions
 constants     where the numbers of a scene are in memory
 emission      functions of expressions: slope, tables for events, samples
 runge_kutta   a step of an explicit method
-tangent       derivatives by states, time and constants; tangent_step: over a step
+tangent       derivatives by states and time
 code          all functions of a kind of scene, made when first asked for
 """

@@ -5,8 +5,5 @@ side_by_side       steps of eight runs at once, without events
 over_events        the same with events
 settle             emitted: what becomes of the results of eight steps
 watch              emitted: whether events may be in eight steps
-tangents           what parameters change of a run's state: arrays, and one step
-tangent_steps      fixed_step, and that with it
-tangent_events     events within a step, tangent_functions: their functions, tangent_impacts
 assemble           a Run of a system and its machine code
 """

@@ -19,7 +19,6 @@ Rule = Callable[[Expression, Sequence[Expression], Sequence[Expression]], Expres
 def derivatives(
     roots: Iterable[Expression],
     along: Mapping[Expression, Expression],
-    of_rows: Expression | None = None,
 ) -> list[Expression]:
     """How roots change along a direction.
 
@@ -27,8 +26,6 @@ def derivatives(
         roots: expressions of one graph.
         along: by input its rate of change, an expression of the same graph; inputs that are not
             named do not change.
-        of_rows: of each ball, by what share of itself the matrix of ``expression.rows`` changes in
-            the ball's line; None: it does not.
 
     Returns:
         Their rates of change, in the same order. That of ``abs`` at 0 is that of its argument, that
@@ -47,8 +44,6 @@ def derivatives(
         changes = [rates[arg.number] for arg in x.args]
         if x in along:
             rates[x.number] = along[x]
-        elif x.op == "rows" and of_rows is not None:
-            rates[x.number] = rows(changes[0]) + of_rows * x
         elif x.op in ("lt", "le") or all(is_constant(change, 0.0) for change in changes):
             rates[x.number] = zero
         else:

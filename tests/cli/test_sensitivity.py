@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 
+from ab_sim.cli.sensitivity import with_uncertainty
 from tests.cli.tool import PNG, ab_sim
 
 
@@ -22,11 +23,10 @@ def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) 
     assert by["balls.mass"]["unit"] == "kg" and by["balls.mass"]["value"] == 1e-3
     elasticity = by["balls.mass"]["derivative"] * 1e-3 / merits["final_whirl_over_e"]["value"]
     assert by["balls.mass"]["elasticity"] == pytest.approx(elasticity)
-    # Balls at one place push each other: one alone has no derivative, and is left out.
-    assert not {"start.ball_angles.0", "start.ball_angles.1"} & {*by}
+    assert 0.0 < by["balls.mass"]["uncertainty"] < 1e-4 * by["balls.mass"]["derivative"]
     for words in (
-        "on-edge: final_whirl_over_e [e] =", "% per %", "exact derivatives of the run by rk8",
-        "left out: start.ball_angles.0, start.ball_angles.1", "no influence on",
+        "on-edge: final_whirl_over_e [e] =", "% per %", "central differences of runs by rk8",
+        "+-", "no influence on",
         "no percent of 0, so not in the picture; by derivative: ",
     ):  # fmt: skip
         assert words in " ".join(done.stdout.split()), words
@@ -55,3 +55,25 @@ def test_bad_words_end_in_one_message(arguments: tuple[str, str], said: str) -> 
     done = ab_sim("sensitivity", "thesis-hold", "--set", "duration=0.05", *arguments)
     assert done.returncode == 2
     assert said in done.stderr and "Traceback" not in done.stderr
+
+
+def test_what_is_not_differentiable_is_named() -> None:
+    done = ab_sim(
+        "sensitivity", "packed-balls", "--set", "duration=0.01", "--to", "start.ball_angles.3"
+    )
+    assert done.returncode == 0, done.stderr
+    words = " ".join(done.stdout.split())
+    assert "final_whirl_over_e is not differentiable here by: start.ball_angles.3" in words
+
+
+@pytest.mark.parametrize(
+    ("value", "uncertainty", "text"),
+    [
+        (1.23456, 0.02, "1.23 +- 0.02"),
+        (-75.8309123, 5e-5, "-75.8309 +- 5e-05"),
+        (0.3, 2.0, "0.3 +- 2"),
+        (0.0, 1e-9, "0 +- 1e-09"),
+    ],
+)
+def test_digits_end_where_a_value_is_uncertain(value: float, uncertainty: float, text: str) -> None:
+    assert with_uncertainty(value, uncertainty) == text

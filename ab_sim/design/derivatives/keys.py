@@ -5,16 +5,17 @@ stands for all, an entry is that number, and changing it makes a list.
 """
 
 import functools
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
 from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import InputError, SceneError, nearest
+from ab_sim.errors import InputError, nearest
 from ab_sim.quoting import short
 from ab_sim.scene.changes import listed
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
+from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
 
@@ -22,21 +23,9 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 """Sections whose numbers act on the motion."""
 
 
+ANGLES = "start.ball_angles"
 IN_SPACE = ("rotor.height", "race.height")
 """Have no meaning for a deck that moves in the plane of the disc."""
-
-
-class NoDerivative(SceneError):
-    """A run has no derivative: says why.
-
-    Args:
-        text: for people.
-        key: by which it has none; None: by any.
-    """
-
-    def __init__(self, text: str, key: str | None) -> None:
-        super().__init__(text)
-        self.key = key
 
 
 class RealKey(NamedTuple):
@@ -89,10 +78,32 @@ def real_keys(scene: Scene) -> list[RealKey]:
     return found
 
 
+def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
+    """Values of a scene by their keys.
+
+    Raises:
+        InputError: they are no list, or one is none of the scene's: see ``real_key``.
+    """
+    if isinstance(keys, str) or not keys:
+        raise InputError(f"keys = {keys!r}: must be a list of the scene's keys, at least one")
+    return [real_key(scene, key) for key in keys]
+
+
 def moved(scene: Scene, key: str, value: float) -> Scene:
-    """The scene with another value, which is not checked: for differences only."""
-    found: Scene = _replaced(scene, key.split("."), value, scene)
-    return found
+    """The scene with another value.
+
+    Raises:
+        SceneError: no scene can have it.
+    """
+    return moved_together(scene, {key: value})
+
+
+def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
+    """The scene with other values; see ``moved``."""
+    changes: dict[str, object] = dict(values)
+    if scene.start.ball_angles is None and any(key.startswith(ANGLES) for key in values):
+        changes = {ANGLES: list(start_angles(scene)), **values}
+    return changed_scene(scene, changes, scene.name)
 
 
 def _numbers(scene: Scene) -> Iterator[tuple[str, float]]:
@@ -146,25 +157,10 @@ def _child(node: Any, name: str) -> Any:
 
 def _listed(node: Any, path: str, scene: Scene) -> Any:
     """Where one number stands for all, or none is given, the list of them."""
-    if node is None and path == "start.ball_angles":
+    if node is None and path == ANGLES:
         return start_angles(scene)
     entries = listed(path, node, scene.balls.count)
     return tuple(entries) if isinstance(entries, list) else entries
-
-
-def _replaced(node: Any, parts: Sequence[str], value: float, scene: Scene, path: str = "") -> Any:
-    if not parts:
-        return value
-    name, *rest = parts
-    node = _listed(node, path, scene)
-    inner = _replaced(_child(node, name), rest, value, scene, f"{path}.{name}".lstrip("."))
-    if isinstance(node, dict):
-        return {**node, name: inner}
-    if isinstance(node, BaseModel):
-        return node.model_copy(update={name: inner})
-    if hasattr(node, "_fields"):
-        return node._replace(**{name: inner})
-    return (*node[: int(name)], inner, *node[int(name) + 1 :])
 
 
 def _unit(parts: Sequence[str]) -> str:
@@ -194,11 +190,10 @@ def _near(scene: Scene, key: str) -> str:
 
 
 def scale_of(real: RealKey) -> float:
-    """How far a number is moved for a difference: far beside rounding, near beside what it does."""
+    """Change of a value that counts as large: itself, a radian, or one by the unit if it is 0."""
     if real.unit == "rad":
-        return 0.01
-    return 0.01 * abs(real.value) if real.value else ZERO.get(real.unit, 1e-3)
+        return 1.0
+    return abs(real.value) or ZERO.get(real.unit, 0.1)
 
 
-ZERO = {"m": 1e-6, "kg": 1e-6, "kg m^2": 1e-9, "N m s/rad": 1e-6}
-"""By unit, how far from 0."""
+ZERO = {"m": 1e-4, "kg": 1e-4, "kg m^2": 1e-7, "N m s/rad": 1e-4}

@@ -1,0 +1,175 @@
+"""Derivatives of a run's channels by values of its scene."""
+
+import math
+import sys
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ab_sim.batch.run_prepared import run_prepared
+from ab_sim.design.derivatives.differences import differentiated, prepared_runs, with_stepper
+from ab_sim.design.derivatives.keys import checked_keys
+from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory, check_room, column_of
+from ab_sim.drive.units import unit_of
+from ab_sim.errors import InputError, exact, nearest
+from ab_sim.presentation import Column, Columns, Presented, ends
+from ab_sim.scene.model import Scene
+from ab_sim.stepping.fixed_step import ANGLE
+
+RUNS_PER_KEY = 4
+
+
+@dataclass(frozen=True, repr=False)
+class Sensitivities(Presented):
+    """Derivatives of a run's channels by values of its scene; see ``ab_sim.sensitivities``."""
+
+    _rows = 0
+
+    scene: Scene
+    """As it was run."""
+    trajectory: Trajectory
+    """The run: every integration step, the start included."""
+    keys: tuple[str, ...]
+    """Of the scene."""
+    values: np.ndarray
+    """Of the keys, shape (keys,)."""
+    key_units: tuple[str, ...]
+    """SI."""
+    channels: tuple[str, ...]
+    """Of the trajectory."""
+    steps: np.ndarray
+    """Numbers of the samples, shape (samples,)."""
+    derivatives: np.ndarray
+    """d channel / d key at each sample, SI, shape (channels, keys, samples)."""
+    uncertainties: np.ndarray
+    """Of the derivatives; same shape."""
+
+    @property
+    def times(self) -> np.ndarray:
+        """Of the samples [s]."""
+        return np.asarray(self.trajectory["time"][self.steps])
+
+    def of(self, channel: str, key: str) -> np.ndarray:
+        """d channel / d key, shape (samples,).
+
+        Raises:
+            InputError: there is no such channel, or no such key; names those there are.
+        """
+        if channel not in self.channels:
+            raise _not_among("channel", channel, self.channels)
+        if key not in self.keys:
+            raise _not_among("key", key, self.keys)
+        found: np.ndarray = self.derivatives[self.channels.index(channel), self.keys.index(key)]
+        return found
+
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene.name,
+            "keys": ", ".join(self.keys),
+            "channels": str(len(self.channels)),
+            "samples": str(len(self.steps)),
+            "time": ends(self.times[0], self.times[-1], "s"),
+        }
+
+    def _columns(self) -> Columns:
+        found = {"time": Column("s", self.times)}
+        for i, channel in enumerate(self.channels):
+            for k, key in enumerate(self.keys):
+                unit = f"({unit_of(channel)})/({self.key_units[k]})"
+                name = f"{channel} by {key}"
+                found[name] = Column(unit, self.derivatives[i, k])
+                found[f"uncertainty of {name}"] = Column(unit, self.uncertainties[i, k])
+        return found
+
+
+def sensitivities(
+    scene: Scene,
+    keys: Sequence[str],
+    channels: Sequence[str] | None = None,
+    times: Sequence[float] | np.ndarray | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> Sensitivities:
+    """Differentiate a run's channels; see ``ab_sim.sensitivities``."""
+    real = checked_keys(scene, keys)
+    scene = with_stepper(scene)
+    drive = Drive(scene)
+    named = _named(scene, drive.channels, channels)
+    wanted, steps = _wanted(drive, times)
+    try:
+        check_room((steps + 1) * (RUNS_PER_KEY * len(keys) + 1), 1, drive.channels)
+    except ValueError:
+        raise InputError(
+            f"{steps} steps are too many to keep for derivatives by {len(keys)} keys: end the run "
+            "before (duration, times), or ask for fewer keys"
+        ) from None
+    run = Trajectory.join([drive.present(), drive.advance(steps)])
+    columns = [column_of(name, drive.channels) for name in named]
+    here = run.samples[wanted][:, columns].T
+    angles = [name == "angle" or name.endswith("_angle") for name in named]
+    # Of no steps one is taken, as a scene's duration is above 0.
+    shorter = scene.model_copy(update={"duration": max(steps, 1) * drive.step})
+
+    def results(scenes: Sequence[Scene]) -> np.ndarray:
+        prepared = prepared_runs(scenes)
+        done = run_prepared(list(prepared.values()), 1, progress)
+        found = np.full((len(scenes), *here.shape), np.nan)
+        for number, each in zip(prepared, done.runs, strict=True):
+            if not each.failure:
+                start = Drive(each.scene).present().samples
+                samples = np.vstack([start, each.trajectory.samples])
+                found[number] = samples[wanted][:, columns].T
+        # An angle just below pi goes on beyond it, not to -pi.
+        turns = np.round((found[:, angles] - here[angles]) / (2.0 * math.pi))
+        found[:, angles] -= 2.0 * math.pi * turns
+        return found
+
+    estimate = differentiated(shorter, real, results)
+    return Sensitivities(
+        scene,
+        run,
+        tuple(keys),
+        np.array([each.value for each in real]),
+        tuple(each.unit for each in real),
+        tuple(named),
+        np.array(wanted),
+        estimate.derivatives,
+        estimate.uncertainties,
+    )
+
+
+def _named(scene: Scene, known: Sequence[str], channels: Sequence[str] | None) -> list[str]:
+    """Names of channels, checked; default all but sensors', which are the last ones."""
+    if channels is None:
+        axes = 2 if scene.deck is None else 3
+        return list(known[ANGLE : len(known) - axes * len(scene.pickups)])
+    for name in channels:
+        if name not in known[ANGLE:]:
+            raise _not_among("channel", name, known[ANGLE:])
+    return list(channels)
+
+
+def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:
+    """Numbers of the requested samples, and of the run's steps."""
+    if times is None:
+        steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
+        return range(steps + 1), steps
+    found = []
+    for time in times:
+        number = round(time / drive.step) if abs(time) <= sys.float_info.max else -1
+        if number < 0 or abs(number * drive.step - time) > 1e-6 * drive.step:
+            raise InputError(
+                f"times: {exact(time)} s: must be a whole number of steps of {drive.step:g} s, "
+                "from 0 on"
+            )
+        found.append(number)
+    if not found or any(b <= a for a, b in zip(found, found[1:], strict=False)):
+        raise InputError("times: must rise, and be at least one")
+    return found, found[-1]
+
+
+def _not_among(what: str, name: str, known: Sequence[str]) -> InputError:
+    return InputError(
+        f"{what} {name!r}: there is none{nearest(name, known)}; there are: {', '.join(known)}"
+    )

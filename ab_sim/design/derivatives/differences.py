@@ -1,0 +1,181 @@
+"""Derivatives by differences of whole runs, with their uncertainty.
+
+A key is moved up and down by h and by h / 2. Richardson's value of both central differences is the
+derivative. Its uncertainty is the larger of two errors, plus that of rounding:
+
+- the difference of both central differences, which is the error of the coarser one;
+- half the jump of the slope at a kink. The difference of the slopes above and below falls with h
+  where a result is smooth, and stays at a kink.
+
+Rounding is measured by runs that lie closer together than any smooth change can be seen: Moré and
+Wild (2011), SIAM J. Sci. Comput. 33, 1292. Collisions that amplify it make it large. The step h is
+its third power root, at which both errors of a central difference are alike.
+"""
+
+from collections.abc import Callable, Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.design.derivatives.keys import RealKey, moved, moved_together, scale_of
+from ab_sim.dynamics.assemble import system_of
+from ab_sim.errors import SceneError
+from ab_sim.integrate.choose import choose_stepper
+from ab_sim.scene.model import Scene
+from ab_sim.spindle import SpeedSchedule
+
+LEAST, MOST = 1e-5, 1e-2
+"""Step h, as a share of ``scale_of`` the key."""
+FACTORS = (1.0, 1 / 8, 8.0)
+"""Steps that are tried one after the other while a derivative is not certain enough."""
+ENOUGH = 1e-4
+"""Uncertainty with which no further step is tried, as a share of the derivative."""
+NO_INFLUENCE = 1e-7
+"""Further such uncertainty, as a share of the result for a change of the key by ``scale_of``."""
+NEARBY = 1e-10
+"""Distance of the runs that measure rounding, as a share of ``scale_of``."""
+ROUNDING, ONE_SIDED = 4.0, 10.0
+"""Twice the standard deviation of a derivative, in units of that of a result over h."""
+
+Results = Callable[[Sequence[Scene]], np.ndarray]
+"""Results of runs, shape (scenes, rows, samples); NaN for a run that failed."""
+
+
+class DerivativeEstimate(NamedTuple):
+    """Results of a scene's run, and their derivatives by keys."""
+
+    values: np.ndarray
+    """Shape (rows, samples)."""
+    derivatives: np.ndarray
+    """Shape (rows, keys, samples); NaN where runs failed."""
+    uncertainties: np.ndarray
+    """Of the derivatives; infinite where runs failed."""
+
+
+def differentiated(scene: Scene, keys: Sequence[RealKey], results: Results) -> DerivativeEstimate:
+    """Differentiate results of a scene's run.
+
+    Args:
+        scene: with its own stepper: see ``with_stepper``.
+        keys: values to change.
+        results: of runs, side by side.
+    """
+    near = results([scene, *_nearby(scene, keys)])
+    here, noise = near[0], _noise_of(near)
+    size = np.abs(here).max(axis=1)
+    relative = noise.max(axis=1)[size > 0.0] / size[size > 0.0]
+    share = np.clip(np.median(relative) ** (1 / 3), LEAST, MOST) if len(relative) else LEAST
+    found = np.full((len(keys), *here.shape), np.nan)
+    uncertain = np.full(found.shape, np.inf)
+    uncertain_keys = list(range(len(keys)))
+    for factor in FACTORS:
+        steps = {k: min(share * factor, MOST) * scale_of(keys[k]) for k in uncertain_keys}
+        scenes = {k: _moved_both_ways(scene, keys[k], step) for k, step in steps.items()}
+        runs = iter(results([each for of_key in scenes.values() for each in of_key if each]))
+        missing = np.full(here.shape, np.nan)
+        for k, step in steps.items():
+            four = np.array([next(runs) if each else missing for each in scenes[k]])
+            derivative, uncertainty = _difference(here, four, step, noise)
+            better = uncertainty < uncertain[k]
+            found[k][better], uncertain[k][better] = derivative[better], uncertainty[better]
+        uncertain_keys = [
+            k for k in steps if not _is_certain(found[k], uncertain[k], size / scale_of(keys[k]))
+        ]
+        if not uncertain_keys:
+            break
+    return DerivativeEstimate(here, found.swapaxes(0, 1), uncertain.swapaxes(0, 1))
+
+
+def with_stepper(scene: Scene) -> Scene:
+    """The scene with the solver that runs it, so that all moved runs take the same one.
+
+    Raises:
+        SceneError: a controller decides the speed while it runs.
+    """
+    SpeedSchedule.of_scene(scene)
+    scene, _ = resolve_accuracy(scene)
+    stepper = choose_stepper(scene, system_of(scene)).stepper.name
+    return scene.model_copy(update={"solver": scene.solver.model_copy(update={"stepper": stepper})})
+
+
+def prepared_runs(scenes: Sequence[Scene]) -> dict[int, PreparedRun]:
+    """Runs of scenes by their number, without those that cannot be run with their solver."""
+    found = {}
+    for number, scene in enumerate(scenes):
+        try:
+            found[number] = PreparedRun(scene)
+        except SceneError:
+            continue
+    return found
+
+
+def _difference(
+    here: np.ndarray, four: np.ndarray, step: float, noise: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """A derivative and its uncertainty.
+
+    Args:
+        here: results of the scene itself.
+        four: with the key moved by h, h / 2, -h / 2, -h; NaN at a side that no scene can have.
+        step: h.
+        noise: standard deviation of a result.
+    """
+    slopes = (four - here) / (step * np.array([1.0, 0.5, -0.5, -1.0])[:, None, None])
+    wide, near = (slopes[0] + slopes[3]) / 2.0, (slopes[1] + slopes[2]) / 2.0
+    derivative = near + (near - wide) / 3.0
+    jump = 2.0 * (slopes[1] - slopes[2]) - (slopes[0] - slopes[3])
+    uncertainty = np.maximum(np.abs(near - wide), np.abs(jump) / 2.0) + ROUNDING * noise / step
+    for wide, near in ((slopes[0], slopes[1]), (slopes[3], slopes[2])):
+        # At the end of what a key may be, differences to one side are all that there is.
+        single = np.isnan(derivative)
+        derivative = np.where(single, 2.0 * near - wide, derivative)
+        one_sided = np.abs(near - wide) + ONE_SIDED * noise / step
+        uncertainty = np.where(single, one_sided, uncertainty)
+    return derivative, np.where(np.isnan(uncertainty), np.inf, uncertainty)
+
+
+def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarray) -> bool:
+    """Whether no row, shape (rows, samples), needs another step; size: result per key."""
+    most = np.nan_to_num(np.abs(derivative)).max(axis=1)
+    enough = np.maximum(ENOUGH * most, NO_INFLUENCE * size)
+    return bool((uncertainty.max(axis=1) <= enough).all())
+
+
+def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | None]:
+    """Scenes with the key moved by h, h / 2, -h / 2, -h; None at a side that cannot be."""
+    found: list[Scene | None] = []
+    for moves in ((step, step / 2.0), (-step / 2.0, -step)):
+        try:
+            found += [moved(scene, key.key, key.value + move) for move in moves]
+        except SceneError:
+            found += [None, None]
+    return found
+
+
+def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
+    """Seven scenes in a line, all of whose keys are moved a little; none if they cannot be."""
+    movable = [key for key in keys if _moved_both_ways(scene, key, 8 * NEARBY * scale_of(key))[0]]
+    try:
+        return [
+            moved_together(
+                scene, {key.key: key.value + k * NEARBY * scale_of(key) for key in movable}
+            )
+            for k in range(1, 8)
+        ]
+    except SceneError:
+        return []
+
+
+def _noise_of(near: np.ndarray) -> np.ndarray:
+    """Standard deviation of results, from those of eight runs in a line.
+
+    Fourth differences take away all that is smooth, and multiply the variance of what is not by
+    8! / 4!^2 = 70.
+    """
+    rounding: np.ndarray = np.finfo(float).eps * np.abs(near[0])
+    if len(near) < 8:
+        return rounding
+    fourth = np.sqrt((np.diff(near, 4, axis=0) ** 2).mean(axis=0) / 70.0)
+    return np.fmax(fourth, rounding)

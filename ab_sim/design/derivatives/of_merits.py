@@ -1,0 +1,198 @@
+"""Derivatives of a run's merits by values of its scene."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
+from ab_sim.batch.judging import judged_parts
+from ab_sim.batch.prepared_run import steps_of
+from ab_sim.design.derivatives.differences import differentiated, prepared_runs, with_stepper
+from ab_sim.design.derivatives.keys import RealKey, checked_keys, scale_of
+from ab_sim.drive import Drive
+from ab_sim.errors import InputError
+from ab_sim.presentation import Column, Columns, Presented
+from ab_sim.scene.model import Scene
+
+NOTHING = 1e-10
+"""Change of a merit that is no influence, as its share for a change of the key by ``scale_of``."""
+STILL = 1e-6
+"""Uncertainty within which 0 is no influence, as such a share."""
+UNCERTAIN = 0.01
+"""Percent per percent: a larger uncertainty leaves no derivative that is smaller than itself."""
+
+
+@dataclass(frozen=True, repr=False)
+class MeritSensitivities(Presented):
+    """Derivatives of a run's merits by values of its scene; see ``ab_sim.merit_sensitivities``."""
+
+    _picture = "merit_sensitivities"
+
+    scene: Scene
+    merits: tuple[str, ...]
+    """Names."""
+    merit_units: tuple[str, ...]
+    """As reports give them: e, mm/s, else SI."""
+    merit_values: np.ndarray
+    """Shape (merits,)."""
+    keys: tuple[str, ...]
+    """Of the scene."""
+    key_units: tuple[str, ...]
+    """SI."""
+    values: np.ndarray
+    """Of the keys, shape (keys,)."""
+    derivatives: np.ndarray
+    """d merit / d key, shape (merits, keys); NaN where the merit is not differentiable."""
+    uncertainties: np.ndarray
+    """Of the derivatives, shape (merits, keys)."""
+
+    @property
+    def elasticities(self) -> np.ndarray:
+        """Percent of the merit per percent of the key, shape (merits, keys); NaN of a merit 0."""
+        return self.derivatives * self._percents
+
+    @property
+    def elasticity_uncertainties(self) -> np.ndarray:
+        """Of the elasticities, shape (merits, keys)."""
+        return self.uncertainties * np.abs(self._percents)
+
+    @property
+    def has_no_influence(self) -> np.ndarray:
+        """Whether a derivative is 0 or rounding, shape (merits, keys)."""
+        keys = zip(self.keys, self.values.tolist(), self.key_units, strict=True)
+        scales = np.array([scale_of(RealKey(*key)) for key in keys])
+        size, merits = np.abs(self.derivatives), np.abs(self.merit_values[:, None])
+        still = (size <= self.uncertainties) & (self.uncertainties * scales <= STILL * merits)
+        found: np.ndarray = still | (size * scales <= NOTHING * merits)
+        return found
+
+    @property
+    def _percents(self) -> np.ndarray:
+        """Elasticity per derivative."""
+        merits = np.where(self.merit_values == 0.0, np.nan, self.merit_values)
+        found: np.ndarray = self.values / merits[:, None]
+        return found
+
+    def unit(self, merit: int, key: int) -> str:
+        """Of a derivative, by the numbers of merit and key."""
+        below = self.key_units[key]
+        below = f"({below})" if "/" in below or " " in below else below
+        return self.merit_units[merit] if below == "1" else f"{self.merit_units[merit]}/{below}"
+
+    def report(self) -> dict[str, object]:
+        """As JSON-able values, SI units but for the merits' own."""
+        return {
+            "scene": self.scene.name,
+            "merits": {
+                name: {
+                    "value": float(self.merit_values[i]),
+                    "unit": self.merit_units[i],
+                    "by": {
+                        key: {
+                            "value": float(self.values[k]),
+                            "unit": self.key_units[k],
+                            "derivative": _number(self.derivatives[i, k]),
+                            "uncertainty": _number(self.uncertainties[i, k]),
+                            "elasticity": _number(self.elasticities[i, k]),
+                        }
+                        for k, key in enumerate(self.keys)
+                    },
+                }
+                for i, name in enumerate(self.merits)
+            },
+        }
+
+    def _facts(self) -> dict[str, str]:
+        return {
+            "scene": self.scene.name,
+            "merits": ", ".join(self.merits),
+            "keys": str(len(self.keys)),
+        }
+
+    def _columns(self) -> Columns:
+        found = {"key": Column(None, list(self.keys)), "value": Column(None, self.values)}
+        for i, merit in enumerate(self.merits):
+            unit = f"{self.merit_units[i]} per unit of the key"
+            found[f"d {merit}"] = Column(unit, self.derivatives[i])
+            found[f"uncertainty of d {merit}"] = Column(unit, self.uncertainties[i])
+            found[f"elasticity of {merit}"] = Column("1", self.elasticities[i])
+        return found
+
+
+def merit_sensitivities(
+    scene: Scene,
+    keys: Sequence[str],
+    merits: Sequence[str],
+    progress: Callable[[int, int], None] | None = None,
+) -> MeritSensitivities:
+    """Differentiate a run's merits; see ``ab_sim.merit_sensitivities``."""
+    wanted, real = differentiable_merits(merits), checked_keys(scene, keys)
+    names = [merit.key for merit in wanted]
+    scene = with_stepper(scene)
+
+    def results(scenes: Sequence[Scene]) -> np.ndarray:
+        found, done = np.full((len(scenes), len(names), 1), np.nan), 0
+        for part in judged_parts(None, prepared_runs(scenes), names):
+            for row, name in enumerate(names):
+                found[part.runs, row, 0] = np.array(part.merits[name], float)
+            done += len(part.runs)
+            if progress is not None:
+                progress(done, len(scenes))
+        return found
+
+    values, derivatives, uncertainties = (
+        each[..., 0] for each in differentiated(scene, real, results)
+    )
+    for name, value in zip(names, values, strict=True):
+        if np.isnan(value):
+            Drive(scene).advance(steps_of(scene))  # raises, if the run diverges
+            raise InputError(
+                f"merit {name!r}: has no value in this run, and no derivative "
+                f"(`ab-sim merits {name}` says when)"
+            )
+    unknown = _is_uncertain(real, values, derivatives, uncertainties)
+    return MeritSensitivities(
+        scene,
+        tuple(names),
+        tuple(merit.unit for merit in wanted),
+        values,
+        tuple(keys),
+        tuple(key.unit for key in real),
+        np.array([key.value for key in real]),
+        np.where(unknown, np.nan, derivatives),
+        uncertainties,
+    )
+
+
+def _is_uncertain(
+    keys: Sequence[RealKey], values: np.ndarray, derivatives: np.ndarray, uncertainties: np.ndarray
+) -> np.ndarray:
+    """Which derivatives, shape (merits, keys), their uncertainty makes meaningless."""
+    moves = uncertainties * [scale_of(key) for key in keys]
+    large = moves > UNCERTAIN * np.abs(values[:, None])
+    found: np.ndarray = ~(uncertainties < np.abs(derivatives)) & large
+    return found
+
+
+def differentiable_merits(names: Sequence[str]) -> list[Merit[Any]]:
+    """Merits of these names.
+
+    Raises:
+        InputError: there is no such merit, it is no number, or jumps from sample to sample.
+    """
+    found = merits_named(names)
+    for merit in found:
+        if merit.kind is not MeritKind.NUMBER:
+            raise InputError(f"merit {merit.key!r}: is no number, and has no derivative")
+        if merit.stepwise:
+            raise InputError(
+                f"merit {merit.key!r}: is the time of a sample, jumps from one to the next, and "
+                "has no derivative"
+            )
+    return found
+
+
+def _number(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
