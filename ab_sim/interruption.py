@@ -14,6 +14,7 @@ import signal
 import sys
 import threading
 import time
+import traceback
 from collections.abc import Iterator
 from typing import NoReturn
 
@@ -107,13 +108,27 @@ def leave_at_exit() -> None:
 
 @contextlib.contextmanager
 def left_at_exit() -> Iterator[None]:
-    """Where ``leave_at_exit`` was called, ``SystemExit`` within it ends the process at once."""
+    """End the process at once behind what is within it, if that has called ``leave_at_exit``."""
+    code = 0
     try:
         yield
-    except SystemExit as done:
-        if _leaving:
-            leave(done.code if isinstance(done.code, int) else 0)
-        raise
+    except BaseException as error:
+        if not _leaving:
+            raise
+        code = _exit_code_of(error)
+    if _leaving:
+        leave(code)
+
+
+def _exit_code_of(error: BaseException) -> int:
+    """Return the exit code that Python would give, and print what it would print."""
+    if isinstance(error, SystemExit) and isinstance(error.code, int | None):
+        return error.code or 0
+    if isinstance(error, SystemExit):
+        print(error.code, file=sys.stderr)
+    else:
+        traceback.print_exception(error)
+    return 1
 
 
 def _leave_to_the_thread(*_: object) -> None:

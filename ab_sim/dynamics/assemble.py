@@ -220,7 +220,10 @@ def _mass_matrix(system: System, along: float) -> np.ndarray:
     ones = np.ones(n)
     on = on_race(effects, balls, math.cos(along) * ones, math.sin(along) * ones, 0.0 * ones)
     still = SpindleMotion(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
-    state = [0.0] * len(type(system.deck_model).STATE_NAMES)
+    model = type(system.deck_model)
+    state = [0.0] * len(model.STATE_NAMES)
+    if model.UNIT_AT >= 0:
+        state[model.UNIT_AT] = 1.0
     arrow = system.deck_model.arrow(effects, balls, on, still, state)
     upper = np.triu(np.array(arrow.block, float))
     coupling = np.array([each * ones for each in arrow.coupling])

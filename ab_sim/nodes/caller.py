@@ -21,6 +21,7 @@ from ab_sim import interruption
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused, nearest
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.discovery import DISCOVERY_RANGE
+from ab_sim.nodes.leaving import completes
 from ab_sim.nodes.participants import participants_here
 
 ACQUAINTED = 0.5
@@ -66,8 +67,10 @@ class Caller:
         trace: TracebackType | None,
     ) -> None:
         self._executor.shutdown()
-        self._node.destroy_node()
-        rclpy.try_shutdown()
+        if completes(self._node.destroy_node):
+            rclpy.try_shutdown()
+        else:
+            interruption.leave_at_exit()
         self._context.close()
 
     def wait_for_services(

@@ -3,6 +3,7 @@
 import os
 import threading
 import time
+from collections.abc import Callable
 
 from rclpy.node import Node
 
@@ -11,19 +12,32 @@ HEARD = 0.2
 that is repeatedly paused for up to 0.15 s, 0.1 s was too short in 2 of 80 exits."""
 
 LONGEST = 5.0
-"""s for all of it; on a busy machine it takes one."""
+"""Time for leaving [s]; on a busy machine it takes 1 s."""
 
 
 def leave_graph(node: Node, longest: float = LONGEST) -> bool:
     """Destroy a process's only node, and its DDS participant.
+
+    Args:
+        node: node to destroy.
+        longest: time to wait [s].
+
+    Returns:
+        Whether it is done; see ``completes``.
+    """
+    return completes(lambda: _leave_graph(node), longest)
+
+
+def completes(destroy: Callable[[], None], longest: float = LONGEST) -> bool:
+    """Destroy ROS nodes in a thread, which may never end.
 
     Fast DDS 3.2 may wait for itself while a peer leaves at the same time, as in 1 of 90 runs of
     ``ab-sim demo``: a thread that removes the peer's writer has the lock of the participant's
     discovery and waits for a timer, whose thread waits for that lock.
 
     Args:
-        node: to be destroyed.
-        longest: how long to wait [s].
+        destroy: destroys them.
+        longest: time to wait [s].
 
     Returns:
         Whether it is done. If not, ROS must not be called again, and nothing but
@@ -33,7 +47,7 @@ def leave_graph(node: Node, longest: float = LONGEST) -> bool:
 
     def leave() -> None:
         try:
-            _leave_graph(node)
+            destroy()
         except BaseException as failure:
             failures.append(failure)
 

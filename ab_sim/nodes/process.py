@@ -31,6 +31,7 @@ _ARENA_MAX = -8
 SomeNode = TypeVar("SomeNode", bound=Node)
 
 
+@interruption.left_at_exit()
 def run_node(
     make: Callable[[], SomeNode],
     loop: Callable[[SomeNode, threading.Event], None],
@@ -65,6 +66,8 @@ def run_node(
                     _let_last_words_out(node)
             finally:
                 left = leave_graph(node)
+                if not left:
+                    interruption.leave_at_exit()
     except AbSimError as error:
         print(visible(str(error)), file=sys.stderr)
         code = error.exit_code

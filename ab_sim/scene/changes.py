@@ -68,8 +68,12 @@ def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
         SceneError: there is nothing to remove, a list has no such entry, or a key leads into a
             single value.
     """
-    counts = [change.value for change in changes if change.key == "balls.count"]
-    balls = _balls({"balls": {"count": counts[-1]}} if counts else raw)
+    balls = _balls(raw)
+    for change in changes:
+        if change.key == "balls":
+            balls = _balls({"balls": change.value})
+        elif change.key == "balls.count":
+            balls = _balls({"balls": {"count": change.value}})
     for change in changes:
         if change.value is REMOVED:
             _remove(raw, change, balls)
@@ -189,7 +193,7 @@ def _place(entries: Sequence[Any], part: str, path: str, said: str) -> int:
     Raises:
         SceneError: there is none; names the entries.
     """
-    if part.isascii() and part.isdecimal() and int(part) < len(entries):
+    if part.isascii() and part.isdecimal() and len(part) < 10 and int(part) < len(entries):
         return int(part)
     count = len(entries)
     there = f"has {count} entries, {path}.0 to {path}.{count - 1}" if count else "has no entries"

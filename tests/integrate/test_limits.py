@@ -295,3 +295,14 @@ def test_a_rotor_may_have_no_inertia_besides_its_unbalance() -> None:
     assert rate == pytest.approx(-0.4 / (0.2 * 0.2**2 * (1 - 0.2)), rel=1e-12)
     with pytest.raises(SceneError, match=r"rotor_inertia = 0\.0 kg m\^2: must be more than 0"):
         load_scene("weak-motor", ["effects.motor.rotor_inertia=0"])
+
+
+def test_a_motor_below_a_deck_in_space_has_a_limit_too() -> None:
+    changes = [
+        "effects.motor={torque_limit: 1, rotor_inertia: 1e-4, proportional_gain: 0.01}",
+        "effects.spindle_acceleration={}",
+    ]
+    scene = load_scene("couple-unbalance", changes)
+    rate = linear_rates(system_of(scene), scene.spindle.max_speed)["the motor's speed loop"]
+    assert math.isfinite(abs(rate)) and abs(rate) > 1.0
+    assert choose_stepper(scene, system_of(scene)).stepper.name

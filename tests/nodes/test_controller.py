@@ -174,7 +174,7 @@ def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     session.until(lambda: speed_of(session) == 8.0, "and its speed is held")
     statuses = [text_of(m) for m in session.heard["profile_controller/status"]]
     assert statuses[-2].startswith("running: segment 1 of 1, from 0 to 8 rad/s")
-    assert session.value(node, "sends") == "a trajectory"
+    session.until(lambda: session.value(node, "sends") == "a trajectory", "it says so")
 
 
 def test_a_profile_that_the_drive_cannot_follow_is_aborted(session: Fleet) -> None:

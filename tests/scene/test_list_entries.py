@@ -124,3 +124,9 @@ def test_a_changed_count_says_how_long_the_list_is() -> None:
 
 def test_an_entry_can_be_removed() -> None:
     assert len(ab_sim.load_scene("feeding-deck", ["mounts.1="]).mounts) == 3
+
+
+def test_a_changed_section_says_how_long_its_lists_are() -> None:
+    changes = ["balls={count: 4, mass: 4e-4}", "balls.mass.3=0.003"]
+    changes.append("start.ball_angles=")
+    assert ab_sim.load_scene("thesis-hold", changes).balls.mass == (4e-4, 4e-4, 4e-4, 3e-3)

@@ -120,8 +120,8 @@ def sensitivities(
                 start = Drive(each.scene).present().samples
                 samples = np.vstack([start, each.trajectory.samples])
                 found[number] = samples[wanted][:, columns].T
-        # An angle just below pi goes on beyond it, not to -pi.
-        turns = np.round((found[:, angles] - here[angles]) / (2.0 * math.pi))
+        # A start angle just below pi goes on beyond it, not to -pi: whole turns of all samples.
+        turns = np.round((found[:, angles, :1] - here[angles, :1]) / (2.0 * math.pi))
         found[:, angles] -= 2.0 * math.pi * turns
         return found
 

@@ -77,7 +77,8 @@ def differentiated(scene: Scene, keys: Sequence[RealKey], results: Results) -> D
         missing = np.full(here.shape, np.nan)
         for k, step in steps.items():
             four = np.array([next(runs) if each else missing for each in scenes[k]])
-            derivative, uncertainty = _difference(here, four, step, noise)
+            possible = scenes[k][0] is not None, scenes[k][3] is not None
+            derivative, uncertainty = _difference(here, four, step, noise, possible)
             better = uncertainty < uncertain[k]
             found[k][better], uncertain[k][better] = derivative[better], uncertainty[better]
         uncertain_keys = [
@@ -112,23 +113,35 @@ def prepared_runs(scenes: Sequence[Scene]) -> dict[int, PreparedRun]:
 
 
 def _difference(
-    here: np.ndarray, four: np.ndarray, step: float, noise: np.ndarray
+    here: np.ndarray,
+    four: np.ndarray,
+    step: float,
+    noise: np.ndarray,
+    possible: tuple[bool, bool],
 ) -> tuple[np.ndarray, np.ndarray]:
     """A derivative and its uncertainty.
 
     Args:
         here: results of the scene itself.
-        four: with the key moved by h, h / 2, -h / 2, -h; NaN at a side that no scene can have.
+        four: with the key moved by h, h / 2, -h / 2, -h; NaN at a side that no scene can have,
+            and for runs that failed or have no value.
         step: h.
         noise: standard deviation of a result.
+        possible: whether a scene can have the key moved up, and down.
     """
     slopes = (four - here) / (step * np.array([1.0, 0.5, -0.5, -1.0])[:, None, None])
     wide, near = (slopes[0] + slopes[3]) / 2.0, (slopes[1] + slopes[2]) / 2.0
     derivative = near + (near - wide) / 3.0
     jump = 2.0 * (slopes[1] - slopes[2]) - (slopes[0] - slopes[3])
     uncertainty = np.maximum(np.abs(near - wide), np.abs(jump) / 2.0) + ROUNDING * noise / step
-    for wide, near in ((slopes[0], slopes[1]), (slopes[3], slopes[2])):
-        # At the end of what a key may be, differences to one side are all that there is.
+    for wide, near, other in (
+        (slopes[0], slopes[1], possible[1]),
+        (slopes[3], slopes[2], possible[0]),
+    ):
+        # At the end of what a key may be, differences to one side are all that there is. Where a
+        # run of the other side failed, there is no derivative.
+        if other:
+            continue
         single = np.isnan(derivative)
         derivative = np.where(single, 2.0 * near - wide, derivative)
         one_sided = np.abs(near - wide) + ONE_SIDED * noise / step
@@ -155,21 +168,29 @@ def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | No
 
 
 def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
-    """Seven scenes in a line, all of whose keys are moved a little; none if they cannot be."""
-    movable = [key for key in keys if _moved_both_ways(scene, key, 8 * NEARBY * scale_of(key))[0]]
-    try:
-        return [
-            moved_together(
-                scene, {key.key: key.value + k * NEARBY * scale_of(key) for key in movable}
-            )
-            for k in range(1, 8)
-        ]
-    except SceneError:
-        return []
+    """Seven scenes in a line, all of whose keys are moved a little; none if they cannot be.
+
+    A key at its upper bound moves down. Where keys cannot move together, one moves alone.
+    """
+    moves = {}
+    for key in keys:
+        reach = 8 * NEARBY * scale_of(key)
+        up, _, _, down = _moved_both_ways(scene, key, reach)
+        if up or down:
+            moves[key] = NEARBY * scale_of(key) * (1.0 if up else -1.0)
+    for chosen in (list(moves), *([key] for key in moves)):
+        try:
+            return [
+                moved_together(scene, {key.key: key.value + k * moves[key] for key in chosen})
+                for k in range(1, 8)
+            ]
+        except SceneError:
+            continue
+    return []
 
 
 def _noise_of(near: np.ndarray) -> np.ndarray:
-    """Standard deviation of results, from those of eight runs in a line.
+    """Standard deviation of results, from those of eight runs in a line; infinite if one failed.
 
     Fourth differences take away all that is smooth, and multiply the variance of what is not by
     8! / 4!^2 = 70.
@@ -178,4 +199,4 @@ def _noise_of(near: np.ndarray) -> np.ndarray:
     if len(near) < 8:
         return rounding
     fourth = np.sqrt((np.diff(near, 4, axis=0) ** 2).mean(axis=0) / 70.0)
-    return np.fmax(fourth, rounding)
+    return np.where(np.isnan(fourth), np.inf, np.maximum(fourth, rounding))

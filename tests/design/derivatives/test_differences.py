@@ -67,3 +67,23 @@ def test_at_the_end_of_its_range_a_key_moves_to_one_side() -> None:
     scene = load_scene("on-edge", [f"{key}=0.0"])
     found = estimate(lambda x: np.exp(3.0 * x), key, scene)
     assert abs(found.derivatives[0, 0, 0] - 3.0) <= found.uncertainties[0, 0, 0] < 0.1
+
+
+def test_where_one_side_fails_there_is_no_derivative() -> None:
+    """The key could be there: it is no end of its range."""
+    found = estimate(lambda x: x if x < 0.3 + 1e-7 else np.nan)
+    assert np.isinf(found.uncertainties[0, 0, 0])
+
+
+def test_where_even_the_nearest_runs_fail_there_is_none() -> None:
+    found = estimate(lambda x: x if x <= 0.3 else np.nan)
+    assert np.isinf(found.uncertainties[0, 0, 0])
+
+
+def test_rounding_is_measured_at_the_upper_end_of_a_key_s_range() -> None:
+    key, end = "start.speed", load_scene("nsc-case-1")
+    top = real_key(end, key).value
+    assert top == end.spindle.max_speed
+    found = estimate(lambda x: x + 1e-6 * jitter(x), key, end)
+    error = abs(found.derivatives[0, 0, 0] - 1.0)
+    assert error <= found.uncertainties[0, 0, 0] and found.uncertainties[0, 0, 0] > 1e-9
