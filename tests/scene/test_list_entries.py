@@ -127,6 +127,6 @@ def test_an_entry_can_be_removed() -> None:
 
 
 def test_a_changed_section_says_how_long_its_lists_are() -> None:
-    changes = ["balls={count: 4, mass: 4e-4}", "balls.mass.3=0.003"]
+    changes = ["balls={count: 4, mass: 4e-4, radius: 1e-3}", "balls.mass.3=0.003"]
     changes.append("start.ball_angles=")
     assert ab_sim.load_scene("thesis-hold", changes).balls.mass == (4e-4, 4e-4, 4e-4, 3e-3)
