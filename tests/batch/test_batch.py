@@ -286,7 +286,7 @@ def test_a_run_by_itself_keeps_what_was_sound(scene: Any, every: int) -> None:
     solver = {"stepper": "collocation"}
     base = quick(scene, effects={"rolling_friction": {"arm": 1e-6}}, start=apart, solver=solver)
     wild = {"rotor.eccentricity": 0.9, "effects.viscous_drag.coefficient": 0.0, "start.speed": 99.0}
-    wild |= {"race.radius": 0.002}
+    wild |= {"race.radius": 0.0018}
     (run,) = simulate_batch(base, [wild], every).runs
     assert "beyond all bounds" in run.failure
     drive = Drive(run.scene)

@@ -61,7 +61,8 @@ AGAIN = 40
 
 def memory() -> list[float]:
     """Of this process [MB]: with one kind, after it was made ``AGAIN``, and with ``KINDS``, too."""
-    code.KINDS, one = 1 + len(KINDS), (9, EFFECTS[0])
+    # Where it hangs is found by SciPy, which is imported then.
+    code.KINDS, one = 1 + len(KINDS), (9, EFFECTS[1])
     return [memory_after([one]), memory_after(AGAIN * [one], anew=True), memory_after(KINDS)]
 
 
