@@ -214,7 +214,7 @@ class Fleet:
             process.kill()
             process.wait()
         # Fast DDS has crashed where a participant went while it was still hearing of others' ends.
-        time.sleep(0.1)
+        time.sleep(0.3)
         self._executor.shutdown()
         self.node.destroy_node()
         rclpy.shutdown(context=self._context)
