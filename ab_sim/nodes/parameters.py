@@ -125,7 +125,7 @@ def close_parameters(node: Node) -> None:
     Raises:
         InputError: a parameter does not exist; the message names the nearest.
     """
-    known = _known(node)
+    known = list(_values(node))
     for name, given in node.handle.get_parameters(Parameter).items():
         if name.startswith(QOS):
             _check_override(name, given.value)
@@ -140,18 +140,19 @@ def close_parameters(node: Node) -> None:
 
 def changed_parameters(node: Node) -> str:
     """Return the parameters that differ from their defaults now, with their values."""
-    values = {name: node.get_parameter(name).value for name in sorted(_known(node))}
     defaults = _DEFAULTS.get(node, _ROS_DEFAULTS)
     changed = [
         f"{name} = {value!r}"
-        for name, value in values.items()
+        for name, value in sorted(_values(node).items())
         if name not in defaults or value != defaults[name]
     ]
     return f"{', '.join(changed)}; others as by default" if changed else "all as by default"
 
 
-def _known(node: Node) -> list[str]:
-    return [name for name in node.get_parameters_by_prefix("") if "." not in name]
+def _values(node: Node) -> dict[str, Any]:
+    """Return the declared parameters, without those of topics' QoS."""
+    declared = node.get_parameters_by_prefix("")
+    return {name: declared[name].value for name in declared if "." not in name}
 
 
 def whole_ratio(long: float, short: float, meaning: str) -> int:
