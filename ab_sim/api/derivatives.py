@@ -23,7 +23,7 @@ def merit_sensitivities(
     Parameters
     ----------
     scene : Scene, str or Path
-        What to run, by its own stepper.
+        Scene to run, with its own stepper.
     keys : sequence of str
         Dotted keys of real numbers in the sections rotor, deck, mounts, race, balls, effects, start
         and profile; entries of lists counted from 0: ``balls.mass``, ``balls.mass.0``,

@@ -28,31 +28,31 @@ class Sensitivities(Presented):
     _rows = 0
 
     scene: Scene
-    """As it was run."""
+    """Scene as it was run."""
     trajectory: Trajectory
-    """The run: every integration step, the start included."""
+    """Run of the scene: every integration step, the start included."""
     keys: tuple[str, ...]
-    """Of the scene."""
+    """Keys of the scene."""
     values: np.ndarray
-    """Of the keys, shape (keys,)."""
+    """Values of the keys, shape (keys,)."""
     key_units: tuple[str, ...]
-    """SI."""
+    """Units of the keys, SI."""
     channels: tuple[str, ...]
-    """Of the trajectory."""
+    """Channels of the trajectory."""
     steps: np.ndarray
     """Numbers of the samples, shape (samples,)."""
     derivatives: np.ndarray
     """d channel / d key at each sample, SI, shape (channels, keys, samples)."""
     uncertainties: np.ndarray
-    """Of the derivatives; same shape."""
+    """Uncertainties of the derivatives, same shape."""
 
     @property
     def times(self) -> np.ndarray:
-        """Of the samples [s]."""
+        """Times of the samples [s]."""
         return np.asarray(self.trajectory["time"][self.steps])
 
     def of(self, channel: str, key: str) -> np.ndarray:
-        """d channel / d key, shape (samples,).
+        """Return d channel / d key, shape (samples,).
 
         Raises:
             InputError: there is no such channel, or no such key; names those there are.
@@ -125,7 +125,7 @@ def sensitivities(
         found[:, angles] -= 2.0 * math.pi * turns
         return found
 
-    estimate = differentiated(shorter, real, results)
+    estimate = differentiated(shorter, real, here, results)
     return Sensitivities(
         scene,
         run,

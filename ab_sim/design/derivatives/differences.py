@@ -44,26 +44,27 @@ Results = Callable[[Sequence[Scene]], np.ndarray]
 
 
 class DerivativeEstimate(NamedTuple):
-    """Results of a scene's run, and their derivatives by keys."""
+    """Derivatives of a run's results by keys."""
 
-    values: np.ndarray
-    """Shape (rows, samples)."""
     derivatives: np.ndarray
-    """Shape (rows, keys, samples); NaN where runs failed."""
+    """Derivatives, shape (rows, keys, samples); NaN where runs failed."""
     uncertainties: np.ndarray
-    """Of the derivatives; infinite where runs failed."""
+    """Uncertainties of the derivatives, same shape; infinite where runs failed."""
 
 
-def differentiated(scene: Scene, keys: Sequence[RealKey], results: Results) -> DerivativeEstimate:
+def differentiated(
+    scene: Scene, keys: Sequence[RealKey], here: np.ndarray, results: Results
+) -> DerivativeEstimate:
     """Differentiate results of a scene's run.
 
     Args:
         scene: with its own stepper: see ``with_stepper``.
         keys: values to change.
-        results: of runs, side by side.
+        here: results of the scene's own run, shape (rows, samples).
+        results: function for the results of runs, side by side.
     """
-    near = results([scene, *_nearby(scene, keys)])
-    here, noise = near[0], _noise_of(near)
+    nearby = _nearby(scene, keys)
+    noise = _noise_of(np.array([here, *(results(nearby) if nearby else ())]))
     size = np.abs(here).max(axis=1)
     relative = noise.max(axis=1)[size > 0.0] / size[size > 0.0]
     share = np.clip(np.median(relative) ** (1 / 3), LEAST, MOST) if len(relative) else LEAST
@@ -86,11 +87,11 @@ def differentiated(scene: Scene, keys: Sequence[RealKey], results: Results) -> D
         ]
         if not uncertain_keys:
             break
-    return DerivativeEstimate(here, found.swapaxes(0, 1), uncertain.swapaxes(0, 1))
+    return DerivativeEstimate(found.swapaxes(0, 1), uncertain.swapaxes(0, 1))
 
 
 def with_stepper(scene: Scene) -> Scene:
-    """The scene with the solver that runs it, so that all moved runs take the same one.
+    """Return the scene with the solver that runs it, so that all moved runs take the same one.
 
     Raises:
         SceneError: a controller decides the speed while it runs.
@@ -102,7 +103,7 @@ def with_stepper(scene: Scene) -> Scene:
 
 
 def prepared_runs(scenes: Sequence[Scene]) -> dict[int, PreparedRun]:
-    """Runs of scenes by their number, without those that cannot be run with their solver."""
+    """Return runs of scenes by their number, without those that cannot be run with their solver."""
     found = {}
     for number, scene in enumerate(scenes):
         try:
@@ -119,7 +120,7 @@ def _difference(
     noise: np.ndarray,
     possible: tuple[bool, bool],
 ) -> tuple[np.ndarray, np.ndarray]:
-    """A derivative and its uncertainty.
+    """Return a derivative and its uncertainty.
 
     Args:
         here: results of the scene itself.
@@ -150,14 +151,19 @@ def _difference(
 
 
 def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarray) -> bool:
-    """Whether no row, shape (rows, samples), needs another step; size: result per key."""
+    """Return whether no row needs another step.
+
+    Args:
+        derivative, uncertainty: shape (rows, samples).
+        size: change of the result for a large change of the key, over that change, shape (rows,).
+    """
     most = np.nan_to_num(np.abs(derivative)).max(axis=1)
     enough = np.maximum(ENOUGH * most, NO_INFLUENCE * size)
     return bool((uncertainty.max(axis=1) <= enough).all())
 
 
 def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | None]:
-    """Scenes with the key moved by h, h / 2, -h / 2, -h; None at a side that cannot be."""
+    """Return scenes with the key moved by h, h / 2, -h / 2, -h; None at a side that cannot be."""
     found: list[Scene | None] = []
     for moves in ((step, step / 2.0), (-step / 2.0, -step)):
         try:
@@ -168,7 +174,7 @@ def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | No
 
 
 def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
-    """Seven scenes in a line, all of whose keys are moved a little; none if they cannot be.
+    """Return seven scenes in a line, their keys moved a little; none if keys cannot move.
 
     A key at its upper bound moves down. Where keys cannot move together, one moves alone.
     """
@@ -190,7 +196,7 @@ def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
 
 
 def _noise_of(near: np.ndarray) -> np.ndarray:
-    """Standard deviation of results, from those of eight runs in a line; infinite if one failed.
+    """Return the standard deviation of results by eight runs in a line; infinite if one failed.
 
     Fourth differences take away all that is smooth, and multiply the variance of what is not by
     8! / 4!^2 = 70.

@@ -38,7 +38,7 @@ class RealKey(NamedTuple):
 
 
 def real_key(scene: Scene, key: str) -> RealKey:
-    """A number of a scene by its key.
+    """Return a number of a scene by its key.
 
     Raises:
         InputError: there is none; it is a list, or no real number; or it does not act on the
@@ -66,7 +66,7 @@ def real_key(scene: Scene, key: str) -> RealKey:
 
 
 def real_keys(scene: Scene) -> list[RealKey]:
-    """All numbers of a scene that act on its motion and may change by themselves.
+    """Return all numbers of a scene that act on its motion and may change by themselves.
 
     One that stands for all balls, or all axes, is there as such; of lists there is each entry.
     """
@@ -79,7 +79,7 @@ def real_keys(scene: Scene) -> list[RealKey]:
 
 
 def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
-    """Values of a scene by their keys.
+    """Return values of a scene by their keys.
 
     Raises:
         InputError: they are no list, or one is none of the scene's: see ``real_key``.
@@ -90,7 +90,7 @@ def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:
 
 
 def moved(scene: Scene, key: str, value: float) -> Scene:
-    """The scene with another value.
+    """Return the scene with another value.
 
     Raises:
         SceneError: no scene can have it.
@@ -99,7 +99,7 @@ def moved(scene: Scene, key: str, value: float) -> Scene:
 
 
 def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
-    """The scene with other values; see ``moved``."""
+    """Return the scene with other values; see ``moved``."""
     changes: dict[str, object] = dict(values)
     if scene.start.ball_angles is None and any(key.startswith(ANGLES) for key in values):
         changes = {ANGLES: list(start_angles(scene)), **values}
@@ -156,7 +156,7 @@ def _child(node: Any, name: str) -> Any:
 
 
 def _listed(node: Any, path: str, scene: Scene) -> Any:
-    """Where one number stands for all, or none is given, the list of them."""
+    """Return the list of numbers where one stands for all, or none is given."""
     if node is None and path == ANGLES:
         return start_angles(scene)
     entries = listed(path, node, scene.balls.count)
@@ -164,7 +164,7 @@ def _listed(node: Any, path: str, scene: Scene) -> Any:
 
 
 def _unit(parts: Sequence[str]) -> str:
-    """By the scene's keys; an entry of a list has that of the list."""
+    """Return the unit of a key; an entry of a list has that of the list."""
     row = _row(parts) or _row(parts[:-1])
     return "1" if row is None or row.unit == "-" else row.unit
 
@@ -176,7 +176,7 @@ def _row(parts: Sequence[str]) -> SceneKey | None:
 
 @functools.lru_cache(maxsize=1)
 def _rows(effects: tuple[str, ...]) -> list[SceneKey]:
-    """All keys while these effects are known; reading them from the schema takes long."""
+    """Return all keys while these effects are known; reading them from the schema takes long."""
     return scene_keys()
 
 
@@ -190,7 +190,7 @@ def _near(scene: Scene, key: str) -> str:
 
 
 def scale_of(real: RealKey) -> float:
-    """Change of a value that counts as large: itself, a radian, or one by the unit if it is 0."""
+    """Return a large change of a value: the value, 1 rad, or one by the unit if it is 0."""
     if real.unit == "rad":
         return 1.0
     return abs(real.value) or ZERO.get(real.unit, 0.1)

@@ -32,35 +32,35 @@ class MeritSensitivities(Presented):
 
     scene: Scene
     merits: tuple[str, ...]
-    """Names."""
+    """Names of the merits."""
     merit_units: tuple[str, ...]
-    """As reports give them: e, mm/s, else SI."""
+    """Units of the merits as in reports: e, mm/s, otherwise SI."""
     merit_values: np.ndarray
-    """Shape (merits,)."""
+    """Values of the merits, shape (merits,)."""
     keys: tuple[str, ...]
-    """Of the scene."""
+    """Keys of the scene."""
     key_units: tuple[str, ...]
-    """SI."""
+    """Units of the keys, SI."""
     values: np.ndarray
-    """Of the keys, shape (keys,)."""
+    """Values of the keys, shape (keys,)."""
     derivatives: np.ndarray
     """d merit / d key, shape (merits, keys); NaN where the merit is not differentiable."""
     uncertainties: np.ndarray
-    """Of the derivatives, shape (merits, keys)."""
+    """Uncertainties of the derivatives, shape (merits, keys)."""
 
     @property
     def elasticities(self) -> np.ndarray:
-        """Percent of the merit per percent of the key, shape (merits, keys); NaN of a merit 0."""
+        """Elasticity [percent of the merit per percent of the key]; NaN where the merit is 0."""
         return self.derivatives * self._percents
 
     @property
     def elasticity_uncertainties(self) -> np.ndarray:
-        """Of the elasticities, shape (merits, keys)."""
+        """Uncertainties of the elasticities, shape (merits, keys)."""
         return self.uncertainties * np.abs(self._percents)
 
     @property
     def has_no_influence(self) -> np.ndarray:
-        """Whether a derivative is 0 or rounding, shape (merits, keys)."""
+        """Flags of derivatives that are 0 or rounding, shape (merits, keys)."""
         keys = zip(self.keys, self.values.tolist(), self.key_units, strict=True)
         scales = np.array([scale_of(RealKey(*key)) for key in keys])
         size, merits = np.abs(self.derivatives), np.abs(self.merit_values[:, None])
@@ -76,13 +76,17 @@ class MeritSensitivities(Presented):
         return found
 
     def unit(self, merit: int, key: int) -> str:
-        """Of a derivative, by the numbers of merit and key."""
+        """Return the unit of a derivative.
+
+        Args:
+            merit, key: indices of the merit and the key.
+        """
         below = self.key_units[key]
         below = f"({below})" if "/" in below or " " in below else below
         return self.merit_units[merit] if below == "1" else f"{self.merit_units[merit]}/{below}"
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values, SI units but for the merits' own."""
+        """Return JSON-able values, in SI units except for the merits' own."""
         return {
             "scene": self.scene.name,
             "merits": {
@@ -142,9 +146,8 @@ def merit_sensitivities(
                 progress(done, len(scenes))
         return found
 
-    values, derivatives, uncertainties = (
-        each[..., 0] for each in differentiated(scene, real, results)
-    )
+    (here,) = results([scene])
+    values = here[:, 0]
     for name, value in zip(names, values, strict=True):
         if np.isnan(value):
             Drive(scene).advance(steps_of(scene))  # raises, if the run diverges
@@ -152,6 +155,9 @@ def merit_sensitivities(
                 f"merit {name!r}: has no value in this run, and no derivative "
                 f"(`ab-sim merits {name}` says when)"
             )
+    derivatives, uncertainties = (
+        each[..., 0] for each in differentiated(scene, real, here, results)
+    )
     unknown = _is_uncertain(real, values, derivatives, uncertainties)
     return MeritSensitivities(
         scene,
@@ -169,7 +175,7 @@ def merit_sensitivities(
 def _is_uncertain(
     keys: Sequence[RealKey], values: np.ndarray, derivatives: np.ndarray, uncertainties: np.ndarray
 ) -> np.ndarray:
-    """Which derivatives, shape (merits, keys), their uncertainty makes meaningless."""
+    """Return which derivatives, shape (merits, keys), their uncertainty makes meaningless."""
     moves = uncertainties * [scale_of(key) for key in keys]
     large = moves > UNCERTAIN * np.abs(values[:, None])
     found: np.ndarray = ~(uncertainties < np.abs(derivatives)) & large

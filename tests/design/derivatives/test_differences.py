@@ -21,7 +21,7 @@ def estimate(
     def results(scenes: Sequence[Scene]) -> np.ndarray:
         return np.array([[[function(real_key(each, key).value)]] for each in scenes])
 
-    return differentiated(scene, [real_key(scene, key)], results)
+    return differentiated(scene, [real_key(scene, key)], results([scene])[0], results)
 
 
 def jitter(x: float) -> float:
