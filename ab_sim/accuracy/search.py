@@ -8,7 +8,7 @@ takes some milliseconds each for a start-up of seconds.
    successive runs differ by far less than the requested accuracy. The last run is the reference.
    Its difference from the run before bounds its own error, including rounding that events
    amplify. If shorter steps no longer reduce the difference, double precision is exhausted. The
-   reference's steps are chosen so that other runs' steps end where one of its own does: just
+   reference's steps are chosen so that each step of another run ends with one of them: just
    after a jump of the spindle's acceleration, errors peak for some milliseconds, which the
    longest steps skip. If drag alone makes the steps far shorter, the method that solves for the
    drag replaces the explicit one, with decreasing tolerances.

@@ -18,7 +18,7 @@ from ab_sim.stepping.side_by_side import LANES, LaneSamples
 SAMPLES_AT_ONCE = 2**22
 """Number of sample values in memory at a time, 32 MB.
 
-It covers so many runs that the overhead of numpy's calls is small.
+Blocks of this size cover enough runs to make the overhead of numpy's calls small.
 """
 
 _COPIED_AT_ONCE = 2**22

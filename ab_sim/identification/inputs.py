@@ -102,6 +102,21 @@ def sensors_of(table: Table) -> tuple[list[str], list[str]]:
     )
 
 
+def _whirl_of(signals: np.ndarray, axes: Sequence[float]) -> np.ndarray:
+    """Return x + i y of two signals; the first signal if they do not span the plane.
+
+    Args:
+        signals: finite, shape (samples, axes).
+        axes: angles of the signals' axes [rad].
+    """
+    if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
+        first: np.ndarray = signals[:, 0]
+        return first
+    across = np.array([[math.cos(a), math.sin(a)] for a in axes])
+    x, y = np.linalg.solve(across, signals.T)
+    return np.asarray(x + 1j * y)
+
+
 class _Reader:
     def __init__(self, table: Table, scene: Scene, mapping: Mapping) -> None:
         self._table, self._scene, self._mapping = table, scene, mapping
@@ -141,16 +156,10 @@ class _Reader:
             for k, each in enumerate(mapping.signals)
         ]
         there = np.isfinite(signals).all(axis=1)
-        if len(axes) == 1 or abs(math.sin(axes[1] - axes[0])) < 0.1:
-            whirl: np.ndarray = signals[there, 0]
-        else:
-            across = np.array([[math.cos(a), math.sin(a)] for a in axes])
-            x, y = np.linalg.solve(across, signals[there].T)
-            whirl = x + 1j * y
         balls = mapping.balls if with_balls is None else with_balls
         if with_balls is None and (known := self._table.description.get("balls")) is not None:
             balls = bool(known)
-        sense = check_sense(turned[there], whirl, balls, name)
+        sense = check_sense(turned[there], _whirl_of(signals[there], axes), balls, name)
         remarks.append(sense.note)
         sensor = self._sensor()
         kept = time > 1e-12

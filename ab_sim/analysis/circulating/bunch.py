@@ -1,6 +1,6 @@
 """Closed form of balls that circulate in one bunch near the critical speed.
 
-Of n balls, p are at one place of the race and turn at s < w; the other q = n - p rest on the rotor.
+p of n balls are at one place of the race and turn at s < w; the other q = n - p rest on the rotor.
 In axes that turn at s the deck is displaced by z > 0, and the bunch is at angle alpha from z. With
 b = w - s, the drag torque on the balls balances the torque of their whirl if
 
