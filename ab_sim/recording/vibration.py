@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import rerun as rr
 
 from ab_sim.drive.trajectory import Trajectory
@@ -26,6 +27,8 @@ lines."""
 SIZES = "/plot/vibration"
 """Entity of curves that have a row for each ``HOP``."""
 _RMS, _ORDERS = "rms", "orders"
+_CHARTS = {"/plot/spectrum/once": UNBALANCE, "/plot/spectrum/rest": GREEN}
+"""Entities of the bar charts of a spectrum, the lines once per turn and the rest, and colours."""
 FEWEST = 4
 """Smallest number of rows of a window."""
 
@@ -93,18 +96,31 @@ class VibrationCurves:
         return frequencies[:shown], float(turning), sizes[:shown]
 
     def _spectra(self, rows: Array) -> Iterator[Sent]:
+        """Yield all spectra in one message per bar chart: a viewer takes few messages a frame."""
+        ends, once, rest = [], [], []
         for window in self._spectrum_windows.of(rows):
             if (found := self._spectrum(window)) is None:
                 continue
             frequencies, turning, sizes = found
-            near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
-            new = not np.array_equal(frequencies, self._frequencies)
-            self._frequencies = frequencies
-            for name, color, lit in (("once", UNBALANCE, near), ("rest", GREEN, ~near)):
-                entity, drawn = f"/plot/spectrum/{name}", np.where(lit, sizes, 0.0)
-                if new:
+            if not np.array_equal(frequencies, self._frequencies):
+                self._frequencies = frequencies
+                for entity, color in _CHARTS.items():
                     yield entity, window[-1:], _axis(frequencies, color)
-                yield entity, window[-1:], rr.BarChart.columns(values=[drawn])
+            near = np.abs(frequencies - turning) < 2.0 * frequencies[1]  # as wide as Hann's window
+            ends.append(window[-1])
+            once.append(np.where(near, sizes, 0.0))
+            rest.append(np.where(near, 0.0, sizes))
+        if ends:
+            for entity, drawn in zip(_CHARTS, (once, rest), strict=True):
+                yield entity, np.array(ends), _bars(drawn)
+
+
+def _bars(charts: list[Array]) -> Any:
+    """Return the column of the values of several bar charts; Rerun makes one for a single chart."""
+    (one,) = rr.BarChart.columns(values=[charts[0]])
+    tensors = [rr.components.TensorDataBatch(chart).as_arrow_array() for chart in charts]
+    together = rr.components.TensorDataBatch(pa.concat_arrays(tensors))
+    return [rr.ComponentColumn(one.component_descriptor(), together)]
 
 
 def _axis(frequencies: Array, color: Any) -> Any:

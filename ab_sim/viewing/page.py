@@ -52,7 +52,14 @@ _SCRIPT = b"""<script>
     if (started && frames) requestAnimationFrame(() => report(frames - 1));
     else if (started) {
       post("opened");
-      setInterval(() => post("seen", window._handle.viewer_state()), 200);
+      (function seen(last, next) {
+        const now = performance.now();
+        if (now < next) return requestAnimationFrame(() => seen(last, next));
+        const state = window._handle.viewer_state(), text = state.join();
+        const changed = text !== last || now > next + 1000;
+        if (changed) post("seen", state);
+        requestAnimationFrame(() => seen(text, changed ? now + 50 : next));
+      })("", 0);
     } else setTimeout(() => report(frames), 100);
   })(3);
 </script>
