@@ -97,7 +97,7 @@ setup(
         "cluster": CLUSTER,
         # What the accuracy study is compared with, which its tests need, too; and what only
         # benchmarks are compared with.
-        "peers": [*PEERS, "casadi", "heyoka; python_version >= '3.11'", "symengine"],
+        "peers": [*PEERS, "heyoka; python_version >= '3.11'"],
         "docs": DOCS,
         "dev": [
             *CLUSTER,

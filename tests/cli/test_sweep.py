@@ -81,7 +81,7 @@ def test_bad_input_exits_with_2_and_leaves_nothing(
 
 
 def test_killed_at_any_time_nothing_is_lost_or_doubled(tmp_path: Path) -> None:
-    """With processes that share the work; `benchmarks/sweep_kills.py` does so fifty times."""
+    """With processes that share the work."""
     work = KeptWork(
         tmp_path, "sweep", "no-ball", "--set", "duration=20", "--over",
         "rotor.eccentricity=1e-5..1e-3:3000", "--workers", "2", "--parquet", "s.parquet",
