@@ -25,6 +25,7 @@ ORDER = (
         "output_file",
         "palette",
         "presentation",
+        "progress",
         "stored_numbers",
     ),
     ("control", "scene_files", "sources", "tracing", "workers"),

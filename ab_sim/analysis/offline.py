@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ab_sim
-from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
+from ab_sim.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.merits import LAST, Merits, merits_of
@@ -23,6 +23,7 @@ from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Columns, Presented, drawn, ends, number
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -154,7 +155,7 @@ def run_scene(
     times: Sequence[float] = (),
     progress: Callable[[Drive, Trajectory], None] | None = None,
     parts: int = 100,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> OfflineRun:
     """Run a scene's profile from its start to its end.
 

@@ -1,6 +1,5 @@
 """Types and conversions of common arguments."""
 
-from collections.abc import Callable
 from pathlib import Path
 
 from ab_sim.analysis.held_speed import FASTEST, last_speed
@@ -9,9 +8,6 @@ from ab_sim.scene import Scene, load_scene
 
 SceneLike = Scene | str | Path
 """A scene, the name of one in the package, or the path of a YAML file."""
-Progress = Callable[[str, int, int], None]
-"""Callback for the present work, the finished count and the total. An exception from it ends the
-work."""
 
 
 def as_scene(scene: SceneLike) -> Scene:

@@ -3,7 +3,8 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ab_sim.api.common import Progress, SceneLike, as_scene
+from ab_sim.api.common import SceneLike, as_scene
+from ab_sim.progress import Progress
 from ab_sim.recording import StoredRun, open_recording
 from ab_sim.reports.compare import RecordingComparison, compare_with
 from ab_sim.studies import accuracy_cost as accuracy_study

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from ab_sim.api.common import Progress, SceneLike, as_scene
+from ab_sim.api.common import SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
@@ -22,6 +22,7 @@ from ab_sim.design.tune import DRAWS, RUNS, SHARE, Task, Tuning, aim_of, run_tun
 from ab_sim.design.variables import Range, Variable, range_, values, variable_of
 from ab_sim.design.work import Executor
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.quoting import short
 from ab_sim.workers import Workers
 

@@ -3,8 +3,9 @@
 from ab_sim.analysis.maps import stability
 from ab_sim.analysis.maps.plane import COUNT, Axis, Plane, axis
 from ab_sim.analysis.maps.stability import COARSE, StabilityMap
-from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
+from ab_sim.api.common import SceneLike, as_scene, as_speed
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.studies import basin as basins
 from ab_sim.studies.basin import Basin
 

@@ -6,13 +6,14 @@ from pathlib import Path
 from ab_sim import accuracy, analysis, batch
 from ab_sim.accuracy import WorkPrecision
 from ab_sim.analysis import Comparison, OfflineRun
-from ab_sim.api.common import Progress, SceneLike, as_scene
+from ab_sim.api.common import SceneLike, as_scene
 from ab_sim.batch import Batch
 from ab_sim.batch.variations import Variations
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.scene import Scene
 
 ROWS = 10_000

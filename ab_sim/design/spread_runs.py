@@ -25,8 +25,9 @@ from ab_sim.design.sensitivity import SobolIndex, sobol_of
 from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Spread, WorstRun
 from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, check_first, sweep_of
 from ab_sim.design.tolerances import Tolerance
-from ab_sim.design.work import Executor, StudyRuns, Tell
+from ab_sim.design.work import Executor, StudyRuns
 from ab_sim.errors import InputError, exact
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)
@@ -66,7 +67,7 @@ def run_spread(
     tolerances: Sequence[Tolerance],
     question: SpreadQuestion,
     executors: Executors | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Spread:
     """Run random drives.
 
@@ -166,7 +167,7 @@ class _Study:
     """Runner and evaluator of a study."""
 
     def __init__(
-        self, question: SpreadQuestion, executors: Executors | None, tell: Tell | None
+        self, question: SpreadQuestion, executors: Executors | None, tell: Progress | None
     ) -> None:
         self._question, self._executors, self._tell = question, executors, tell
 

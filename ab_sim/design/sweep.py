@@ -27,11 +27,12 @@ from ab_sim.design.judged import (
     varied_scene,
 )
 from ab_sim.design.points import MOST, Points
-from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.design.work import Executor, rows_of
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, SceneError
 from ab_sim.output_file import replacing
 from ab_sim.presentation import Column, Columns, Presented, number, titled
+from ab_sim.progress import Progress
 from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
@@ -298,7 +299,7 @@ def run_sweep(
     points: Points,
     merits: Iterable[str] = DEFAULT_MERITS,
     executor: AbstractContextManager[Executor] | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Sweep:
     """Run a scene at points; arguments as for ``rows_of``.
 

@@ -19,10 +19,11 @@ from ab_sim.design.scores import Aim, Scores, Standard, best_of, joined, scored
 from ab_sim.design.search import Effort, search
 from ab_sim.design.sweep import Sweep, check_first, table_of
 from ab_sim.design.variables import Range
-from ab_sim.design.work import Executor, StudyRuns, Tell
+from ab_sim.design.work import Executor, StudyRuns
 from ab_sim.errors import InputError
 from ab_sim.limited_yaml import yaml_text
 from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -232,7 +233,7 @@ class Tuning(Presented):
 def run_tuning(
     task: Task,
     executor: AbstractContextManager[Executor] | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Tuning:
     """Search for the best values.
 

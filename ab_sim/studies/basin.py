@@ -15,7 +15,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
+from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.merits import merits_of
 from ab_sim.analysis.merits.judging import limits_of
@@ -24,6 +24,7 @@ from ab_sim.batch import simulate_batch
 from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
 from ab_sim.errors import InputError, SceneError
 from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.workers import Workers
@@ -130,7 +131,7 @@ def basin(
     scene: Scene,
     count: int,
     workers: int = 1,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Basin:
     """Run a scene from a grid of start angles; runs are kept on disk, whatever happens.
 

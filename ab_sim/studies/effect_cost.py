@@ -6,7 +6,7 @@ import math
 import os
 import platform
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
@@ -23,6 +23,7 @@ from ab_sim.equations.neighbours import start_angles
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.presentation import Column, Columns, Presented
+from ab_sim.progress import Progress
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene
 
@@ -33,8 +34,6 @@ REPEATS = 15
 OFF_AXIS = 2.5
 """rad. The cosine of exactly 0 takes less time than others, and where nothing moves a ball that
 starts there it stays: all balls are turned, or effects would seem to cost what cosines do."""
-Progress = Callable[[str, int, int], None]
-"""Called with what is being done, how much is done, and of how much."""
 
 
 @dataclass(frozen=True)

@@ -6,8 +6,8 @@ from typing import Any
 
 import pytest
 
-from ab_sim.accuracy import Tell
 from ab_sim.cli import offline, runner
+from ab_sim.progress import Progress
 from ab_sim.scene import Scene
 from ab_sim.studies import accuracy_cost, effect_cost
 from ab_sim.studies.basin import basin
@@ -43,7 +43,7 @@ def test_run_says_what_it_measures(
     told: list[tuple[str, int, int]] = []
 
     @contextlib.contextmanager
-    def heard(_: str) -> Iterator[Tell]:
+    def heard(_: str) -> Iterator[Progress]:
         yield lambda *now: told.append(now)
 
     monkeypatch.setattr(runner, "progress_bar", heard)

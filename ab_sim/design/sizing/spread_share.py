@@ -13,7 +13,8 @@ from ab_sim.design.scores import merit_values
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.spread_runs import Executors
 from ab_sim.design.tolerances import Tolerance, tolerance_of
-from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.design.work import Executor, rows_of
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
@@ -46,7 +47,7 @@ class Running(NamedTuple):
     seed: int
     executors: Executors | None
     """Function that creates an executor; None for this process."""
-    tell: Tell | None
+    tell: Progress | None
 
     def at_stage(self, name: str) -> "Running":
         """Return the same, whose progress begins with the name of a stage."""

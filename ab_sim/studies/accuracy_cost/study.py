@@ -12,6 +12,7 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
 from ab_sim.studies.accuracy_cost.families import TOLERANCES, Setting, all_families
@@ -20,7 +21,7 @@ from ab_sim.studies.accuracy_cost.reference import Reference, event_reference, s
 from ab_sim.studies.accuracy_cost.results import AccuracyCost, OmittedMethod, RunErrors, SettingCost
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 from ab_sim.studies.accuracy_cost.sampling import LADDER, SampleTimes, nanoseconds, sampling_of
-from ab_sim.studies.effect_cost import Progress, Quartiles
+from ab_sim.studies.effect_cost import Quartiles
 
 REPEATS = 9
 
