@@ -23,30 +23,35 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ab_sim import results
+    from ab_sim.analysis.comparison import compare_run
+    from ab_sim.analysis.merits.of_run import merits_of
+    from ab_sim.analysis.merits.registered import register_merit
     from ab_sim.api.c_code import write_c, write_fmu
-    from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
-    from ab_sim.api.derivatives import merit_sensitivities, sensitivities
-    from ab_sim.api.design import open_sweep, robust, sweep, tune
+    from ab_sim.api.design import robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.identification import identify
-    from ab_sim.api.maps import basin, stability_map
-    from ab_sim.api.merits import merits_of, register_merit
+    from ab_sim.api.maps import stability_map
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
     from ab_sim.api.runs import (
-        compare_run,
         resolve_accuracy,
         save_recording,
         simulate,
-        simulate_batch,
     )
     from ab_sim.api.sizing import size
+    from ab_sim.batch.simulate import simulate_batch
+    from ab_sim.design.basin import basin
+    from ab_sim.design.derivatives import merit_sensitivities, sensitivities
+    from ab_sim.design.sweep import open_sweep
     from ab_sim.drive.drive import Drive
     from ab_sim.drive.trajectory import Trajectory
     from ab_sim.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
     from ab_sim.recording import Recording, open_recording
+    from ab_sim.reports.compare import compare_recording
     from ab_sim.scene.load import load_scene
     from ab_sim.scene.model import Scene
     from ab_sim.scene_files import scene_names
+    from ab_sim.studies.accuracy_cost import accuracy_cost
+    from ab_sim.studies.effect_cost import effect_cost
 
 __version__ = "0.1.0"
 
@@ -100,30 +105,35 @@ __all__ = [
 # No name of it but `results` may be that of a module beside this one: importing that module would
 # put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
 _MODULES = {
+    "analysis.comparison": ("compare_run",),
+    "analysis.merits.of_run": ("merits_of",),
+    "analysis.merits.registered": ("register_merit",),
     "api.c_code": ("write_c", "write_fmu"),
-    "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
-    "api.derivatives": ("merit_sensitivities", "sensitivities"),
-    "api.design": ("open_sweep", "robust", "sweep", "tune"),
+    "api.design": ("robust", "sweep", "tune"),
     "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),
-    "api.maps": ("basin", "stability_map"),
-    "api.merits": ("merits_of", "register_merit"),
+    "api.maps": ("stability_map",),
     "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
     "api.runs": (
-        "compare_run",
         "resolve_accuracy",
         "save_recording",
         "simulate",
-        "simulate_batch",
     ),
     "api.sizing": ("size",),
+    "batch.simulate": ("simulate_batch",),
+    "design.basin": ("basin",),
+    "design.derivatives": ("merit_sensitivities", "sensitivities"),
+    "design.sweep": ("open_sweep",),
     "drive.drive": ("Drive",),
     "drive.trajectory": ("Trajectory",),
     "errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),
     "recording": ("Recording", "open_recording"),
+    "reports.compare": ("compare_recording",),
     "scene.load": ("load_scene",),
     "scene.model": ("Scene",),
     "scene_files": ("scene_names",),
+    "studies.accuracy_cost": ("accuracy_cost",),
+    "studies.effect_cost": ("effect_cost",),
 }
 """Module of each public name."""
 

@@ -9,6 +9,7 @@ from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
+from ab_sim.design.basin import Basin
 from ab_sim.design.derivatives import MeritSensitivities, Sensitivities
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
@@ -19,7 +20,6 @@ from ab_sim.identification.result import Identification
 from ab_sim.recording import StoredRun
 from ab_sim.reports.compare import RecordingComparison
 from ab_sim.studies.accuracy_cost import AccuracyCost
-from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
 
 __all__ = [

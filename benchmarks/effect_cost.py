@@ -20,7 +20,7 @@ from ab_sim.cli.cost import cost_table  # noqa: E402
 from ab_sim.cli.progress import progress_bar  # noqa: E402
 from ab_sim.figures.effect_cost import cost_figure  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import EffectCost, conditions, measure  # noqa: E402
+from ab_sim.studies.effect_cost import EffectCost, conditions, effect_cost  # noqa: E402
 
 SCENES = ("thesis-hold", "everything")
 
@@ -90,7 +90,7 @@ def main() -> None:
     costs = []
     for name in asked.scenes:
         with progress_bar(name) as tell:
-            costs.append(measure(load_scene(name), asked.repeats, progress=tell))
+            costs.append(effect_cost(load_scene(name), asked.repeats, progress=tell))
     for cost in costs:
         console.print(cost_table(cost))
     report = {**conditions(), "scenes": [cost.table() for cost in costs]}

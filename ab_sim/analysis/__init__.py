@@ -1,7 +1,7 @@
 """Offline runs of a scene, alone or compared, with their metrics and further analyses."""
 
 from ab_sim.analysis.compared import Compared, Comparison
-from ab_sim.analysis.comparison import compare, without_balls, without_period
+from ab_sim.analysis.comparison import compare_run, without_balls, without_period
 from ab_sim.analysis.merits import Merits, merits_of, merits_of_pieces
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
@@ -17,7 +17,7 @@ __all__ = [
     "Comparison",
     "Merits",
     "OfflineRun",
-    "compare",
+    "compare_run",
     "driving_forces",
     "first_passage_of_opposite",
     "merits_of",

@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from ab_sim.api.common import SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
@@ -24,6 +23,7 @@ from ab_sim.design.work import Executor
 from ab_sim.errors import InputError
 from ab_sim.progress import Progress
 from ab_sim.quoting import short
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.workers import Workers
 
 Over = Mapping[str, str | Sequence[object]]
@@ -306,35 +306,6 @@ def robust(
         None if against is None else as_scene(against),
     )
     return run_spread(as_scene(scene), tolerances, question, executors, progress)
-
-
-def open_sweep(path: Path | str) -> Sweep:
-    """Read a file of ``Sweep.write`` or ``ab-sim sweep --parquet``.
-
-    Parameters
-    ----------
-    path : str or Path
-        A Parquet file.
-
-    Returns
-    -------
-    Sweep
-        The sweep as it was written.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or has another content; the message has file and reason.
-
-    Examples
-    --------
-    >>> import ab_sim
-    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
-    >>> ab_sim.sweep(scene, {"balls.mass": [0.001, 0.002]}).write("balls.parquet")
-    >>> ab_sim.open_sweep("balls.parquet")
-    <Sweep: scene thesis-hold, runs 2, grid 2, ...>
-    """
-    return sweeps.open_sweep(path)
 
 
 def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Variable:

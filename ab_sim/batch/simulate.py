@@ -16,6 +16,7 @@ from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied
 from ab_sim.errors import InputError, SceneError
 from ab_sim.quoting import short
 from ab_sim.scene import Scene
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.stepping.side_by_side import LANES
 
 MOST_VALUES = 500_000_000
@@ -23,38 +24,73 @@ MOST_VALUES = 500_000_000
 
 
 def simulate_batch(
-    scene: Scene,
+    scene: SceneLike,
     variations: Variations,
     every: int = 1,
+    *,
     progress: Callable[[int, int], None] | None = None,
     merits: Iterable[str] | None = None,
     samples: bool | None = None,
 ) -> Batch:
-    """Run a scene's profile once for each variation, for the scene's duration.
+    """Run a scene once for each variation, eight at a time if possible.
 
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene that the runs have in common; a requested accuracy is measured with it unchanged.
+    variations : sequence of mappings, or mapping of arrays
+        For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
+        Any key may vary. Or by dotted key a list or an array with a value for each run.
+    every : int, default 1
+        Keep every ``every``-th step.
+    progress : callable, optional
+        Called with the number of finished runs and the total.
+    merits : iterable of str, optional
+        Keys of metrics of each run (`ab-sim merits` lists them), computed from all of its steps.
+    samples : bool, optional
+        Whether to keep samples; default: only without metrics. Without samples, a run takes memory
+        only while it is judged.
+
+    Returns
+    -------
+    Batch
+        ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
+        ended early, the reason; ``merits``, by key an array over the runs; ``failures``, and why
+        runs were ``aborted``, of which the final merits say nothing.
+
+    Raises
+    ------
+    SceneError
+        A variation is not a valid scene; named by its number, from 0.
+    InputError
+        There is no variation, ``every`` is not a number of steps, a metric does not exist, or the
+        samples do not fit into memory.
+
+    Notes
+    -----
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, are computed
     eight side by side with vector instructions. A run with an event in a step (friction, contact, a
     motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``,
-    ``collocation``) are computed one by one. All results are bit-identical to those of a Drive.
+    ``collocation``) are computed one by one. Runs of a batch are those of a ``Drive`` to the bit,
+    and their merits those of ``merits_of``.
 
-    Args:
-        scene: common scene of the runs; a requested accuracy is resolved with it, without
-            variations.
-        variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
-            "effects.viscous_drag.coefficient": 2.0}``, SI or a text with a unit, ``"2 g"``; None
-            removes a key. Any key may vary. Or by dotted key a list or an array with a value for
-            each run.
-        every: keep every ``every``-th step.
-        progress: called with (runs done, runs).
-        merits: keys of metrics, computed from every step; None for no metrics.
-        samples: whether to keep samples; None keeps them if no metrics are requested.
-
-    Raises:
-        SceneError: a variation is not a valid scene, or cannot be run with its solver; the message
-            contains its number, from 0.
-        InputError: there are no variations, ``every`` is invalid, a metric is unknown, or the
-            samples need too much memory.
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=0.1"])
+    >>> masses = [{"balls.mass": mass} for mass in (0.9e-3, 1.0e-3, 1.1e-3)]
+    >>> batch = ab_sim.simulate_batch(scene, masses, every=10)
+    >>> [len(run.trajectory) for run in batch.runs]
+    [20, 20, 20]
+    >>> batch
+    <Batch: scene ..., runs 3, in lanes 3, ...>
+    >>> judged = ab_sim.simulate_batch(
+    ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, merits=["final_whirl_over_e"]
+    ... )
+    >>> judged.merits["final_whirl_over_e"].round(2), judged.runs
+    (array([...]), ())
     """
+    scene = as_scene(scene)
     each = each_run(variations)
     keep = merits is None if samples is None else samples
     keys = [merit.key for merit in merits_named(merits or ())]

@@ -8,7 +8,7 @@ from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
-from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, measure
+from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors [rad] for which the cheapest setting is named."""
@@ -21,7 +21,7 @@ def accuracy_command(scene_name: str, changes: list[str], repeats: int) -> Comma
     scene = load_scene(scene_name, changes)
 
     def work(tell: Tell) -> Outcome:
-        cost = measure(scene, repeats, tell)
+        cost = accuracy_cost(scene, repeats, progress=tell)
         draw = picture("ab_sim.figures.accuracy_cost:accuracy_figure", cost)
         return Outcome(accuracy_shown(cost), cost.report, draw)
 

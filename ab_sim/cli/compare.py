@@ -7,7 +7,7 @@ from rich.table import Table
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.recording import open_recording
-from ab_sim.reports.compare import ChannelDeviation, RecordingComparison, compare_with
+from ab_sim.reports.compare import ChannelDeviation, RecordingComparison, compare_recording
 from ab_sim.scene import load_scene
 
 
@@ -18,7 +18,7 @@ def compare_command(recording: Path, scene_name: str, changes: list[str]) -> Com
     def work(tell: Tell) -> Outcome:
         run = open_recording(recording)
         total = run.extent.rows
-        found = compare_with(run, scene, lambda done: tell("samples", done, total))
+        found = compare_recording(run, scene, progress=lambda done: tell("samples", done, total))
         return Outcome(
             [compare_table(found, recording.name), *found.notes],
             lambda: {"recording": str(recording), **found.report()},

@@ -6,7 +6,7 @@ from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
-from ab_sim.studies.effect_cost import EffectCost, VariantCost, measure
+from ab_sim.studies.effect_cost import EffectCost, VariantCost, effect_cost
 
 
 def cost_command(scene_name: str, changes: list[str], repeats: int, leave_one_out: bool) -> Command:
@@ -16,7 +16,7 @@ def cost_command(scene_name: str, changes: list[str], repeats: int, leave_one_ou
     scene = load_scene(scene_name, changes)
 
     def work(tell: Tell) -> Outcome:
-        cost = measure(scene, repeats, leave_one_out, tell)
+        cost = effect_cost(scene, repeats, leave_one_out=leave_one_out, progress=tell)
         draw = picture("ab_sim.figures.effect_cost:cost_figure", [cost])
         return Outcome([cost_table(cost)], cost.report, draw)
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from rich.table import Table
 
-from ab_sim.analysis import OfflineRun, compare, run_scene
+from ab_sim.analysis import OfflineRun, compare_run, run_scene
 from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.progress import Tell
@@ -46,7 +46,7 @@ def run_command(
             tell(what, round(1e3 * drive.time), round(1e3 * drive.scene.duration))
 
         result = run_scene(scene, wanted, update, tell=tell)
-        comparison = compare(result, update)
+        comparison = compare_run(result, update)
         beside = comparison.report(result.merits, result.scene.rotor.eccentricity)
         report = {**result.report(), **beside}
 

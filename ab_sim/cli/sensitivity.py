@@ -28,7 +28,7 @@ def sensitivity_command(
         def progress(done: int, runs: int) -> None:
             tell("running", done, runs)
 
-        found = merit_sensitivities(scene, wanted, names, progress)
+        found = merit_sensitivities(scene, wanted, names, progress=progress)
         judged = simulate_batch(found.scene, [{}], merits=["settled"]).merits["settled"]
         return Outcome(_shown(found, bool(judged[0])), found.report, plotted(found))
 

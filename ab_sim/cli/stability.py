@@ -18,9 +18,9 @@ from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.cli.sharing import processes
 from ab_sim.cli.speed import check_speed
+from ab_sim.design import basin as basins
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
-from ab_sim.studies import basin as basins
 from ab_sim.workers import KEPT
 
 OF_WHICH = {
@@ -115,7 +115,7 @@ def basin_command(scene_name: str, changes: list[str], count: int) -> Command:
     scene = load_scene(scene_name, changes)
 
     def work(tell: Tell) -> Outcome:
-        found = basins.basin(scene, count, processes(None), tell)
+        found = basins.basin(scene, count, processes(None), progress=tell)
         draw = picture("ab_sim.figures.basin_map:basin_figure", found)
         return Outcome([basin_table(found)], found.report, draw)
 

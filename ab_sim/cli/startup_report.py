@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from ab_sim.analysis import compare, merits_of, run_scene, time_of_speed
+from ab_sim.analysis import compare_run, merits_of, run_scene, time_of_speed
 from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.drive.trajectory import Trajectory
@@ -37,7 +37,7 @@ def report_startup(
     whole = Trajectory(recorded.channels, recorded.samples)
     live = _from_profile_start(whole, scene.duration)
     offline = run_scene(scene)
-    comparison = compare(offline)
+    comparison = compare_run(offline)
     profile, begins = SpeedSchedule.of_scene(scene), offline.variable_speed_period
     assert begins is not None
     starts = time_of_speed(live, profile.speed(begins))

@@ -389,10 +389,30 @@ def unit_of(key: str) -> str | None:
 
 
 def open_sweep(path: Path | str) -> Sweep:
-    """Read a Parquet file written by ``Sweep.write``.
+    """Read a file of ``Sweep.write`` or ``ab-sim sweep --parquet``.
 
-    Raises:
-        InputError: the file cannot be read or is no such file; the message contains the reason.
+    Parameters
+    ----------
+    path : str or Path
+        A Parquet file.
+
+    Returns
+    -------
+    Sweep
+        The sweep as it was written.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has another content; the message has file and reason.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
+    >>> ab_sim.sweep(scene, {"balls.mass": [0.001, 0.002]}).write("balls.parquet")
+    >>> ab_sim.open_sweep("balls.parquet")
+    <Sweep: scene thesis-hold, runs 2, grid 2, ...>
     """
     try:
         with parquet.ParquetFile(path) as file:

@@ -8,6 +8,7 @@ from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
 from ab_sim.analysis.recovery import RecoveryOverDrag
 from ab_sim.batch import Batch
+from ab_sim.design.basin import Basin
 from ab_sim.design.derivatives import MeritSensitivities
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
@@ -32,7 +33,6 @@ from ab_sim.figures.stability_map import drawn_map
 from ab_sim.figures.sweep import drawn_sweep
 from ab_sim.figures.tuning import drawn_tuning
 from ab_sim.studies.accuracy_cost import AccuracyCost
-from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
 
 

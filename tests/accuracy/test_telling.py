@@ -7,10 +7,11 @@ from typing import Any
 import pytest
 
 from ab_sim.cli import offline, runner
+from ab_sim.design.basin import basin
 from ab_sim.progress import Progress
 from ab_sim.scene import Scene
-from ab_sim.studies import accuracy_cost, effect_cost
-from ab_sim.studies.basin import basin
+from ab_sim.studies.accuracy_cost import accuracy_cost
+from ab_sim.studies.effect_cost import effect_cost
 from tests.accuracy.asked_tolerances import SHORT, wished
 
 
@@ -26,9 +27,9 @@ def _measured(what: str, spent: int, most: int) -> None:
 @pytest.mark.parametrize(
     "study",
     [
-        lambda scene: effect_cost.measure(scene, 1, progress=_measured),
-        lambda scene: accuracy_cost.measure(scene, 1, progress=_measured),
-        lambda scene: basin(scene, 2, tell=_measured),
+        lambda scene: effect_cost(scene, 1, progress=_measured),
+        lambda scene: accuracy_cost(scene, 1, progress=_measured),
+        lambda scene: basin(scene, 2, progress=_measured),
     ],
     ids=["cost", "accuracy", "basin"],
 )

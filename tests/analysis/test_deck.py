@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis import Compared, compare, run_scene, without_balls
+from ab_sim.analysis import Compared, compare_run, run_scene, without_balls
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene, load_scene
@@ -97,7 +97,7 @@ def test_without_balls_disc_and_rotor_stay_as_they_are() -> None:
     assert alone.balls.count == 0
     assert alone.total_mass == pytest.approx(scene.total_mass - 4e-4, rel=1e-12)
     assert alone.rotor.inertia == scene.rotor.inertia and alone.rotor.height == 0.004
-    beside = compare(run_scene(scene)).without_balls
+    beside = compare_run(run_scene(scene)).without_balls
     assert isinstance(beside, Compared) and beside.merits.final_tilt is not None
 
 

@@ -9,7 +9,7 @@ import pytest
 
 from ab_sim.analysis import (
     Compared,
-    compare,
+    compare_run,
     merits_of,
     merits_of_pieces,
     run_scene,
@@ -131,7 +131,7 @@ def test_every_scene_can_do_without_its_balls(name: str) -> None:
 def test_a_run_beside_others() -> None:
     """Without period thesis-hold is thesis-baseline; without balls a rotor whose whirl is known."""
     run = run_scene(load_scene("thesis-hold", ["duration=16"]))
-    comparison = compare(run)
+    comparison = compare_run(run)
     through, alone = comparison.without_period, comparison.without_balls
     assert isinstance(through, Compared) and isinstance(alone, Compared)
     baseline = run_scene(load_scene("thesis-baseline", ["duration=16"]))
@@ -151,7 +151,7 @@ def test_who_cannot_run_is_named_and_stops_nobody() -> None:
     changes = ["effects.suspension.stiffness=0", "effects.suspension.damping=0"]
     changes += ["rotor.total_mass=1e-8", "balls.mass=4.8e-9", "effects.rolling_friction="]
     run = run_scene(load_scene("thesis-hold", [*changes, "duration=0.1"]))
-    comparison = compare(run)
+    comparison = compare_run(run)
     assert "rotor.mass" in str(comparison.without_balls)
     assert comparison.relative_whirl(run.merits) is None
     report = comparison.report(run.merits, E)
@@ -162,7 +162,7 @@ def test_who_cannot_run_is_named_and_stops_nobody() -> None:
 def test_the_demo_gets_balanced_by_its_balls_and_its_period() -> None:
     """Without balls 1.34 e; with them but without the hold more than half of that; with it, 8 %."""
     run = run_scene(load_scene("balanced-start-up"))
-    comparison = compare(run)
+    comparison = compare_run(run)
     through = comparison.without_period
     assert isinstance(through, Compared)
     share, through_share = (comparison.relative_whirl(m) for m in (run.merits, through.merits))

@@ -194,7 +194,7 @@ def test_how_many_are_in_memory_at_a_time_makes_no_difference(
     whole = simulate_batch(base, COLUMNS, merits=KEYS)
     monkeypatch.setattr(judging, "SAMPLES_AT_ONCE", 1)
     seen: list[tuple[int, int]] = []
-    parts = simulate_batch(base, COLUMNS, 1, lambda *what: seen.append(what), KEYS)
+    parts = simulate_batch(base, COLUMNS, progress=lambda *what: seen.append(what), merits=KEYS)
     assert seen == [(8, 19), (16, 19), (19, 19)]
     for key in KEYS:
         np.testing.assert_array_equal(parts.merits[key], whole.merits[key])

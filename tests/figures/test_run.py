@@ -11,7 +11,7 @@ import pytest
 from matplotlib import image
 from matplotlib.figure import Figure
 
-from ab_sim.analysis import Compared, Comparison, compare, run_scene
+from ab_sim.analysis import Compared, Comparison, compare_run, run_scene
 from ab_sim.analysis.merits import Merits, merits_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import draw_curve
@@ -64,7 +64,7 @@ def test_balls_that_circulate_are_drawn_by_their_speed(scene: Any, tmp_path: Pat
 
 def test_runs_beside_it_are_drawn_and_named_with_their_final_whirl(tmp_path: Path) -> None:
     run = run_scene(load_scene("balanced-start-up"))
-    text = texts_of(run.scene, tmp_path / "figure.svg", compare(run))
+    text = texts_of(run.scene, tmp_path / "figure.svg", compare_run(run))
     for words in ("0.107  this run", "1.34  without balls", "0.85  without", "residual unbalance"):
         assert words in text
     assert "0.0796 times that without balls" in text

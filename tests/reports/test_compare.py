@@ -15,7 +15,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.balls import ball_styles
 from ab_sim.recording import Recording, open_recording
-from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_with
+from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_recording
 from ab_sim.reports.gather import gather
 from ab_sim.reports.panels import panels_of
 from ab_sim.scene import Scene, load_scene
@@ -45,7 +45,7 @@ def beside(
 ) -> RecordingComparison:
     with Recording(path, description=told or describe(scene)) as recording:
         recording.block(run.channels, run.samples)
-    return compare_with(open_recording(path), scene)
+    return compare_recording(open_recording(path), scene)
 
 
 def part(run: Trajectory, rows: Any) -> Trajectory:
@@ -100,7 +100,7 @@ def test_another_scene_is_as_far_as_it_is(tmp_path: Path, scene: Scene, live: Tr
     other = changed_scene(scene, {"balls.mass": 0.0006}, "test")
     with Recording(tmp_path / "r.rrd", description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
-    found = compare_with(open_recording(tmp_path / "r.rrd"), other)
+    found = compare_recording(open_recording(tmp_path / "r.rrd"), other)
     drive = Drive(other, commanded=True)
     parts = [drive.present(), drive.advance(50)]
     for k in range(200):
@@ -135,11 +135,11 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
     with Recording(path, description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
     with pytest.raises(InputError, match=r"steps of 0\.001 s.*solver\.step = 0\.0005 s"):
-        compare_with(open_recording(path), changed_scene(scene, {"solver.step": 5e-4}, "test"))
+        compare_recording(open_recording(path), changed_scene(scene, {"solver.step": 5e-4}, "test"))
     with Recording(path, description=describe(scene)):
         pass
     with pytest.raises(InputError, match="cannot be compared: it is empty"):
-        compare_with(open_recording(path), scene)
+        compare_recording(open_recording(path), scene)
     with pytest.raises(InputError, match="is empty: it has no samples"):
         gather(open_recording(path), "r")
     names = [name for name in live.channels if name != "command"]
@@ -147,7 +147,7 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
     with Recording(path, description=describe(scene)) as recording:
         recording.block(names, live.samples[:, columns])
     with pytest.raises(InputError, match="it has no channel command"):
-        compare_with(open_recording(path), scene)
+        compare_recording(open_recording(path), scene)
 
 
 def test_what_is_gathered_is_what_the_run_is_judged_by(
@@ -211,5 +211,5 @@ def test_a_thinned_one_says_that_commands_may_act_late(
         tmp_path / "r.rrd", description=describe(scene), every=10, around=0.05
     ) as recording:
         recording.block(live.channels, live.samples)
-    found = compare_with(open_recording(tmp_path / "r.rrd"), scene)
+    found = compare_recording(open_recording(tmp_path / "r.rrd"), scene)
     assert any("left out by intent" in note for note in found.notes)

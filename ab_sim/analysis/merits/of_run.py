@@ -16,20 +16,55 @@ from ab_sim.analysis.merits.judging import (
 )
 from ab_sim.analysis.merits.merit import merits_named
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
 
-def merits_of(trajectory: Trajectory, scene: Scene, keys: Iterable[str] | None = None) -> Merits:
-    """Compute the metrics of a run.
+def merits_of(
+    trajectory: Trajectory, scene: SceneLike, keys: Iterable[str] | None = None
+) -> Merits:
+    """Compute metrics of a run, some or all: ``ab-sim merits`` lists them.
 
-    Args:
-        trajectory: consecutive samples, from the start of the run to its end.
-        scene: scene of the run.
-        keys: keys of the metrics; None for all. Only the necessary watches are run.
+    Quantities that only other metrics need are not computed.
 
-    Raises:
-        InputError: a key is unknown; the message names the nearest.
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The whole run, from its start to its end; it may be thinned.
+    scene : Scene, str or Path
+        Scene of the run, or its name or file.
+    keys : iterable of str, optional
+        Names of the requested metrics; default: all.
+
+    Returns
+    -------
+    Merits
+        ``merits["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
+        ``report()`` has all requested ones by name, JSON-able.
+
+    Raises
+    ------
+    InputError
+        There is no such metric, and the message names the nearest; or there are no samples.
+    SceneError
+        The scene is not valid.
+
+    Notes
+    -----
+    Displacements are counted from where the deck hangs at rest.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.5"])
+    >>> run = ab_sim.Drive(scene).advance(500)
+    >>> ab_sim.merits_of(run, scene, ["final_speed", "settled"]).report()
+    {'final_speed': 20.0, 'settled': True}
     """
+    if len(trajectory) == 0:
+        raise InputError("trajectory: has no samples; a run is judged by at least one")
+    scene = as_scene(scene)
     runs = JudgedRuns([scene], len(trajectory))
     found = merits_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
     return _of_the_first(found, scene)

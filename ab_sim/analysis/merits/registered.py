@@ -27,10 +27,70 @@ class OwnMerit(Protocol):
 Own = TypeVar("Own", bound=OwnMerit)
 
 
-def register_own(
-    key: str, unit: str, meaning: str, label: str, last_stretch: bool, better: str
+def register_merit(
+    key: str,
+    *,
+    meaning: str,
+    unit: str = "1",
+    label: str = "",
+    last_stretch: bool = False,
+    better: str = "neither",
 ) -> Callable[[type[Own]], type[Own]]:
-    """Return a class decorator: see ``ab_sim.register_merit``."""
+    """Return a class decorator that registers a metric of runs, in this process.
+
+    It stands in ``ab-sim merits``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
+    report``, and in ``merits`` of results. The class is created for each run, with the scene and
+    how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
+    other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
+    None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
+    the merit.
+
+    Parameters
+    ----------
+    key : str
+        Name in reports.
+    meaning : str
+        Meaning in a few words.
+    unit : str, default "1"
+        SI; "e" of a length [m] that is to be reported in eccentricities.
+    label : str, optional
+        Label of its row in tables, without the unit; default: the key, with spaces.
+    last_stretch : bool, default False
+        Whether the class receives only the last tenth of the run.
+    better : str, default "neither"
+        Which values are wanted: smaller, larger or neither.
+
+    Returns
+    -------
+    callable
+        Decorator, which returns the class.
+
+    Raises
+    ------
+    ValueError
+        Another metric has the key.
+    InputError
+        ``better`` is none of these words.
+
+    Notes
+    -----
+    Displacements are counted from where the deck hangs at rest.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> @ab_sim.register_merit("mean_speed", unit="rad/s", meaning="mean speed of the spindle")
+    ... class MeanSpeed:
+    ...     def __init__(self, scene, samples):
+    ...         self.sum, self.samples = 0.0, samples
+    ...     def take(self, piece):
+    ...         self.sum += piece["speed"].sum()
+    ...     def value(self):
+    ...         return float(self.sum / self.samples)
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
+    >>> round(run.merits["mean_speed"], 3), "mean_speed" in run.report()
+    (2.0, True)
+    """
     if better not in {each.value for each in Better}:
         raise InputError(
             f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"

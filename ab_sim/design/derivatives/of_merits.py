@@ -14,6 +14,7 @@ from ab_sim.design.derivatives.keys import RealKey, checked_keys, scale_of
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError
 from ab_sim.presentation import Column, Columns, Presented
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
 NOTHING = 1e-10
@@ -126,12 +127,61 @@ class MeritSensitivities(Presented):
 
 
 def merit_sensitivities(
-    scene: Scene,
+    scene: SceneLike,
     keys: Sequence[str],
     merits: Sequence[str],
+    *,
     progress: Callable[[int, int], None] | None = None,
 ) -> MeritSensitivities:
-    """Differentiate a run's merits; see ``ab_sim.merit_sensitivities``."""
+    """Differentiate merits of a scene's run by values of the scene.
+
+    Derivatives are differences of whole runs, side by side, with their uncertainty.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene to run, with its own stepper.
+    keys : sequence of str
+        Dotted keys of real numbers in the sections rotor, deck, mounts, race, balls, effects, start
+        and profile; entries of lists counted from 0: ``balls.mass``, ``balls.mass.0``,
+        ``effects.suspension.stiffness``, ``start.ball_angles.1``.
+    merits : sequence of str
+        Names of merits that are numbers: `ab-sim merits` lists them.
+    progress : callable, optional
+        Called with (runs done, runs) of each batch of runs.
+
+    Returns
+    -------
+    MeritSensitivities
+        ``derivatives`` and their ``uncertainties``, shape (merits, keys), NaN where a merit is not
+        differentiable; ``elasticities``, percent per percent.
+
+    Raises
+    ------
+    InputError
+        There is no such key or merit; it is no real number; a merit has no value in this run, or is
+        the time of a sample.
+    SceneError
+        The scene is not valid, or cannot be run with its solver.
+    DivergedError
+        The state went beyond all bounds.
+
+    Notes
+    -----
+    Source: Moré and Wild (2011), SIAM J. Sci. Comput. 33, 1292, for the step; Richardson (1911),
+    Phil. Trans. R. Soc. A 210, 307.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.1"])
+    >>> found = ab_sim.merit_sensitivities(scene, ["balls.mass"], ["final_whirl_over_e"])
+    >>> found.derivatives.shape
+    (1, 1)
+    >>> bool((found.elasticity_uncertainties < 1e-6).all())
+    True
+    """
+    scene = as_scene(scene)
     wanted, real = differentiable_merits(merits), checked_keys(scene, keys)
     names = [merit.key for merit in wanted]
     scene = with_stepper(scene)

@@ -25,7 +25,7 @@ from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
 from ab_sim.errors import InputError, SceneError
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.progress import Progress
-from ab_sim.scene.load import changed_scene
+from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.workers import Workers
 
@@ -128,27 +128,47 @@ class Basin(Presented):
 
 
 def basin(
-    scene: Scene,
-    count: int,
+    scene: SceneLike,
+    count: int = 12,
     workers: int = 1,
-    tell: Progress | None = None,
+    *,
+    progress: Progress | None = None,
 ) -> Basin:
-    """Run a scene from a grid of start angles; runs are kept on disk, whatever happens.
+    """Map the start angles of two balls from which a run balances: ``ab-sim stability --basin``.
 
-    Where the first two balls are equal, only one of two starts that differ by their exchange runs.
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        With an unbalance and at least two balls; only their start angles vary. Its
+        ``balanced.residual_unbalance`` is the criterion of balance, as in every run.
+    count : int, default 12
+        Number of angles of either ball, over a turn from -pi; from 2 to 1000.
+    workers : int, default 1
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
+    progress : callable, optional
+        Called with the present work, the number of finished runs and the total.
 
-    Args:
-        scene: as it is but for ``start.ball_angles`` of its first two balls.
-        count: of angles of either, from -pi on over a turn.
-        workers: processes; more than one needs a program with ``if __name__ == "__main__":``.
-        tell: called with what is done now, how many runs are done, and of how many. What it raises
-            ends the work.
+    Returns
+    -------
+    Basin
+        ``labels``, integers of shape (count, count), rows by the second ball's angle; ``ends`` with
+        residual unbalance and final whirl [m]; ``shares`` of the starts by label.
 
-    Raises:
-        SceneError: the scene has fewer than two balls, no unbalance, or further balls that are
-            equal and start at one angle.
-        InputError: ``count`` cannot be used.
+    Raises
+    ------
+    SceneError
+        Fewer than two balls, no unbalance, or further balls that start together.
+    InputError
+        ``count`` cannot be used.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.basin(ab_sim.load_scene("thesis-hold", ["duration=0.1"]), count=3)
+    >>> found.labels.shape, found.shares
+    ((3, 3), {0: 1.0})
     """
+    scene = as_scene(scene)
     _check(scene, count)
     angles = tuple(float(a) for a in np.linspace(-math.pi, math.pi, count, endpoint=False))
     alike = (0, 1) in set(equal_pairs(scene))
@@ -160,12 +180,12 @@ def basin(
 
         def run(wanted: Sequence[Point]) -> Any:
             # Once, and not in each part of the work again.
-            ready = resolve_accuracy(scene, tell=tell)[0] if wanted else scene
+            ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
             parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
             of_part = functools.partial(_ends, ready, count)
             return itertools.chain.from_iterable(each.each(of_part, parts, 1))
 
-        ends = dict(zip(points, kept.of(points, run, "runs", tell), strict=True))
+        ends = dict(zip(points, kept.of(points, run, "runs", progress), strict=True))
     rows = [
         tuple(_end(*(ends.get((i, j)) or ends[j, i])) for j in range(count)) for i in range(count)
     ]

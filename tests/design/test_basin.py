@@ -4,11 +4,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.offline import run_scene
-from ab_sim.errors import InputError, SceneError
-from ab_sim.scene import Scene
-from ab_sim.scene.load import changed_scene
-from ab_sim.scene.sections import Balanced
-from ab_sim.studies.basin import (
+from ab_sim.design.basin import (
     BALANCED,
     CHANGING,
     CIRCULATING,
@@ -17,6 +13,10 @@ from ab_sim.studies.basin import (
     RINGING_DOWN,
     basin,
 )
+from ab_sim.errors import InputError, SceneError
+from ab_sim.scene import Scene
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.sections import Balanced
 from tests.conftest import SceneMaker
 
 SHORT = {
@@ -60,7 +60,7 @@ def test_it_has_the_verdicts_and_the_limit_of_every_run(scene: SceneMaker) -> No
     wide = basin(scene(**SHORT, balanced={"residual_unbalance": 10.0}), 4)
     assert {*wide.shares} <= {BALANCED, RINGING_DOWN, CHANGING}
     again, told = [], []
-    for found in (wide, basin(wide.scene, 4, tell=lambda *now: told.append(now[1:]))):
+    for found in (wide, basin(wide.scene, 4, progress=lambda *now: told.append(now[1:]))):
         again.append(found.report())
     assert again[0] == again[1] and told == [(10, 10)], "kept"
 
