@@ -12,7 +12,6 @@ import hashlib
 import logging
 import os
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import pyarrow
@@ -63,12 +62,7 @@ class Parts:
                 ) from None
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._lock is not None:
             os.close(self._lock)
 

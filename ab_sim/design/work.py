@@ -5,7 +5,6 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from types import TracebackType
 from typing import Any, Protocol, TypeVar, overload
 
 import numpy as np
@@ -103,16 +102,11 @@ class StudyRuns:
         self._done = self._parts.done(schema_of(self._job)).sort_by(RUN)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: Any) -> None:
         try:
-            self._sharing.__exit__(kind, error, trace)
+            self._sharing.__exit__(*raised)
         finally:
-            self._parts.__exit__(kind, error, trace)
+            self._parts.__exit__(*raised)
 
     def rows(self, points: Points, runs: range, tell: Progress | None = None) -> pyarrow.Table:
         """Return rows of some points in the order of their numbers; finished ones are reused.
