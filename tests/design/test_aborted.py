@@ -11,7 +11,6 @@ from ab_sim.design.judged import ABORTED
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import run_sweep
 from ab_sim.design.variables import variable_of
-from ab_sim.figures import result_figures
 
 WHY = "a reading beyond the limit"
 MERIT = "final_whirl_over_e"
@@ -38,6 +37,6 @@ def test_a_run_says_so_in_place_of_its_final_whirl() -> None:
     assert run.aborted is not None and run.aborted.text == WHY
     assert run.report()["aborted"] == {"t": run.aborted.time, "text": WHY}
     assert f"aborted at {run.aborted.time:.1f} s: {WHY}" in (
-        axes.get_title() for axes in result_figures.run(run).axes
+        axes.get_title() for axes in run.plot().axes
     )
     assert "at the end" not in repr(run) and WHY in repr(run)

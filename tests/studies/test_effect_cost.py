@@ -88,15 +88,15 @@ def test_a_variant_that_diverges_says_so_and_the_others_are_measured(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from ab_sim.errors import DivergedError
-    from ab_sim.studies import effect_cost
+    from ab_sim.studies import effect_cost as module
 
-    class Fragile(effect_cost.Drive):
+    class Fragile(module.Drive):
         def advance(self, steps: int = 1) -> Any:
             if list(self.scene.effects) == ["ball_spin"]:
                 raise DivergedError("went beyond all bounds")
             return super().advance(steps)
 
-    monkeypatch.setattr(effect_cost, "Drive", Fragile)
+    monkeypatch.setattr(module, "Drive", Fragile)
     made = scene(effects={"viscous_drag": None, "spindle_acceleration": None}, duration=0.01)
     rows = {row.name: row for row in effect_cost(made, repeats=1).rows}
     assert rows["ball_spin"].ns_per_step is None
