@@ -173,7 +173,8 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
     moment += scene.balls.total_mass * scene.race.radius**2
     acceleration = getattr(scene.profile, "acceleration", scene.spindle.max_acceleration)
     needs = f"{moment * acceleration:.3g} N m to accelerate at {acceleration:g} rad/s^2"
-    yield "motor needs", f"{needs}, the balls at rest on the race"
+    balls = ", the balls at rest on the race" if scene.balls.count else ""
+    yield "motor needs", needs + balls
     suspension, critical = scene.effects.get("suspension"), scene.critical_speed
     if suspension is not None and critical is not None and suspension.damping > 0:
         # The damper's power c (W w)^2 at resonance, where W = M0 e w / c.

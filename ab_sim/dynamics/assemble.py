@@ -82,7 +82,8 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
         state[layout.rates] = scene.start.ball_rates
     state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
     if has_motor(system.effects):
-        state[layout.spindle] = reduced(scene.start.angle)[0], scene.start.speed, 0.0
+        start = scene.start
+        state[layout.spindle] = reduced(start.angle)[0], start.speed, start.motor_integral
     return state
 
 

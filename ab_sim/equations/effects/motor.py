@@ -33,9 +33,17 @@ class Motor(NamedTuple):
             ge=0,
         ),
     ]
-    torque_limit: Annotated[Number, quantity("T_max, at standstill", "N m", ge=0, le=1e6)]
+    torque_limit: Annotated[
+        Number, quantity("T_max, at standstill; 0: switched off", "N m", ge=0, le=1e6)
+    ]
     proportional_gain: Annotated[
-        Number, quantity("k_p, torque per error of the speed", "N m s/rad", gt=0, le=1e6)
+        Number,
+        quantity(
+            "k_p, torque per error of the speed (motor off: torque_limit 0)",
+            "N m s/rad",
+            gt=0,
+            le=1e6,
+        ),
     ]
     integral_gain: Annotated[
         Number, quantity("k_i, torque per integral of that error", "N m/rad", ge=0, le=1e6)
