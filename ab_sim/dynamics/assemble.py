@@ -241,6 +241,14 @@ def linearised(system: System) -> Linearised:
     return registry.of_system(system).linearised(system)
 
 
+def free_coordinates(system: System) -> tuple[str, ...]:
+    """Return coordinates along which nothing restores the deck; empty if that is not known."""
+    try:
+        return linearised(system).free
+    except SceneError:
+        return ()
+
+
 def own_motion(system: System) -> np.ndarray:
     """Return the linear motion of the carrier of the balls, see ``dynamics.own_motion``."""
     known = registry.of_system(system)

@@ -289,8 +289,8 @@ def _check_start(scene: Scene) -> None:
     integral, effects = scene.start.motor_integral, scene.effects.values()
     if integral and not any(hasattr(effect, "rotor_moment") for effect in effects):
         raise ValueError(
-            f"start.motor_integral = {exact(integral)} rad: is the motor's, and the scene has none; "
-            "remove it, or name the effect motor"
+            f"start.motor_integral = {exact(integral)} rad: is the motor's, and the scene has "
+            "none; remove it, or name the effect motor"
         )
     if start.tilt is not None and abs(math.cos(start.tilt[0])) < 1e-6:
         raise ValueError(
