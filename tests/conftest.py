@@ -22,7 +22,7 @@ settings.load_profile("by no clock")
 
 # Programs that tests start inherit what is ignored, and nohup ignores this one; a handler they do
 # not inherit.
-if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda *_: None)
 
 
