@@ -206,7 +206,8 @@ class DriveNode(ManagedNode):
 
     def _tell(self, level: Level, text: str) -> None:
         self._state, self._reported = (level, text), time.monotonic()
-        self._outputs.report(0, level, text)
+        # an error is logged where the transition fails
+        self._outputs.report(0, level, text, logged=level is Level.ERROR)
 
     def _rest(self) -> float:
         session = self._session
