@@ -31,7 +31,7 @@ class ImportedBag(NamedTuple):
     ignored: dict[str, tuple[int, str]]
     """By topic: number of unusable messages, and the error of the last one."""
     complete: bool
-    """Whether the bag was finished; if not, its readable part was used."""
+    """True if the bag was finished; if not, its readable part was used."""
     notes: list[str]
     """Sensors of a bag without blocks whose values are held between their stamps."""
 

@@ -184,7 +184,7 @@ class StoredRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the recording was closed.
+        """True if the recording was closed.
 
         Otherwise it is in progress, was killed, or the disk was full.
         """

@@ -132,7 +132,7 @@ class Recording:
 
     @property
     def failed(self) -> bool:
-        """Whether a write error has ended the recording."""
+        """True if a write error has ended the recording."""
         return self._error is not None
 
     def __enter__(self) -> Recording:

@@ -44,12 +44,12 @@ class SegmentsCourse:
 
     @property
     def ended(self) -> bool:
-        """Whether the final speed is held; see ``Course``."""
+        """True if the final speed is held; see ``Course``."""
         return self._number >= self._course.count
 
     @property
     def reached(self) -> bool:
-        """Whether the profile has reached its aim; see ``Course``."""
+        """True if the profile has reached its aim; see ``Course``."""
         return self.ended
 
     @property

@@ -94,7 +94,7 @@ class VibrationWatch:
 
     @property
     def met(self) -> bool:
-        """Whether the condition holds."""
+        """True if the condition holds."""
         below, above, rms = (
             self._until.vibration_rms_below,
             self._until.vibration_rms_above,

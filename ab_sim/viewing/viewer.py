@@ -98,17 +98,17 @@ class Viewer:
 
     @property
     def trouble(self) -> bool:
-        """Whether it should show its data but does not."""
+        """True if it should show its data but does not."""
         return not self._shown and self._state not in (STARTED, CLOSED)
 
     @property
     def gone(self) -> bool:
-        """Whether it has exited and will not be started again."""
+        """True if it has exited and will not be started again."""
         return self._gone
 
     @property
     def closed_by_user(self) -> bool:
-        """Whether its window was closed."""
+        """True if its window was closed."""
         return self._state == CLOSED
 
     @property
