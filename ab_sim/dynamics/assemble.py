@@ -214,7 +214,7 @@ def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
 
 
 def _mass_matrix(system: System, along: float) -> np.ndarray:
-    """Masses of deck, spindle and balls on their paths, the balls side by side at an angle."""
+    """Return the mass matrix of deck, spindle and balls along the race, all balls at one angle."""
     effects, n = system.effects, len(system.balls)
     balls = BallConstants(n, *constants_of_balls(system))
     ones = np.ones(n)

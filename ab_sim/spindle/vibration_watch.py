@@ -11,7 +11,7 @@ LEAST_SAMPLES = 8
 """Least number of samples in a window, which is extended if there are fewer."""
 
 AXES = 3
-"""Of a vector of the vibration."""
+"""Number of axes of a vibration vector."""
 
 
 class _Sensor:

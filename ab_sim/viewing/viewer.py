@@ -98,17 +98,17 @@ class Viewer:
 
     @property
     def trouble(self) -> bool:
-        """True if it should show its data but does not."""
+        """True if the viewer should show its data but does not."""
         return not self._shown and self._state not in (STARTED, CLOSED)
 
     @property
     def gone(self) -> bool:
-        """True if it has exited and will not be started again."""
+        """True if the viewer has exited and will not be started again."""
         return self._gone
 
     @property
     def closed_by_user(self) -> bool:
-        """True if its window was closed."""
+        """True if the viewer's window was closed."""
         return self._state == CLOSED
 
     @property
