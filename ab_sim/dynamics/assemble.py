@@ -140,7 +140,7 @@ TOUCHING = 1e-12
 MOST_ANGLE = 1e15
 """rad; beyond it a double has no digits left below a turn."""
 DRAG = "the race's drag"
-"""Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
+"""Key of the drag's rate in ``linear_rates``, which does not limit steppers for stiff drag."""
 LOOP = "the motor's speed loop"
 """Key of the motor's rate in ``linear_rates``."""
 

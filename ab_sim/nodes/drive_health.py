@@ -16,7 +16,7 @@ WINDOWS = (10, 60)
 
 
 class RealTimeTolerance(NamedTuple):
-    """Limits of what counts as real time."""
+    """Limits within which a drive counts as running in real time."""
 
     factor: float
     """Largest relative deviation of the real-time factor from the requested one."""

@@ -115,7 +115,7 @@ class VibrationWatch:
         return {"sensors": sensors, "heard": self._heard, "began": self._began}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from what ``state`` gave."""
+        """Continue from a state of ``state``."""
         self._began = finite(state["began"], 0.0, MOST_TIME)
         self._heard = {
             str(name): finite(heard, 0.0, MOST_TIME) for name, heard in state["heard"].items()

@@ -65,7 +65,7 @@ class Viewer:
         check_view(view)
         self.restarts = 0
         self._native = view == NATIVE
-        self._command: list[str] | None = None  # None: somebody else's
+        self._command: list[str] | None = None  # None: not started here
         if view in (WEB, NATIVE):
             self.proxy = Proxy(LOOPBACK, free_port())
             self._command = ["--bind", LOOPBACK, "--port", str(self.proxy.port)]
