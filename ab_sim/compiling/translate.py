@@ -238,6 +238,9 @@ class FunctionTranslator(Conditions):
         if isinstance(items, Number | ArrayView):
             instead = "write for i in range(...), or over a tuple"
             self.fail(node, f"loop over a {text_of(items.kind)}", instead)
+        # A loop over a tuple is unrolled, as its items may differ in kind. A name that the body
+        # assigns once in the source is then assigned in every copy: ``_unrolling`` keeps it from
+        # being bound to its first value.
         done = self.new("endfor")
         for k in range(len(items.kind.kinds)):
             item, begin, following = self.field(items, k), self.new("do"), self.new("next")
@@ -248,7 +251,7 @@ class FunctionTranslator(Conditions):
             if not (stays and in_memory):
                 self._assign(node.target, item)
             if stays and (in_memory or is_known(item)):
-                self.bound[name] = item  # another name for it, in this round
+                self.bound[name] = item  # an alias in this copy of the body
             self.go(begin)
             self._loop(node.body, begin, following, done)
             self._unrolling -= 1

@@ -37,8 +37,8 @@ DIRECT = 8
 ROUNDS = 60
 """Maximum number of iterations."""
 STILL = 4.0 * RATE_ROUNDING
-"""Rate [rad/s] up to which a ball counts as at rest when another ball comes to rest. Balls in
-contact come to rest together, but their rates differ by rounding."""
+"""Rate [rad/s] up to which a ball is set to rest at an event. Balls in contact come to rest
+together, but their rates differ by rounding."""
 
 
 def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> None:

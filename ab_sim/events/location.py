@@ -103,6 +103,7 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
         now += taken
         rest -= taken
         solve_complementarity(run, now, slot, count >= bounces)
+        # The event is at the end of the step, within the tolerance of its time: no step is left.
         if rest <= CLOSE * length:
             for j in range(state.size):
                 work.trial[j] = state[j]

@@ -1,7 +1,7 @@
 """Emit a step of an explicit Runge-Kutta method, with the state in registers.
 
-All stages call one function that takes a state and returns a slope as values. So no stage is
-written to memory, and the code does not grow with the number of stages.
+All stages call one function that takes a state and returns a slope as values. So the stages need no
+arrays in memory, and the code of the equations exists only once.
 """
 
 from collections.abc import Sequence

@@ -39,8 +39,8 @@ def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
 def fused(roots: Iterable[Expression]) -> list[Expression]:
     """Return the roots with each product whose only use is in a sum fused with that sum.
 
-    Products are not fused across levels: one that is known before the run stays a value that can
-    be computed once.
+    If both terms of a sum are such products, the first one is fused. Products are not fused across
+    levels: one that is known before the run stays a value that can be computed once.
     """
     roots = list(roots)
     nodes = reached(roots)
