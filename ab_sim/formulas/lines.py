@@ -46,8 +46,9 @@ def lines_of(
 ) -> Lines:
     """Return equations in print, with as few named quantities as keep the lines short.
 
-    All quantities are named at first. Then one is removed at a time, as long as one is left that
-    is used once and whose removal keeps every line within ``WIDTH``.
+    No quantity is named if all lines are short without. Otherwise all are named at first. Then one
+    name is removed at a time, as long as there is one that is unused, or that is used once and
+    whose removal keeps every line within ``WIDTH``.
 
     Args:
         equations: equations in the order of printing.

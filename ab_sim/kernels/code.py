@@ -47,7 +47,7 @@ class Code:
         """Return the length of the array that selects branches of set-valued laws.
 
         It holds a sign of friction per ball, the mobility (a matrix with contact, else a number
-        per ball), and the motor's limit.
+        per ball), and the direction in which the motor is at its limit.
         """
         n = self.model.count
         return n + n * (n if self.model.has_contact else 1) + 1
