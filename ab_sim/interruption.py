@@ -116,7 +116,7 @@ def leave_at_exit() -> None:
 
 @contextlib.contextmanager
 def left_at_exit() -> Iterator[None]:
-    """End the process at once behind what is within it, if that has called ``leave_at_exit``."""
+    """End the process right after the ``with`` block if that has called ``leave_at_exit``."""
     code = 0
     try:
         yield
@@ -129,7 +129,7 @@ def left_at_exit() -> Iterator[None]:
 
 
 def _exit_code_of(error: BaseException) -> int:
-    """Return the exit code that Python would give, and print what it would print."""
+    """Return the exit code of an error as Python would, and print the same text."""
     if isinstance(error, SystemExit) and isinstance(error.code, int | None):
         return error.code or 0
     if isinstance(error, SystemExit):

@@ -36,7 +36,7 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
 
     Raises:
         NotOfSources: a module has no source file, or the file was changed after this process began
-            and may not be what it has imported.
+            and may differ from the imported version.
     """
     found: dict[str, ModuleSource] = {}
     own = frozenset(module.partition(".")[0] for module in modules)

@@ -59,7 +59,7 @@ class DriveNode(ManagedNode):
     def active(
         self, asked: Session | None = None, patience: float = threading.TIMEOUT_MAX
     ) -> Iterator[Session]:
-        """The session, under the node's lock.
+        """Yield the session, under the node's lock.
 
         Args:
             asked: the session that is expected; None: any.

@@ -221,9 +221,9 @@ class ProfileController(PlainLog):
     def run(self, stopping: threading.Event) -> None:
         """Tick, start when there is a drive, and report, until stopped.
 
-        Reports go out once a second of the steady clock, and as soon as somebody else listens or
-        the profile goes on. ROS's timers and Python's events wait by the system's clock, on some
-        releases: when it is set back they would stand still.
+        Reports are published once per second of the steady clock, and at once for a new subscriber
+        or a new state of the profile. On some releases, ROS's timers and Python's events use the
+        system clock, and would stand still if it were set back.
         """
         if not self._simulated:
             self._ticker = Ticker(self._period, time.monotonic())
