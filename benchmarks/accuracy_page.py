@@ -212,7 +212,8 @@ def batch_part(report: dict[str, Any]) -> dict[str, Any]:
             continue
         each = (row[key]["median"] for key in ("one_by_one", "kernel", "whole_call"))
         rows.append([
-            f"{1e3 * row['step']:g} ms", f"{row['error']['angle']:.1e}", *(f"{x:,.0f}" for x in each)
+            f"{1e3 * row['step']:g} ms", f"{row['error']['angle']:.1e}",
+            *(f"{value:,.0f}" for value in each),
         ])  # fmt: skip
     for key, what in (("kernel", "in the kernel"), ("whole_call", "for the whole call")):
         fit = [row for row in report["rows"] if row["error"]["angle"] <= goal["error"]]
