@@ -78,8 +78,8 @@ def worker_part(report: dict[str, Any]) -> str:
     new = {name: value["median"] for name, value in report["new_worker"].items()}
     kernels = f"{new['first_chunk'] - new['second_chunk']:.2f}"
     scene, ready, code = report["scene"], f"{new['ready']:.1f}", f"{new['machine_code']:.2f}"
-    return f"""A new worker takes {ready} CPU s to import the package and {kernels} s to compile its first kind of
-scene ({code} s of it in LLVM; `{scene}`, median). Nothing is cached on disk.
+    return f"""A new worker takes {ready} CPU s to import the package and {kernels} s to compile its first kind
+of scene ({code} s of it in LLVM; `{scene}`, median). Nothing is cached on disk.
 """
 
 
@@ -137,8 +137,8 @@ def plan(report: dict[str, Any]) -> str:
     return f"""## Estimate for {HOSTS} hosts
 
 Computed from these figures for {count} workers on {HOSTS} hosts of {CORES} cores; not tried. The
-scheduler takes {each} ms of CPU per task, so it serves {most_tasks} tasks per second; with chunks of
-{CHUNK_SECONDS} s the workers would request {asked}. Chunks of {seconds} s (`CHUNK_SECONDS` in
+scheduler takes {each} ms of CPU per task, so it serves {most_tasks} tasks per second; with chunks
+of {CHUNK_SECONDS} s the workers would request {asked}. Chunks of {seconds} s (`CHUNK_SECONDS` in
 `design/work.py`) load scheduler and command to {load} %. The command takes {cost} us per run, at
 most {most_runs} runs per second; the workers would give {given}, so the command {command}.
 """
