@@ -78,8 +78,8 @@ def worker_part(report: dict[str, Any]) -> str:
     new = {name: value["median"] for name, value in report["new_worker"].items()}
     kernels = f"{new['first_chunk'] - new['second_chunk']:.2f}"
     scene, ready, code = report["scene"], f"{new['ready']:.1f}", f"{new['machine_code']:.2f}"
-    return f"""A new worker takes {ready} CPU s to import the package and {kernels} s to compile its first kind
-of scene ({code} s of it in LLVM; `{scene}`, median). Nothing is cached on disk.
+    return f"""A new worker takes {ready} CPU s to import the package, and {kernels} s to compile its
+first kind of scene ({code} s of it in LLVM; `{scene}`, median). Nothing is cached on disk.
 """
 
 

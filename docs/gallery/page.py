@@ -1,5 +1,6 @@
 """What a paper's report is made of, and the report as a page of Markdown."""
 
+import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -36,6 +37,11 @@ class Picture(NamedTuple):
     file: str
     """Its name in the folder."""
     caption: str
+
+    @property
+    def short(self) -> str:
+        """Alternative text: the caption up to its first semicolon or full stop."""
+        return re.split(r"; |\. ", self.caption)[0]
 
 
 class PageSection(NamedTuple):
@@ -92,7 +98,7 @@ class Paper(NamedTuple):
             for table in section.tables:
                 parts += [f"**{table.title}**", "\n".join(_lines(table))]
             for picture in section.pictures:
-                parts += [f"![{picture.caption}]({picture.file})", f"*{picture.caption}*"]
+                parts += [f"![{picture.short}]({picture.file})", f"*{picture.caption}*"]
         return "\n\n".join(parts) + "\n"
 
 

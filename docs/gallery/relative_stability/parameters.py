@@ -27,9 +27,9 @@ def parameter_section(folder: Path, tell: Tell) -> PageSection:
     )  # fmt: skip
     table = Table("The balls' masses, exact and as printed", columns, tuple(rows))
     text = (
-        "The scenes `nsc-case-1`, `nsc-case-2` and `nsc-case-3`: M1 = 200 g, M2 = 16 g, "
-        "ε = 0.625 mm, R = 16.5 mm, k = 8000 N/m, c = 25 N s/m, c_b = 0.2 N s/m. The balls' spin, "
-        "friction and collisions are left out (section 3.1).",
+        "Scenes `nsc-case-1`, `nsc-case-2` and `nsc-case-3`: M1 = 200 g, M2 = 16 g, ε = 0.625 "
+        "mm, R = 16.5 mm, k = 8000 N/m, c = 25 N s/m, c_b = 0.2 N s/m; no ball spin, friction "
+        "or collisions.",
         "What the report leaves out, and what is taken here:",
         "- the balls' masses are exactly 0.9, 1.0 and 1.1 times M2 ε / (2 R); Table 1 has them "
         "rounded, and with the rounded ones case 2 is not degenerate, as the table below shows;\n"
