@@ -63,6 +63,8 @@ class Paper(NamedTuple):
     source: str
     """Who published it, where and when."""
     sections: tuple[PageSection, ...]
+    shown: tuple[PageSection, ...] = ()
+    """Sections of the page if it shows less than the report."""
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values: see ``ab-sim paper --help``."""
@@ -79,6 +81,7 @@ class Paper(NamedTuple):
                             "title": t.title,
                             "columns": list(t.columns),
                             "rows": list(map(list, t.rows)),
+                            "digits": t.digits,
                         }
                         for t in section.tables
                     ],
@@ -93,7 +96,7 @@ class Paper(NamedTuple):
         """The page, for beside its pictures."""
         written = f"Written by `ab-sim paper {self.name}`. {NOTATION}."
         parts = [f"# {self.title}", self.source, written]
-        for section in self.sections:
+        for section in self.shown or self.sections:
             parts += [f"## {section.heading}", *section.text]
             for table in section.tables:
                 parts += [f"**{table.title}**", "\n".join(_lines(table))]
