@@ -14,14 +14,12 @@ from typing import Any
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from beside.page import peers_part  # noqa: E402
-from page_parts import conditions, error, left_out_list, sentence, table  # noqa: E402
+from page_parts import conditions, error, sentence, table  # noqa: E402
 
 from ab_sim.accuracy import SAFETY  # noqa: E402
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
-PEER_TOLERANCES = (1e-4, 1e-8, 1e-12)
-"""Tolerances of other programs that the page shows."""
-SHOWN_STEPS = (0.005, 0.0025, 0.001, 0.0005, 0.0002)
+SHOWN_STEPS = (0.005, 0.0025, 0.001, 0.0005)
 """Steps that the page shows [s]."""
 
 TEXT = """\
@@ -76,8 +74,6 @@ picture for your scene:
 
     ab-sim accuracy my-scene.yaml --plot accuracy.png --json accuracy.json
 
-{left_out}
-
 Measured by `python benchmarks/accuracy_cost.py` ([accuracy-cost.json](accuracy-cost.json));
 {accuracy_conditions}.
 
@@ -103,15 +99,9 @@ CPU time of the best other program divided by ours, with one thing changed:
 
 {peers_cases}
 
-<details><summary>How each program was called</summary>
-
-{called}
-
-</details>
+All programs solve the same equations; how each was called is in the JSON files.
 
 The reference is {peers_reference}. Its uncertainty is {peers_known}.
-
-{peers_left_out}
 
 Measured by `python benchmarks/peers.py` and with `--avx2` ([peers.json](peers.json),
 [peers-avx2.json](peers-avx2.json)); {peers_conditions}.
@@ -155,17 +145,16 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
         errors = row["errors"]
         if not row["peer"] and not errors["angle"]["at_most"]:
             ratios.append(errors["whirl"]["value"] / errors["angle"]["value"])
-        if row["step"] not in SHOWN_STEPS and row["tolerance"] not in PEER_TOLERANCES:
+        if row["peer"] or row["step"] not in SHOWN_STEPS:
             continue
-        setting = f"{1e3 * row['step']:g} ms" if row["step"] else f"rtol {row['tolerance']:.0e}"
         rows.append([
             row["method"],
-            setting,
+            f"{1e3 * row['step']:g} ms",
             error(errors["angle"]),
             error(errors["whirl"]),
             f"{1e3 * row['cpu']['median']:.3g}",
         ])  # fmt: skip
-    head = ["method", "setting", "angle [rad]", "whirl [e]", "CPU ms per simulated s"]
+    head = ["stepper", "step", "angle [rad]", "whirl [e]", "CPU ms per simulated s"]
     return {
         "accuracy_title": f"`{report['scene']}` without rolling friction, cheapest first",
         "accuracy_table": table(head, rows),
@@ -176,7 +165,6 @@ def accuracy_part(report: dict[str, Any]) -> dict[str, Any]:
         "reference": report["reference"],
         "uncertainty_angle": report["uncertainty"]["angle"],
         "uncertainty_whirl": report["uncertainty"]["whirl"],
-        "left_out": left_out_list(report["left_out"]),
         "accuracy_conditions": conditions(report),
     }
 

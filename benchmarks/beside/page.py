@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from page_parts import conditions, left_out_list, sentence, table
+from page_parts import conditions, sentence, table
 
 from beside.turns import VERDICT
 
@@ -35,7 +35,6 @@ def peers_part(report: dict[str, Any], limited: dict[str, Any]) -> dict[str, Any
         "peers_known": ", ".join(
             f"{one['uncertainty']['angle']:.0e} rad ({name})" for name, one in known
         ),
-        "called": "\n".join(f"- {who}: {how}." for who, how in report["called"].items()),
         "peers_table": table(head, _rows(report["at"], limited["at"])),
         "peers_verdict": _verdict(report["at"]),
         "peers_batch_table": table(
@@ -43,7 +42,6 @@ def peers_part(report: dict[str, Any], limited: dict[str, Any]) -> dict[str, Any
         ),
         "peers_batch_verdict": _verdict(report["batch"]["at"]),
         "peers_cases": table(["case", *(f"{one} rad" for one in errors)], cases),
-        "peers_left_out": left_out_list(report["left_out"]),
         "peers_conditions": conditions(report),
     }
 
