@@ -7,10 +7,11 @@ from page_parts import table
 
 def knowledge(report: dict[str, Any]) -> list[str]:
     """Return the part on identification_knowledge.py."""
-    rows = [
-        [each["case"], _unknown(each["unknown"])] for each in report["cases"] if each["unknown"]
-    ]
-    known = [each["case"] for each in report["cases"] if not each["unknown"]]
+    unknown: dict[str, list[str]] = {}
+    for each in report["cases"]:
+        unknown.setdefault(_unknown(each["unknown"]), []).append(_plain(each["case"]))
+    known = unknown.pop("-", [])
+    rows = [["; ".join(cases), values] for values, cases in unknown.items()]
     drives = [drive for each in report["cases"] for drive in each["drives"]]
     right = sum(each["right"] for each in report["cases"])
     return [

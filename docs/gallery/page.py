@@ -20,6 +20,8 @@ class Table(NamedTuple):
     """None where there is no value."""
     digits: int = 6
     """Significant ones that a page shows."""
+    on_page: bool = True
+    """False: only the report has it."""
 
     def texts(self) -> list[list[str]]:
         """The rows for people."""
@@ -98,7 +100,7 @@ class Paper(NamedTuple):
         parts = [f"# {self.title}", self.source, written]
         for section in self.shown or self.sections:
             parts += [f"## {section.heading}", *section.text]
-            for table in section.tables:
+            for table in (table for table in section.tables if table.on_page):
                 parts += [f"**{table.title}**", "\n".join(_lines(table))]
             for picture in section.pictures:
                 parts += [f"![{picture.short}]({picture.file})", f"*{picture.caption}*"]

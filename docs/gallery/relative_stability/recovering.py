@@ -192,7 +192,7 @@ def together_section(folder: Path, tell: Tell) -> PageSection:
     return PageSection(
         "What the balls' start decides",
         text_of,
-        (Table("Together and apart", columns, tuple(rows)),),
+        (Table("Together and apart", columns, tuple(rows), on_page=False),),
     )
 
 

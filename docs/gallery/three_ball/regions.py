@@ -129,6 +129,7 @@ def against_section(folder: Path, tell: Tell) -> PageSection:
             for zeta in DAMPINGS
         ),
         5,
+        on_page=False,
     )
     text = (
         f"Grid of {COUNT} by {COUNT} points, {WIDE.Omega[0]:g} ≤ Ω ≤ {WIDE.Omega[1]:g} and "

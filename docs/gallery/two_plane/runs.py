@@ -103,9 +103,9 @@ def run_section(folder: Path, tell: Tell) -> PageSection:
         "Figures 11 and 12 (a) end as printed. Chaotic runs cannot agree in time: 11 (ii) "
         "leaves its symmetry by rounding errors, and 12 (b) and (c) pass through chaos. In 12 "
         f"(c) the balls start in pairs, here {APART:g} rad apart.",
-        "How 12 (b) and (c) end is therefore chance, as the last table shows with slightly "
-        "different starts. Balls that do not balance lag at half the spindle speed. With one "
-        "such ball the level of 12 (b) is the printed one.",
+        f"How 12 (b) and (c) end is therefore chance: starts moved by {MOVED:g} rad leave from "
+        "none to three lagging balls (table in the JSON). Balls that do not balance lag at "
+        "half the spindle speed. With one such ball the level of 12 (b) is the printed one.",
         "Slip: for 12 (b) the text gives alpha' = -Omega and also one revolution per two of "
         "the rotor. Only the second, -Omega/2, agrees with the figure.",
     )
@@ -155,7 +155,8 @@ def _moved(tell: Tell) -> Table:
             levels = [level for lagging, level in found if lagging == number]
             rows.append((each.name, number, len(levels), min(levels), max(levels)))
     title = f"{MOVED_RUNS} starts moved by at most {MOVED:g} rad, to t = {MOVED_LAST:g}"
-    return Table(title, ("start", "balls that lag", "runs", "least A", "largest A"), tuple(rows), 3)
+    names = ("start", "balls that lag", "runs", "least A", "largest A")
+    return Table(title, names, tuple(rows), 3, on_page=False)
 
 
 def _end(each: LongRun, run: Trajectory) -> np.ndarray:
