@@ -191,13 +191,6 @@ def variations(report: dict[str, Any]) -> str:
             costs = [-100.0 * one.difference for one in paired]
             ok = ["yes" if cost <= most else "**missed**" for cost in costs]
             verdict = f"{most:g}: {ok[0]} / {ok[1]}"
-        plain = report["outcomes"].get(f"no hold; {name}")
-        beside = ""
-        if plain is not None:
-            beside = " / ".join(
-                f"{share_of(np.array([row[0] for row in plain]) < limit).value:.3f}"
-                for limit in LIMITS
-            )
         rows.append(
             [
                 name,
@@ -206,7 +199,6 @@ def variations(report: dict[str, Any]) -> str:
                 verdict,
                 f"{_seconds(found['t50 [s]'])} / {_seconds(found['t90 [s]'])}",
                 f"{found['peak W/e, 90 %']:.0f}",
-                beside,
             ]
         )
     heads = ["variation", "below 0.3 / 0.15", "points", "allowed, met", "t50 / t90 [s]", "peak W/e"]
@@ -214,7 +206,7 @@ def variations(report: dict[str, Any]) -> str:
 
 The first {count} drives again. *Points* is the change of the two shares in percent.
 
-{table([*heads, "no hold"], rows)}
+{table(heads, rows)}
 
 Softer springs halve the force on the balls at the same speed ratio; 20 s are then too short.
 """
