@@ -128,7 +128,7 @@ def _period_claims(
               ", ".join(f"{x:.2f}" for x in carried) + f" g cm towards it, of {UNBALANCE:g} needed "
               f"and {TOUCHING:.2f} of a row that touches (ours: {ENOUGH:.0%} of what is needed, "
               "and of the others less)", carried[0] >= ENOUGH * UNBALANCE > max(carried[1:]),
-              "after each they lie there alike"),
+              "they lie alike after each"),
         *_as_figure_claims(bars),
     ]  # fmt: skip
 
