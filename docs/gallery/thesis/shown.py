@@ -26,7 +26,7 @@ EVERYTHING = (
     "Every statement with its verdict and criterion is in [thesis.json](thesis.json), which "
     "`ab-sim paper thesis --json thesis.json` writes."
 )
-REPORT_ONLY = ("Table 4.1", "Best start speed", "Ours: what is left", "The choices halved")
+REPORT_ONLY = ("Table 4.1", "Best start speed", "Ours: what is left")
 """Beginnings of the titles of tables that only the report has."""
 LONG = 14
 """Words of a finding above which the page shows its first part only."""
