@@ -140,7 +140,7 @@ TOUCHING = 1e-12
 MOST_ANGLE = 1e15
 """rad; beyond it a double has no digits left below a turn."""
 DRAG = "the race's drag"
-"""Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
+"""Key of the drag's rate in ``linear_rates``, which does not limit steppers for stiff drag."""
 LOOP = "the motor's speed loop"
 """Key of the motor's rate in ``linear_rates``."""
 
@@ -214,7 +214,7 @@ def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
 
 
 def _mass_matrix(system: System, along: float) -> np.ndarray:
-    """Masses of deck, spindle and balls on their paths, the balls side by side at an angle."""
+    """Return the mass matrix of deck, spindle and balls along the race, all balls at one angle."""
     effects, n = system.effects, len(system.balls)
     balls = BallConstants(n, *constants_of_balls(system))
     ones = np.ones(n)

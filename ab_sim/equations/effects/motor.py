@@ -61,7 +61,7 @@ class Motor(NamedTuple):
         return self.back_emf_slope * speed
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a motor with nothing to turn, or whose acceleration nobody would feel."""
+        """Refuse a motor without inertia, or without the effect of the spindle's acceleration."""
         # On a free deck, M0 turns about the mass centre of all that is not free to roll.
         eccentric = scene.eccentric_mass
         share = 1.0 - eccentric / (scene.total_mass - scene.balls.total_mass)
