@@ -51,22 +51,16 @@ def experiment_section(folder: Path, tell: Tell) -> PageSection:
     more, interval = reasons.passing.more_than(reasons.collide)
     share = [by_name["2500 rpm"].mean / by_name["no period"].mean for _, by_name in varied.values()]
     text = (
-        "Not printed, and chosen here: M = 0.1 kg, R = 1 cm, damping ratio 0.01, drag "
-        "c_b = 0.033 N s/m, arm of friction 1 um, acceleration 400 rad/s^2, restitution 0.5. Each "
-        "of mass, damping, friction and drag is halved and doubled below. The deck moves in the "
-        "plane: of the printed bars only the horizontal ones have a counterpart, and only orders "
-        "are compared. Balls start at random places, at rest on the race, the same ones for "
-        "every case: cases are compared start by start, and an order counts where the 95 % "
-        "interval of the difference leaves out zero.",
-        f"Contact: balls that pass through each other end at {reasons.passing.words()} with the "
-        f"hold at 2500 rpm, those that collide at {reasons.collide.words()} from the same {PASSED} "
-        f"starts: a difference of {more:+.2f} +- {interval:.2f} um"
-        + (", which is none. " if abs(more) < interval else ". ")
-        + "(Those of an accelerating period below are other runs; that they round to the same "
-        "numbers is chance.) "
-        + "What differs is where they lie: in the thesis' model balls that meet may lie on one "
-        f"place, here they line up. Five that touch span {math.degrees(4.0 * NEIGHBOUR):.0f} deg "
-        f"between the outer centres, and then carry {TOUCHING:.2f} g cm, as much as they can.",
+        "Chosen here, because not printed: M = 0.1 kg, R = 1 cm, damping ratio 0.01, drag c_b "
+        "= 0.033 N s/m, arm of friction 1 um, acceleration 400 rad/s^2, restitution 0.5. Mass, "
+        "damping, friction and drag are halved and doubled below. The deck moves in the plane, "
+        "so only the horizontal bars are compared, and only their order. All cases use the "
+        "same random starts; an order counts if the 95 % interval of the difference excludes "
+        "zero.",
+        f"Contact: five colliding balls end at {reasons.collide.words()} after the hold at 2500 "
+        f"rpm, balls that pass through each other at {reasons.passing.words()} ({PASSED} starts, "
+        f"difference {more:+.2f} +- {interval:.2f} um). Five balls that touch span "
+        f"{math.degrees(4.0 * NEIGHBOUR):.0f} deg and carry at most {TOUCHING:.2f} g cm.",
     )  # fmt: skip
     return PageSection(
         "6.2 The experiments: figures 6.3 to 6.6",

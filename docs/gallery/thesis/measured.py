@@ -124,7 +124,7 @@ def _period_claims(
               ", ".join(f"{x:.2f}" for x in carried) + f" g cm towards it, of {UNBALANCE:g} needed "
               f"and {TOUCHING:.2f} of a row that touches (ours: {ENOUGH:.0%} of what is needed, "
               "and of the others less)", carried[0] >= ENOUGH * UNBALANCE > max(carried[1:]),
-              "after each they lie there alike"),
+              "they lie alike after each"),
         *_as_figure_claims(bars),
         Claim("6.3, 6.4", "means of ten show 2500 < 3000 < 2000 rpm, and 2500 rpm < no period",
               f"{order:.0%} of all draws of ten do (ours: more than half)", order > 0.5),
@@ -152,7 +152,7 @@ def _as_figure_claims(bars: dict[str, Bar]) -> list[Claim]:
                   f"{degrees(run.angles)} 2.5 s after the critical speed (ours: less than "
                   f"{ENOUGH:.0%}; not in its vicinity)",
                   five < ENOUGH * UNBALANCE and not there,
-                  f"in {shown} they are, if only just" if there else "the five are")
+                  f"in {shown} they are, by a small margin" if there else "the five are")
         )  # fmt: skip
     return [*claims, _not_there_claim(bars)]
 

@@ -238,7 +238,7 @@ def _eccentricity_claims(made: Ratios) -> list[Claim]:
               SLIGHTLY[0] < plain < SLIGHTLY[1]),
         Claim("4.37", "the balance effect is slightly excessive",
               f"{made.end('4.37'):.0f} deg, by {held:.0f} deg farther than in 4.25 {slight}",
-              SLIGHTLY[0] < held < SLIGHTLY[1], f"{abs(held):.0f} deg cannot be read off"),
+              SLIGHTLY[0] < held < SLIGHTLY[1], f"{abs(held):.0f} deg cannot be read"),
         adjusted_claim("4.37", "the end time or m finely adjusted (the English: and m decreased)",
                        drive),
     ]  # fmt: skip

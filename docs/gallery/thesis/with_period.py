@@ -216,7 +216,7 @@ def _not_there(number: str, runs: dict[str, StartUp]) -> Claim:
         f"{number} (c)", "the balls do not reach the vicinity of -180 deg",
         f"first there {seconds(first)}, in 4.7 {seconds(entered(runs['4.7'])[0])}; "
         f"{degrees(run.angles)} at 5 s", first is None,
-        f"by this page's {OPPOSITE:g} deg they do, at the figure's end (the English: not "
+        f"within this page's {OPPOSITE:g} deg they do, at the figure's end (English: not "
         "immediately)",
     )  # fmt: skip
 
@@ -230,7 +230,7 @@ def _as_first(other: StartUp, hold: StartUp) -> Claim:
         f"{size:.4f} N at {when:.2f} s, in 4.7 {size_7:.4f} N at {when_7:.2f} s; courses "
         f"{apart:.1%} of the peak apart {ALIKE}",
         bool(abs(size / size_7 - 1) < ABOUT and abs(when - when_7) < SAME_TIME and apart < ABOUT),
-        "its peak is, in size and time; its course is just beyond what is alike",
+        "its peak is alike; its course differs slightly too much",
     )  # fmt: skip
 
 
