@@ -1,9 +1,9 @@
 """ab_sim: an optical disc drive whose spindle carries a ball-type automatic balancer.
 
 This module is the public Python API; each name in ``__all__`` is imported when it is first used.
-All else is private, and may change with any version, but ``ab_sim.results`` (the types of results,
-for annotations) and what own effects are written with: ``cos``, ``sin``, ``sqrt``, ``where`` and
-``total`` of ``ab_sim.tracing``, and the methods that ``ab_sim.equations.effects`` lists.
+Also public are ``ab_sim.results`` (the types of results, for annotations) and the tools for own
+effects: ``cos``, ``sin``, ``sqrt``, ``where`` and ``total`` of ``ab_sim.tracing``, and the methods
+that ``ab_sim.equations.effects`` lists. All else is private, and may change with any version.
 
 Examples
 --------
@@ -15,8 +15,8 @@ Examples
 
 Notes
 -----
-Packages and what each does: docs/explanation/architecture.md. One imports from those below it
-only; ``tests/test_rooms.py`` holds it to that.
+The packages are described in docs/explanation/architecture.md. Each imports only from those below
+it, which ``tests/test_rooms.py`` checks.
 """
 
 from typing import TYPE_CHECKING
@@ -102,8 +102,8 @@ __all__ = [
     "write_fmu",
 ]
 
-# No name of it but `results` may be that of a module beside this one: importing that module would
-# put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
+# Except `results`, no name may equal that of a module in this package: importing that module would
+# replace the public name (`ab_sim.accuracy` is a package). A test checks this.
 _MODULES = {
     "analysis.comparison": ("compare_run",),
     "analysis.merits.of_run": ("merits_of",),
@@ -147,7 +147,7 @@ if not TYPE_CHECKING:
         for module, names in _MODULES.items():
             if name in names:
                 found = getattr(import_module(f"ab_sim.{module}"), name)
-                globals()[name] = found  # asked for once only
+                globals()[name] = found  # so that this is called only once
                 return found
         if name.startswith("__"):
             raise AttributeError(f"module 'ab_sim' has no attribute {name!r}")

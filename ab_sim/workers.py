@@ -47,8 +47,8 @@ class Workers:
     more than one needs the usual ``if __name__ == "__main__":``.
 
     ``concurrent.futures.ProcessPoolExecutor`` starts processes while it waits for others; if one is
-    killed meanwhile, it fails or hangs. Here each process has a pipe of its own, whose end shows
-    that the process has ended.
+    killed meanwhile, it fails or hangs. Here each process has its own pipe, whose end shows that
+    the process has ended.
 
     Args:
         count: number of processes; 1: no other process.

@@ -3,7 +3,7 @@
 cosmic-ray says what can be changed in a file, one place at a time. Each such mutant is served to a
 process of its own, which runs the tests of its room until one fails. Nothing on disk is changed:
 formulas are traced as they are in the process, and what is translated from its source is read from
-the mutant. docs/mutations.md says what survived, and why.
+the mutant.
 
     .venv/bin/pip install cosmic-ray==8.7.0
     .venv/bin/python benchmarks/mutations.py --json out/mutations.json [ROOM ...]

@@ -1,4 +1,4 @@
-"""One turn for ball angles, in tables and in pictures."""
+"""Ball angles are within one turn, in tables and in pictures."""
 
 import math
 

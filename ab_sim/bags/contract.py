@@ -70,7 +70,7 @@ def further_sensor(name: str, namespace: str) -> Topic | None:
 
 
 NUMBER = COMMAND._replace(name="recording/", qos=Qos())
-"""In bags only: numbers of `Recording.scalar`, each on a topic with its name."""
+"""Topics of bags only: numbers of `Recording.scalar`, each on a topic with its name."""
 THINNED = BLOCK._replace(name="recording/thinned", qos=Qos())
 """Topic of bags only: for a block of a decimated run, just before it, the number of rows left out
 by intent up to each row, and the rule of decimation. The layout is that of a block."""

@@ -55,7 +55,7 @@ class BagConverter(IgnoredMessages):
         self.rows = self.missing = 0
         self._namespace, self._kinds, self._out = namespace, kinds, out
         self._recording: Recording | None = None
-        self._is_thinned = False  # what the recording is made of
+        self._is_thinned = False  # whether the recording consists of decimated blocks
         self._description: dict[str, Any] = {}
         self._time = 0  # newest [ns]
         self._levels: dict[str, Level] = {}

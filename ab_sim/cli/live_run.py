@@ -248,6 +248,7 @@ class LiveRun:
         self._node = rclpy.create_node("ab_sim")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
+        self._context.callback(self._leave)
         topics.JOINT_STATES.subscription(self._node, self._hear_joints)
         topics.WHIRL.subscription(self._node, self._hear_whirl)
         topics.PROFILE_STATUS.subscription(self._node, self._hear_status)
@@ -361,13 +362,15 @@ class LiveRun:
                 process.kill()
                 process.wait()
         self._processes.clear()
+        self._context.close()
+
+    def _leave(self) -> None:
         if rclpy.ok():
             self._executor.shutdown()
             if leave_graph(self._node):
                 rclpy.try_shutdown()
             else:
                 interruption.leave_at_exit()
-        self._context.close()
 
 
 def _end_with_parent() -> None:

@@ -56,7 +56,7 @@ class Command(NamedTuple):
     outputs: Sequence[tuple[Path | None, Sequence[str], str]] = ()
     """Files other than JSON and picture, with their endings and options."""
     aside: bool = False
-    """Whether output for people never goes to standard output."""
+    """True if output for people never goes to standard output."""
 
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
         """Run the command, with the values of ``--json`` and ``--plot``."""

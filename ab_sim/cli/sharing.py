@@ -34,7 +34,14 @@ def processes(workers: int | None) -> int:
     Raises:
         InputError: the number is less than one.
     """
-    count = len(os.sched_getaffinity(0)) if workers is None else workers
+    count = _usable_cores() if workers is None else workers
     if count < 1:
         raise InputError(f"--workers {count}: must be at least 1")
     return count
+
+
+def _usable_cores() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1

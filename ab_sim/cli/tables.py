@@ -11,7 +11,7 @@ from ab_sim.cli.formulas import chosen_effects
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.progress import progress_bar
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start, together_at_start
-from ab_sim.dynamics.assemble import system_of
+from ab_sim.dynamics.assemble import free_coordinates, system_of
 from ab_sim.dynamics.system import System
 from ab_sim.equations.planar import Planar
 from ab_sim.errors import SceneError
@@ -136,6 +136,8 @@ def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
         yield "deck", f"moves and tilts in space, on {mounts} mount{'' if mounts == 1 else 's'}"
         if len(heights := scene.race.heights) > 1:
             yield "races", f"{len(heights)}, at heights of {', '.join(f'{h:g}' for h in heights)} m"
+    if free := free_coordinates(system):
+        yield "deck is free", f"no stiffness holds it along: {', '.join(free)}"
     if "gravity" not in scene.effects:
         return
     if scene.deck is None:
@@ -173,7 +175,8 @@ def _motor(scene: Scene) -> Iterator[tuple[str, str]]:
     moment += scene.balls.total_mass * scene.race.radius**2
     acceleration = getattr(scene.profile, "acceleration", scene.spindle.max_acceleration)
     needs = f"{moment * acceleration:.3g} N m to accelerate at {acceleration:g} rad/s^2"
-    yield "motor needs", f"{needs}, the balls at rest on the race"
+    balls = ", the balls at rest on the race" if scene.balls.count else ""
+    yield "motor needs", needs + balls
     suspension, critical = scene.effects.get("suspension"), scene.critical_speed
     if suspension is not None and critical is not None and suspension.damping > 0:
         # The damper's power c (W w)^2 at resonance, where W = M0 e w / c.

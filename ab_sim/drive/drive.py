@@ -386,7 +386,7 @@ class Drive:
         Returns
         -------
         Leader or None
-            What would command the drive from there on.
+            Controller that would command the drive from there on.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""Which stepper a scene is run with, and why."""
+"""Choose the stepper of a scene, and explain the choice."""
 
 import math
 from collections.abc import Mapping
@@ -16,27 +16,28 @@ from ab_sim.spindle import top_speed_of
 
 
 class Choice(NamedTuple):
-    """A stepper, why it was taken, and the longest step that it may take here."""
+    """Stepper of a scene, with the reason for the choice and the longest stable step."""
 
     stepper: Stepper
     reason: str
     longest: float
-    """s; infinite where nothing limits the step."""
+    """Longest stable step [s]; infinite if nothing limits it."""
     limited_by: str
+    """Name of the motion that limits the step; empty if none does."""
     cycle: float
-    """Of the fastest motion that its steps follow [s]: the deck's whirl or the motor's loop. What
-    the drag makes of a ball's speed is faster now and then, but dies away."""
+    """Period of the fastest motion that the steps must follow [s]: the deck's whirl or the motor's
+    loop. The decay of a ball's speed by drag may be faster, but it dies away."""
 
 
 USUAL = "rk8"
-"""What ``auto`` takes where nothing speaks against it; ``accuracy:`` may find another cheaper."""
+"""Default stepper of ``auto``; ``accuracy:`` may find another one cheaper."""
 
 
 def solving_drag(system: System) -> Stepper | None:
-    """The stepper that any amount of the race's drag leaves stable.
+    """Return the stepper that is stable for any amount of the race's drag.
 
     Returns:
-        None where there is none, because it needs to know the own motion of what carries the balls.
+        The stepper, or None if it needs the deck's own motion and the deck model does not state it.
     """
     known = type(system.deck_model).COORDINATES
     able = (stepper for stepper in steppers().values() if stepper.solves_drag)
@@ -44,24 +45,25 @@ def solving_drag(system: System) -> Stepper | None:
 
 
 def _outlasting(system: System, step: float, rates: Mapping[str, complex]) -> Stepper | None:
-    """``solving_drag``'s stepper, if what else moves by itself leaves it stable at this step."""
+    """Return the stepper of ``solving_drag`` if all other motions leave it stable at this step."""
     other = solving_drag(system)
     stable = other is not None and step <= largest_step(other, limiting(other, rates))[0]
     return other if stable else None
 
 
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
-    """Those of ``linear_rates`` that limit a stepper's step."""
+    """Return those of ``linear_rates`` that limit a stepper's step."""
     return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
 
 
 def top_speed(scene: Scene, commanded: bool = False) -> float:
-    """The fastest that the spindle can go [rad/s], which steps have to be stable at.
+    """Return the largest speed of the spindle [rad/s], at which steps have to be stable.
 
     Args:
-        scene: what is run.
-        commanded: whether commands are taken, which go up to ``spindle.max_speed``; else its
-            profile says how fast, but for a motor's, whose speed need not follow it.
+        scene: scene to run.
+        commanded: True if the run takes commands, which may go up to ``spindle.max_speed``. Else
+            the profile gives the largest speed. With a motor it is ``spindle.max_speed``, too, as
+            the speed need not follow the profile.
     """
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed
@@ -71,10 +73,10 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
 def check_parts(
     stepper: Stepper, step: float, system: System, rates: Mapping[str, complex]
 ) -> None:
-    """Refuse a step that is too long for the stepper which steps with events are handed over to.
+    """Refuse a step that is too long for the stepper that takes over steps with events.
 
     Raises:
-        SceneError: names what limits it, and the largest allowed one.
+        SceneError: the step is too long; the message names the limit and its cause.
     """
     other = stepper.over_events
     if other is None or not has_events(system.effects):
@@ -91,17 +93,20 @@ def check_parts(
 
 
 def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
-    """The stepper that a scene names, or the one that it calls for if it leaves that open.
+    """Return the stepper that a scene names, or a suitable one for ``auto``.
+
+    ``auto`` takes ``rk8`` if it is stable at the scene's step. If not, it takes a stepper that
+    solves drag exactly, provided that the step samples each revolution at least once.
 
     Args:
-        scene: what is run.
-        system: its system.
+        scene: scene to run.
+        system: system of the scene.
         fastest: spindle speed [rad/s] up to which the step has to be stable; default: the
             ``top_speed`` of the scene's profile.
 
     Raises:
-        SceneError: unknown stepper, the step is beyond its stability limit, parameters without a
-            stepper that is named, or the scene asks for an accuracy instead.
+        SceneError: unknown stepper, step beyond its stability limit, parameters without a named
+            stepper, or the scene requests an accuracy instead.
     """
     if scene.accuracy is not None:
         raise SceneError(
@@ -114,7 +119,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     rates = linear_rates(system, speed)
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
     other = _outlasting(system, step, rates)
-    # Where there is not a sample in each turn of the spindle, nobody helps unasked.
+    # Do not switch the stepper automatically below one sample per revolution.
     unasked = other if step * speed <= 2.0 * math.pi else None
     if name != AUTO:
         stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
@@ -144,13 +149,13 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
         way_out = f"{leave}or name {other.name}"
         raise SceneError(f"{error}; {way_out}") from None
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
-    # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
+    # Without any motion of its own and with the spindle at rest, the system has no period.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
     return Choice(stepper, reason, longest, what, cycle)
 
 
 def _check_no_parameters_of_auto(solver: Solver) -> None:
-    """Refuse parameters for ``auto``: they belong to one stepper, which has to be named."""
+    """Refuse parameters for ``auto``, as they belong to one stepper, which has to be named."""
     if solver.stepper != AUTO or not solver.parameters:
         return
     key, value = next(iter(solver.parameters.items()))
@@ -168,7 +173,7 @@ def _check_no_parameters_of_auto(solver: Solver) -> None:
 
 
 def _check_suits(stepper: Stepper, scene: Scene, system: System) -> None:
-    """Refuse a stepper that cannot be cut at this system's events, or lacks its own motion."""
+    """Refuse a stepper that cannot stop at this system's events, or needs an unknown own motion."""
     if has_events(system.effects) and not stepper.locates_events:
         able = ", ".join(name for name, known in steppers().items() if known.locates_events)
         because = ", ".join(f"{name} ({why})" for name, why in eventful(scene.effects).items())

@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta methods, from their tableau."""
+"""Create explicit Runge-Kutta methods from their tableaus."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -9,7 +9,7 @@ from ab_sim.integrate.stepper import Stepper
 
 
 class Tableau(NamedTuple):
-    """Butcher's."""
+    """Butcher tableau."""
 
     a: np.ndarray
     """Stage weights, shape (s, s), strictly lower triangular."""
@@ -22,7 +22,7 @@ class Tableau(NamedTuple):
 def explicit(
     name: str, order: int, source: str, rows: Sequence[Sequence[float]], weights: Sequence[float]
 ) -> Stepper:
-    """A method from the rows below its tableau's diagonal; stage times are the row sums."""
+    """Return a method from the rows below its tableau's diagonal; stage times are the row sums."""
     stages = len(weights)
     a, b = np.zeros((stages, stages)), np.array(weights)
     for i, row in enumerate(rows, start=1):

@@ -1,7 +1,7 @@
-"""What a stepper is, and what may be asked of one.
+"""Description of a stepper and its abilities.
 
-Who chooses, prices or runs steppers asks for an ability by its name, never for a class. A stepper
-is one file in ``steppers/``: it makes a ``Stepper`` and registers what makes it.
+Code that chooses, prices or runs steppers queries abilities by name, never a class. A stepper is
+one file in ``steppers/``, which registers a ``Stepper`` or a function that creates one.
 """
 
 from collections.abc import Callable
@@ -11,40 +11,40 @@ from typing import Any
 
 @dataclass(frozen=True, eq=False)
 class Stepper:
-    """A named method for steps of a fixed length, with the order that it is declared to have."""
+    """Named method for steps of a fixed length, with its declared order and abilities."""
 
     name: str
     order: int
     source: str
     weights: Any
-    """A NamedTuple of numbers that say how steps are taken: a ``Tableau``, of which a step is
-    emitted for each scene; or what the method's own code in the subset of ``ab_sim.compiling``
-    takes."""
+    """NamedTuple of the method's numbers: a ``Tableau``, from which a step is emitted for each
+    scene, or the input of the method's own code in the subset of ``ab_sim.compiling``."""
     evaluations: int
-    """Of the right-hand side per step."""
+    """Evaluations of the right-hand side per step."""
     growth: Callable[[complex], complex]
-    """What one step makes of y' = lambda y, from z = step times lambda. With an ability that makes
-    some part of the equations harmless: with the amount of it that is worst."""
+    """Stability function: factor by which one step multiplies y for y' = lambda y, as a function
+    of z = step times lambda. For a method that solves part of the equations exactly, the factor
+    for the worst size of that part."""
     memory: int = 0
-    """Rows of numbers that it carries from one step to the next; they belong to the state. It
-    starts anew where they are zero, and they are made so where the motion has a kink."""
+    """Rows of numbers carried from one step to the next, which belong to the state. Zeros restart
+    the method; they are set to zero where the motion has a kink."""
     collocation_steps: bool = False
-    """Its own steps are collocation steps of several of the scene's, and belong to the state:
-    memory has a line for each state's motion in it, one for the state at its beginning, and two
-    more. It starts anew where they are zero."""
+    """True if the method's own steps are collocation steps over several of the scene's, and belong
+    to the state. Memory then has a line for each state's motion in the step, one for the state at
+    its beginning, and two more. Zeros restart the method."""
     parts: int = 1
-    """Into how many it divides a step of the scene, where the motion asks for that."""
+    """Maximum number of parts into which the method divides a step of the scene."""
     needs_own_motion: bool = False
-    """It needs to know what of the deck's motion is linear: see ``dynamics.own_motion``."""
+    """True if the method needs the linear part of the deck's motion, ``dynamics.own_motion``."""
     solves_drag: bool = False
-    """Any amount of the race's drag leaves it stable."""
+    """True if the method is stable for any amount of the race's drag."""
     takes_lanes: bool = False
-    """Runs side by side can take its steps."""
+    """True if several runs can take its steps together, in lanes."""
     locates_events: bool = True
-    """Its steps may be cut at events, or handed over to another stepper."""
+    """True if its steps can be cut at events, or handed over to another stepper."""
     over_events: "Stepper | None" = None
-    """The other stepper, to which those steps are handed over."""
+    """Stepper to which steps with events are handed over."""
     priced: bool = True
-    """It is tried where a scene asks for an accuracy."""
+    """True if the method is tried when a scene requests an accuracy."""
     keeps_tolerance: bool = False
-    """Its error follows from its parameter ``tolerance``, and not from the step."""
+    """True if the error depends on the parameter ``tolerance`` and not on the step."""

@@ -1,4 +1,8 @@
-"""A step of an explicit Runge-Kutta method, emitted: the state stays in registers."""
+"""Emit a step of an explicit Runge-Kutta method, with the state in registers.
+
+All stages call one function that takes a state and returns a slope as values. So the stages need no
+arrays in memory, and the code of the equations exists only once.
+"""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -12,15 +16,15 @@ from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, kind, li
 
 
 class StatePart(NamedTuple):
-    """Numbers of a state that lie side by side, and are one value."""
+    """Adjacent numbers of a state that are held in one vector."""
 
     first: int
     width: int
-    """How many; in lanes always one."""
+    """Number of states in the vector; in lanes always one."""
 
 
 def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
-    """How a state is held: the deck's states by twos or fours, the balls' by groups."""
+    """Return the division of a state into vectors: deck's states by 2 or 4, balls' by groups."""
     model = emission.model
     own, n = model.states, model.count
     size = emission.states
@@ -37,14 +41,15 @@ def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
 def step_text(
     emission: Emission, a: np.ndarray, b: np.ndarray, c: np.ndarray, lanes: int = 1
 ) -> str:
-    """``step(c, b, y, k, trial, begin, length)``: one step; k is the slope at its beginning.
+    """Return LLVM IR of ``step(c, b, y, k, trial, begin, length)``, which takes one step.
 
-    In lanes ``step(c, b, t, y, k, trial)``, with begin and length of each run behind t.
+    k is the slope at the step's beginning, and the state at its end is written to trial. In lanes,
+    it is ``step(c, b, t, y, k, trial)``, with begin and length of each run at t.
 
     Args:
-        emission: of the model.
-        a, b, c: the Butcher tableau, shapes (s, s), (s,), (s,).
-        lanes: runs side by side.
+        emission: emitter of the model's functions.
+        a, b, c: Butcher tableau, shapes (s, s), (s,), (s,).
+        lanes: number of runs computed together.
     """
     slope = _slope_function(emission, lanes)
     step = _step_function(emission, a, b, c, lanes)
@@ -53,7 +58,7 @@ def step_text(
 
 
 class _Slope(Function):
-    """The slope as a function of values: what each stage calls."""
+    """Function from a state to its slope, both as values, which each stage calls."""
 
     def __init__(self, emission: Emission, lanes: int) -> None:
         pointers = [CONSTANTS, BRANCHES]
@@ -111,7 +116,7 @@ def _slope_function(emission: Emission, lanes: int) -> _Slope:
 
 
 def _packed(into: Function, body: Body, roots: Sequence[Expression]) -> str:
-    """One value of several numbers."""
+    """Return one vector of several numbers."""
     values, width = [body.values(x)[0] for x in roots], len(roots)
     if width == 1:
         return values[0]
@@ -138,7 +143,7 @@ def _step_function(
     slopes = [[into.load(MemorySlot("k", p.first), 0, p.width) for p in pieces]]
 
     def combined(row: np.ndarray) -> list[str]:
-        """State plus length times weighted slopes."""
+        """Return the state plus ``length`` times the sum of weighted slopes."""
         found = []
         for at, piece in enumerate(pieces):
             width = piece.width * lanes

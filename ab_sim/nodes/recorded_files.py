@@ -63,7 +63,7 @@ class RecordedFiles:
         self._tried = 0.0
         self._time = 0.0  # of the newest sample [s]
         self._states: dict[str, str] = {}
-        self._standing: dict[tuple[str, str], str] = {}  # by source and what it is about: text
+        self._standing: dict[tuple[str, str], str] = {}  # text by source and subject
         self._written = self._lost = 0  # in the files before this one
         self._left_out = self._refused = 0  # there, too
         self.missing = 0

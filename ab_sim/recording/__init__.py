@@ -28,23 +28,22 @@ entity                  contents                                             sho
                         ``channels:left_out``, how many were left out up to
                         each one
 ``/plot``, ``/state``   derived: angles in degrees, driving forces, tilt,    plots
-                        r.m.s., orders and spectra of the vibration; what
-                        the spindle does
+                        r.m.s., orders and spectra of the vibration; state
+                        of the spindle
 ``/top``, ``/space``    derived: the drawings, in mm, at most 100 times a    top view, 3-D
                         second                                               view
-``/about``              what is seen                                         text
-``/run/NAME``           what `Recording.scalar` is given                     plot
-``/events/SOURCE``      what `Recording.event` is given                      text log
+``/about``              explanation of the pictures                          text
+``/run/NAME``           values of `Recording.scalar`                         plot
+``/events/SOURCE``      entries of `Recording.event`                         text log
 ``/thinned``            rule by which not every step is kept
-``/health/NAME``        what `Recording.state` is given
+``/health/NAME``        values of `Recording.state`
 ``/closed``             how many samples there are, once all are
 ======================  ===================================================  =================
 
-docs/recording.md says what room that takes, and what else was tried. Timelines: ``sim_time`` and
-``step``. A recording of unknown length has no index, so that it takes no memory; ``rerun rrd
-verify`` then asks for one, and ``rerun rrd optimize`` adds it. Writing and
-reading files sends no analytics; Rerun's viewer does, until ``rerun analytics disable`` has been
-run once.
+Sizes of files are in docs/recording.md. Timelines: ``sim_time`` and ``step``. A recording of
+unknown length has no index, so that it takes no memory; ``rerun rrd verify`` then reports that it
+is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no analytics;
+Rerun's viewer does, until ``rerun analytics disable`` has been run once.
 """
 
 import os

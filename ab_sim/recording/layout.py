@@ -75,7 +75,7 @@ def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeCol
 
 def entity_path(*parts: str) -> str:
     """Return the path of an entity from parts with any characters."""
-    return str(rr.new_entity_path(list(parts)))  # escapes what Rerun reserves
+    return str(rr.new_entity_path(list(parts)))  # escapes reserved characters
 
 
 def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:

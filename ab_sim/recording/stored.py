@@ -79,7 +79,7 @@ class StoredRun:
         text = _column(found["/description"], "TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
         self.remarks = self._remarks()
-        """Texts on what of the file is not read: a torn end, further recordings."""
+        """Texts on parts of the file that are not read: a torn end, further recordings."""
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
         rule = found.get(THINNED)
@@ -184,7 +184,7 @@ class StoredRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the recording was closed.
+        """True if the recording was closed.
 
         Otherwise it is in progress, was killed, or the disk was full.
         """

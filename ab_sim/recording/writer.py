@@ -33,7 +33,7 @@ from ab_sim.recording.views import ALWAYS, DriveView, PlotsView
 from ab_sim.recording.windows import FrameRate
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
-PICTURES_WAIT = 1.0  # s of the run, where nobody watches
+PICTURES_WAIT = 1.0  # s of the run, without a viewer
 SHOWN_PERIOD = 0.02  # s between two rows for a viewer, and two frames
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
@@ -48,7 +48,7 @@ class Recording:
     the file is cut back to the last batch that was written whole, so that it stays readable; one
     that would hold no samples is removed. Rows, scalars and events are collected until there are
     `BATCH_ROWS` of them, or until `flush`. A live recorder calls it periodically; a killed
-    recording loses what came after the last flush.
+    recording loses the data after the last flush.
 
     :param path: the file; its folder must exist.
     :param description: description of the run, JSON-able, stored unchanged. The pictures use
@@ -112,7 +112,7 @@ class Recording:
         self._error: RecordingError | None = None
         self._closed = False
         self._thinning = ThinnedInput(every, around) if thinned else Thinning(every, around)
-        self._left_out: list[Array] = []  # beside blocks
+        self._left_out: list[Array] = []  # one array for each block
         period = SHOWN_PERIOD if shown else PERIOD
         self._view = DriveView(description, period) if drawn else PlotsView()
         self._rows_shown = FrameRate(period) if shown else None
@@ -132,7 +132,7 @@ class Recording:
 
     @property
     def failed(self) -> bool:
-        """Whether a write error has ended the recording."""
+        """True if a write error has ended the recording."""
         return self._error is not None
 
     def __enter__(self) -> Recording:

@@ -34,7 +34,7 @@ class ChannelDeviation:
     at: float = math.nan
     """Time of the largest deviation [s]."""
     same: bool = True
-    """Whether all samples are identical to the bit."""
+    """True if all samples are identical to the bit."""
     least: float = math.inf
     """Least recorded value."""
     most: float = -math.inf
@@ -111,7 +111,7 @@ class RecordingComparison(Presented):
 
     @property
     def same(self) -> bool:
-        """Whether every compared channel is identical to the bit."""
+        """True if every compared channel is identical to the bit."""
         return all(deviation.same for deviation in self.deviations)
 
     def _facts(self) -> dict[str, str]:

@@ -91,3 +91,26 @@ def test_what_is_refused_says_what_is_allowed(given: dict[str, Any], words: str)
     asked = {name: given.get(name, value) for name, value in nothing.items()}
     with pytest.raises(AbSimError, match=re.escape(words)):
         floquet_command(**asked).run(**outputs)
+
+
+def test_the_direction_in_which_nothing_holds_the_deck_is_named() -> None:
+    loose = [
+        change
+        for k in range(4)
+        for change in (
+            *("--set", f"mounts.{k}.stiffness=[1063.1, 1063.1, 0]"),
+            *("--set", f"mounts.{k}.damping=[0.6, 0.6, 0]"),
+        )
+    ]
+    names = "Z, tilt about x, tilt about y"
+    assert f"no stiffness holds it along: {names}" in words_of("check", "feeding-deck", *loose)
+    assert f"undecided: no stiffness holds the deck along {names}" in words_of(
+        "floquet", "feeding-deck", "--from", "balanced", *loose
+    )
+    assert "along: x, y" in words_of("check", "no-ball", "--set", "effects.suspension=")
+    assert "no stiffness holds" not in words_of("check", "feeding-deck")
+
+
+def words_of(*arguments: str) -> str:
+    """What a command prints, without its frame and line breaks."""
+    return " ".join(ab_sim(*arguments).stdout.replace("\u2502", " ").split())

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from ab_sim.cli.sensitivity import with_uncertainty
-from tests.cli.tool import PNG, ab_sim
+from tests.cli.tool import PNG, ab_sim, refused
 
 
 def test_sensitivity_prints_a_table_and_writes_json_and_picture(tmp_path: Path) -> None:
@@ -52,9 +52,7 @@ def test_an_unsettled_run_is_said() -> None:
     ],
 )
 def test_bad_words_end_in_one_message(arguments: tuple[str, str], said: str) -> None:
-    done = ab_sim("sensitivity", "thesis-hold", "--set", "duration=0.05", *arguments)
-    assert done.returncode == 2
-    assert said in done.stderr and "Traceback" not in done.stderr
+    assert said in refused("sensitivity", "thesis-hold", "--set", "duration=0.05", *arguments)
 
 
 def test_what_is_not_differentiable_is_named() -> None:

@@ -178,10 +178,10 @@ def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
 
 
 @needs_compiler
-def test_it_is_written_as_c(tmp_path: Path) -> None:
+def test_it_is_written_as_c() -> None:
     smooth = ["effects.rolling_friction=", f"deck_model={NAME}"]
     scene = ab_sim.load_scene(SCENE, smooth)
-    in_c, drive = InC(scene, tmp_path), ab_sim.Drive(scene)
+    in_c, drive = InC(scene), ab_sim.Drive(scene)
     assert np.array_equal(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])
 
 

@@ -184,7 +184,7 @@ def sensitivities(
 
 
 def _named(scene: Scene, known: Sequence[str], channels: Sequence[str] | None) -> list[str]:
-    """Names of channels, checked; default all but sensors', which are the last ones."""
+    """Return the names of channels after a check; default: all except the sensors'."""
     if channels is None:
         axes = 2 if scene.deck is None else 3
         return list(known[ANGLE : len(known) - axes * len(scene.pickups)])
@@ -195,7 +195,7 @@ def _named(scene: Scene, known: Sequence[str], channels: Sequence[str] | None) -
 
 
 def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:
-    """Numbers of the requested samples, and of the run's steps."""
+    """Return the indices of the requested samples, and the number of the run's steps."""
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
         return range(steps + 1), steps

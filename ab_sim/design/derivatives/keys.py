@@ -1,4 +1,4 @@
-"""Numbers of a scene by their dotted keys: what each is, and the scene with another value.
+"""Numbers of a scene by their dotted keys: value and unit, and the scene with another value.
 
 Entries of lists are counted from 0: ``balls.mass.1``, ``mounts.0.stiffness.2``. Where one number
 stands for all, an entry is that number, and changing it makes a list.
@@ -23,24 +23,24 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 
 ANGLES = "start.ball_angles"
 IN_SPACE = ("rotor.height", "race.height")
-"""Have no meaning for a deck that moves in the plane of the disc."""
+"""Keys without a meaning for a deck that moves in the plane of the disc."""
 
 
 class RealKey(NamedTuple):
-    """A number of a scene."""
+    """Number of a scene."""
 
     key: str
     value: float
     unit: str
-    """SI; "1" of a number without dimension."""
+    """SI unit; "1" for a number without dimension."""
 
 
 def real_key(scene: Scene, key: str) -> RealKey:
     """Return a number of a scene by its key.
 
     Raises:
-        InputError: there is none; it is a list, or no real number; or it does not act on the
-            motion. Names what there is.
+        InputError: the key does not exist, is a list or not a real number, or does not act on the
+            motion; the message lists the keys.
     """
     parts = key.split(".")
     section = parts[0]

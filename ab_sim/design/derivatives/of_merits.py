@@ -233,10 +233,10 @@ def _is_uncertain(
 
 
 def differentiable_merits(names: Sequence[str]) -> list[Merit[Any]]:
-    """Merits of these names.
+    """Return the metrics with these names.
 
     Raises:
-        InputError: there is no such merit, it is no number, or jumps from sample to sample.
+        InputError: there is no such metric, it is not a number, or it jumps between samples.
     """
     found = merits_named(names)
     for merit in found:

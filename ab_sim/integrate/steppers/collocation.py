@@ -1,8 +1,9 @@
-"""Collocation on Gauss nodes, in steps of its own, the scene's steps being samples in them.
+"""Collocation on Gauss nodes, in the method's own steps, in which the scene's steps are samples.
 
-See ``ab_sim.collocation`` for the method. Of order 16 at the end of a step where the iterations are
-carried far enough: Gauss nodes, Hairer, Norsett, Wanner, Solving Ordinary Differential Equations I,
-II.7; Hochbruck and Ostermann (2005), Appl. Numer. Math. 53, 323-339: exponential collocation.
+See ``ab_sim.collocation`` for the method. With converged iterations, the order at a step's end is
+twice the number of nodes. Gauss nodes: Hairer, Norsett, Wanner, Solving Ordinary Differential
+Equations I, II.7; exponential collocation: Hochbruck and Ostermann (2005), Appl. Numer. Math. 53,
+323-339.
 """
 
 import cmath
@@ -13,21 +14,21 @@ from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.rk8 import RK8
 
 FINE = 1e-11
-"""Tolerance [rad] below which sixteen nodes take less time, where nothing cuts the steps."""
+"""Tolerance [rad] below which sixteen nodes are faster, if no events cut the steps."""
 PARTS = 1024
-"""Into how many parts a step of the scene may be cut."""
+"""Maximum number of parts into which a step of the scene is divided."""
 
 
 class Setting(NamedTuple):
-    """A number of nodes, and what goes with it."""
+    """Number of nodes, and the settings that depend on it."""
 
     nodes: int
-    """N, a power of two."""
+    """Number of nodes N, a power of two."""
     samples: tuple[int, ...]
-    """How many of the scene's steps one of its own may go over, rising."""
+    """Numbers of the scene's steps in one of the method's own, in ascending order."""
     powers: int
-    """How many of Legendre's polynomials are carried on into the next step: more than these grow
-    more than they say."""
+    """Number of Legendre polynomials that are extrapolated into the next step. Higher ones grow
+    too much outside their interval to improve the prediction."""
 
 
 EIGHT = Setting(8, (1, 2, 3, 4, 6, 8, 12, 16), 8)
@@ -36,14 +37,14 @@ SETTINGS = {setting.nodes: setting for setting in (EIGHT, SIXTEEN)}
 
 
 class CollocationParameters(NamedTuple):
-    """What the method is told."""
+    """Parameters of the method."""
 
     setting: Setting | None
-    """None: as the scene calls for, see ``setting_for``."""
+    """Setting; None for a choice by the scene, see ``setting_for``."""
     tolerance: float
-    """rad."""
+    """Tolerance [rad]."""
     steps: float
-    """Of the scene in each of its own; 0 as many as the tolerance allows."""
+    """Number of the scene's steps in each of the method's own; 0 for the tolerance's choice."""
 
 
 TOLERANCE = Parameter(
@@ -73,13 +74,13 @@ NODES = Parameter(
 
 
 def growth_of(z: complex) -> complex:
-    """What a step makes of what it solves exactly: drag, and the deck's own motion."""
+    """Return the growth per step of motions that are solved exactly: drag, deck's own motion."""
     return cmath.exp(complex(min(z.real, 0.0), z.imag))
 
 
 @register_family("collocation", {"tolerance": TOLERANCE, "steps": STEPS, "nodes": NODES})
 def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
-    """The method with a tolerance [rad], a number of the scene's steps in its own, and nodes."""
+    """Return the method for a tolerance [rad], a number of the scene's steps, and of nodes."""
     setting = SETTINGS[int(nodes)] if nodes else None
     count = int(nodes) or EIGHT.nodes  # at least
     return Stepper(
@@ -99,12 +100,12 @@ def collocation(tolerance: float, steps: float, nodes: float) -> Stepper:
 
 
 def setting_for(own: CollocationParameters, is_smooth: bool) -> Setting:
-    """The setting that makes runs of a scene fastest, if none is named.
+    """Return the setting with which a scene runs fastest, unless one is given.
 
-    Long steps are worth little where events cut them; in space they take many iterations.
+    Long steps gain little if events cut them. With a deck in space they take many iterations.
 
     Args:
-        own: what the method is told.
-        is_smooth: whether the deck moves in the plane, and no law takes another branch.
+        own: parameters of the method.
+        is_smooth: True if the deck moves in the plane and there are no events.
     """
     return own.setting or (SIXTEEN if is_smooth and own.tolerance < FINE else EIGHT)
