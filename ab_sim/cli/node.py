@@ -9,9 +9,9 @@ from typing import Any
 
 from rich.table import Table
 
+from ab_sim.cli.checks import require_ros
 from ab_sim.cli.node_services import SERVICES, ServiceCommand
 from ab_sim.cli.outputs import PlainConsole, people
-from ab_sim.cli.ros import require_ros
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short, visible
