@@ -9,7 +9,6 @@ from hypothesis import HealthCheck, settings
 from matplotlib.figure import Figure
 
 from ab_sim.scene import Scene, check_scene
-from tests.domains import own_domain
 
 # Assertions explain themselves outside of test files, too, if this comes before their first import.
 pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.overlap")
@@ -23,7 +22,7 @@ settings.load_profile("by no clock")
 
 # Programs that tests start inherit what is ignored, and nohup ignores this one; a handler they do
 # not inherit.
-if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda *_: None)
 
 
@@ -100,6 +99,8 @@ def scene() -> SceneMaker:
 @pytest.fixture
 def domain() -> Iterator[int]:
     """A DDS domain of the test's own."""
+    from tests.domains import own_domain  # by fcntl, which Windows lacks
+
     with own_domain() as number:
         yield number
 

@@ -20,6 +20,7 @@ ORDER = (
     (
         "cache_folder",
         "conventions",
+        "file_locks",
         "interruption",
         "limited_yaml",
         "output_file",

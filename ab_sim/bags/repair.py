@@ -9,11 +9,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import psutil
+
 from ab_sim.bags.metadata import METADATA, is_unfinished
 from ab_sim.bags.reader import Bag
-from ab_sim.bags.unfinished_bag import is_being_written, is_finished, torn_bytes, written_by
+from ab_sim.bags.unfinished_bag import is_finished, torn_bytes, written_by
 from ab_sim.bags.writer import BagWriter
 from ab_sim.errors import RecordingError
+from ab_sim.file_locks import is_being_written
 
 _LIBRARY = "rosbags"
 _UNFINISHED = ".mending-"
@@ -85,7 +88,7 @@ def _remove_leftovers(folder: Path) -> None:
     """Remove what repairs that were killed have left in a bag's folder."""
     for room in folder.glob(f"{_UNFINISHED}*"):
         number = room.name.removeprefix(_UNFINISHED).partition("-")[0]
-        if number.isdecimal() and not Path("/proc", number).exists():
+        if number.isdecimal() and not psutil.pid_exists(int(number)):
             shutil.rmtree(room, ignore_errors=True)
 
 

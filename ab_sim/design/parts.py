@@ -7,7 +7,6 @@ twice.
 
 import contextlib
 import errno
-import fcntl
 import hashlib
 import logging
 import os
@@ -21,6 +20,7 @@ from pyarrow import parquet
 from ab_sim.analysis.results import Results
 from ab_sim.design.judged import RUN, Job, judged, modules_of
 from ab_sim.errors import InputError
+from ab_sim.file_locks import lock
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 
@@ -54,7 +54,7 @@ class Parts:
                 self._folder = None
         if self._lock is not None:
             try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock(self._lock)
             except BlockingIOError:
                 os.close(self._lock)
                 raise InputError(
