@@ -100,13 +100,13 @@ class StabilityOptions(NamedTuple):
     Symbols, signs and angles: docs/conventions.md
 
     Args:
-        map KEY=FROM:TO[:COUNT],KEY=FROM:TO[:COUNT]: Map over two keys, across and up, with 200
-            values each by default, e.g. speed=50:300,effects.suspension.damping=0.1:4.
+        map KEY=RANGE,KEY=RANGE: Map over two keys, across and up. A range is FROM:TO or
+            FROM:TO:COUNT, with 200 values by default; e.g. speed=50:300,balls.mass=0.001:0.004.
         coarse N: Spacing of the first points of a map, a power of two; islands of fewer than N by
             N points may be missed; 1 computes every point. Default: 8.
         against BALLS: Compare the map with that of another number of balls of the same total mass.
         each KEY=V,V,...: One map for each of these values of another key, e.g.
-            effects.viscous_drag.coefficient=0.1,0.2,0.4; drawn as borders in one picture.
+            balls.mass=0.001,0.002,0.004; drawn as borders in one picture.
         basin N: Run the scene from N by N start angles of its first two balls.
         plot: Draw the map or the basin: .png, .svg or .pdf.
     """

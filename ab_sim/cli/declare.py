@@ -25,13 +25,13 @@ class Described(NamedTuple):
 class Heading(typer.Typer):
     """Commands under one heading of ``ab-sim --help``."""
 
-    def __init__(self, heading: str) -> None:
-        super().__init__()
+    def __init__(self, heading: str, **settings: Any) -> None:
+        super().__init__(**settings)
         self.heading = heading
         self.works: list[str] = []
         """Functions of the commands, see ``declare``."""
 
-    def declare(self, work: str) -> Callable[[Options], Options]:
+    def declare(self, work: str, **settings: Any) -> Callable[[Options], Options]:
         """Register a NamedTuple ``NameOptions`` as the command ``name``.
 
         Each field is an option, or an argument if its type says so. Its help is in the section
@@ -42,6 +42,7 @@ class Heading(typer.Typer):
             work: ``module:function``, imported on the call, because most modules take long to
                 import. The function takes the options. It prints its result, or returns a
                 ``Command`` to run.
+            settings: see typer's ``command``.
         """
 
         def register(options: Options) -> Options:
@@ -61,7 +62,7 @@ class Heading(typer.Typer):
             set_signature(call, parameters)
             self.works.append(work)
             name = options.__name__.removesuffix("Options").lower()
-            self.command(name, rich_help_panel=self.heading)(call)
+            self.command(name, rich_help_panel=self.heading, **settings)(call)
             return options
 
         return register

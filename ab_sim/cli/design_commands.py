@@ -27,9 +27,9 @@ class SizeOptions(NamedTuple):
     """Size a balancer: balls, drag and start-up for given limits.
 
     Numbers may have a unit; without one, they are in SI units. For each number of balls, the
-    command looks for the lightest balls with a drag window: more drag than that up to which balls
-    circulate, and little enough that the required share of drives is balanced in time. It takes
-    the widest window, and runs the start-up over drives that differ in unbalance, start angles and
+    command looks for the lightest balls with a drag window: enough drag that balls do not
+    circulate, and so little that the required share of drives is balanced in time. It takes the
+    widest window, and runs the start-up over drives that differ in unbalance, start angles and
     drag. It adds a hold of the speed only if too few drives balance without one.
 
     Runs that contradict a prediction are reported. If no balancer fits, the command prints reason

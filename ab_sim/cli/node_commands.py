@@ -1,20 +1,22 @@
 """`ab-sim node`: a command for each service of running nodes."""
 
 from inspect import Parameter
-from typing import Annotated, Any
+from typing import Annotated, Any, NamedTuple
 
-import typer
 from typer import Argument, Option
 
-from ab_sim.cli.declare import parameter, set_signature
+from ab_sim.cli.declare import Heading, parameter, set_signature
 from ab_sim.cli.node_services import DRIVE, SERVICES, ServiceArgument, ServiceCommand
 
-node_commands = typer.Typer(
+node_commands = Heading(
+    "Commands",
     short_help="Command a running drive's speed; pause, step or reset nodes.",
     help="Command a running drive's speed, or ask nodes to pause, step, start and so on. Exit "
     "codes: 0 done, 1 refused by the node, 2 bad input or no such node.",
     no_args_is_help=True,
 )
+NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
+"""Settings of a command for which a negative number is an argument."""
 Namespace = Annotated[str, Option(metavar="NAME", help="Namespace of the node, e.g. left.")]
 Node = Annotated[str, Option("--node", metavar="NAME", help="Name of the node.")]
 Wait = Annotated[float, Option(metavar="SECONDS", help="Time to wait until the node is found [s].")]
@@ -32,8 +34,7 @@ def _add(service: ServiceCommand) -> None:
         parameter("wait", Wait, 5.0),
     ]
     set_signature(command, [*map(_argument, service.arguments), *options])
-    # A negative number is not an option.
-    settings = {"ignore_unknown_options": True} if service.arguments else {}
+    settings = NEGATIVE_NUMBERS if service.arguments else {}
     node_commands.command(service.name, help=service.meaning, context_settings=settings)(command)
 
 
@@ -49,59 +50,57 @@ for _service in SERVICES:
     _add(_service)
 
 
-@node_commands.command("command", context_settings={"ignore_unknown_options": True})
-def _command(
-    speed: Annotated[
-        str,
-        Argument(metavar="SPEED", help="Target speed [rad/s]; or with a unit, e.g. '1500 rpm'."),
-    ],
-    namespace: Namespace = "",
-    node: Node = DRIVE,
-    wait: Wait = 5.0,
-) -> None:
+@node_commands.declare("ab_sim.cli.node:speed_command", context_settings=NEGATIVE_NUMBERS)
+class CommandOptions(NamedTuple):
     """Command the spindle's speed, as firmware does, and print the drive's reaction.
 
     It publishes one message on the drive's topic spindle/command. The drive accelerates at its
     limit, and holds the speed until another command.
+
+    Args:
+        speed SPEED: Target speed [rad/s]; or with a unit, e.g. '1500 rpm'.
     """
-    from ab_sim.cli.node import speed_command
 
-    speed_command(speed, namespace, node, wait)
-
-
-@node_commands.command("set")
-def _set(
-    values: Annotated[list[str], Argument(metavar="NAME=VALUE...")],
-    namespace: Namespace = "",
-    node: Node = DRIVE,
-    wait: Wait = 5.0,
-) -> None:
-    """Set parameters of a node, all or none; values are written as in YAML."""
-    from ab_sim.cli.node import set_command
-
-    set_command(values, namespace, node, wait)
+    speed: Annotated[str, Argument()]
+    namespace: Namespace = ""
+    node: Node = DRIVE
+    wait: Wait = 5.0
 
 
-@node_commands.command("get")
-def _get(
-    names: Annotated[list[str] | None, Argument(metavar="[NAME]...")] = None,
-    namespace: Namespace = "",
-    node: Node = DRIVE,
-    wait: Wait = 5.0,
-) -> None:
-    """Print parameters of a node in the form of a parameter file. Default: all parameters."""
-    from ab_sim.cli.node import get_command
+@node_commands.declare("ab_sim.cli.node:set_command")
+class SetOptions(NamedTuple):
+    """Set parameters of a node, all or none; values are written as in YAML.
 
-    get_command(names or (), namespace, node, wait)
+    Args:
+        values NAME=VALUE...: Parameters, e.g. speed_factor=2.0.
+    """
+
+    values: Annotated[list[str], Argument()]
+    namespace: Namespace = ""
+    node: Node = DRIVE
+    wait: Wait = 5.0
 
 
-@node_commands.command("list")
-def _list(wait: Wait = 4.0) -> None:
+@node_commands.declare("ab_sim.cli.node:get_command")
+class GetOptions(NamedTuple):
+    """Print parameters of a node in the form of a parameter file.
+
+    Args:
+        names [NAME]...: Names of parameters. Default: all.
+    """
+
+    names: Annotated[list[str], Argument(show_default=False)] = []
+    namespace: Namespace = ""
+    node: Node = DRIVE
+    wait: Wait = 5.0
+
+
+@node_commands.declare("ab_sim.cli.node:list_command")
+class ListOptions(NamedTuple):
     """List the nodes with their state, and the commands that they offer.
 
     It waits until all nodes on this machine have reported, which they do once a second. It waits
     for the whole time only if it cannot know their number.
     """
-    from ab_sim.cli.node import list_command
 
-    list_command(wait)
+    wait: Wait = 4.0

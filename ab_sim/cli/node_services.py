@@ -76,7 +76,7 @@ class ServiceArgument(NamedTuple):
     default: Any = ...
     """Default value; `...`: required, None: the parameter is left unchanged."""
     many: bool = False
-    """Whether it takes all remaining words, as a list."""
+    """True if it takes all remaining words, as a list."""
 
 
 class ServiceCommand(NamedTuple):
@@ -94,9 +94,9 @@ class ServiceCommand(NamedTuple):
     timeout: float = 10.0
     """Time to wait for the answer [s]."""
     restores_parameters: bool = False
-    """Whether the parameters get their former values after the call."""
+    """True if the parameters get their former values after the call."""
     urgent: bool = False
-    """Whether it is called without waiting for discovery, and repeated until there is an answer."""
+    """True if it is called without waiting for discovery, and repeated until there is an answer."""
 
     @property
     def service_name(self) -> str:

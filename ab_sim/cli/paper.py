@@ -47,7 +47,7 @@ def paper_command(given: PaperOptions) -> Command:
         table = Table("paper", "subject")
         for paper_name, about in papers.PAPERS.items():
             table.add_row(paper_name, about)
-        return Command(lambda _: Outcome([table]))
+        return Command(lambda _: Outcome([table], lambda: {"papers": dict(papers.PAPERS)}))
     papers.check_known(name)
     page = out / f"{name}.md"
 

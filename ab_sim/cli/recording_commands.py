@@ -100,7 +100,7 @@ class IdentifyOptions(NamedTuple):
     Args:
         recordings FILE...: Recordings of the drive: .rrd, .csv, .parquet, or a ROS bag's folder.
         scene SCENE: Scene to start from: the drive as far as it is known.
-        fit KEY,KEY,...: Keys of the scene to fit, e.g. rotor.eccentricity,balls.mass.
+        fit KEY,KEY,...: Keys of the scene to fit, e.g. rotor.eccentricity.
         bounds KEY=LOW..HIGH: Search range of a key. Default: within a factor of 10. Repeatable.
         without_balls FILE: Further recording, made without balls; recordings of ab_sim say so
             themselves. Repeatable.

@@ -62,7 +62,7 @@ class Command(NamedTuple):
     outputs: Sequence[Output] = ()
     """Files other than JSON and picture."""
     aside: bool = False
-    """Whether output for people never goes to standard output."""
+    """True if output for people never goes to standard output."""
 
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
         """Run the command, with the values of ``--json`` and ``--plot``.

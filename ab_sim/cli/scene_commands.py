@@ -49,10 +49,10 @@ class RunOptions(NamedTuple):
     ball_rate and stuck; motor_torque and readings if the scene has them; for a deck in space also
     z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), the number of events
     and of steps_with_unresolved_events, the scene, and each merit by its name: `ab-sim merits`
-    lists their units, meanings and equations. Final values are averages over final_stretch. The
-    merits of the same run without_variable_speed_period and without_balls stand next to them. If
-    the scene requests an accuracy, the JSON has the measured error and its cost. Symbols, signs and
-    angles: docs/conventions.md
+    lists their units, meanings and equations. Final values are taken over the last stretch of the
+    run, of length final_stretch. The same merits are given for the run
+    without_variable_speed_period and without_balls. If the scene requests an accuracy, the JSON has
+    the measured error and its cost. Symbols, signs and angles: docs/conventions.md
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 

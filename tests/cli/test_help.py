@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 from typer.main import get_command
+from typer.testing import CliRunner
 
 from ab_sim.cli.app import HEADINGS, app
 from tests.cli.tool import ab_sim
@@ -68,6 +69,13 @@ def test_every_command_has_one_line_under_one_heading() -> None:
         at = next(row for row, line in enumerate(shown) if line.startswith(f"╭─ {heading} ─"))
         rows = shown[at + 1 : at + 1 + len(names.split())]
         assert [row.split()[1] for row in rows] == names.split(), "in 80 columns, one line each"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_in_80_columns_nothing_is_cut_off(name: str) -> None:
+    environment = {"COLUMNS": "80", "TERMINAL_WIDTH": "80"}
+    shown = CliRunner().invoke(app, [name, "--help"], env=environment).output
+    assert max(map(len, shown.splitlines())) <= 80 and "…" not in shown
 
 
 def test_every_option_says_what_it_is_for() -> None:
