@@ -17,6 +17,7 @@ from ab_sim.analysis.floquet import (
     solutions_of,
 )
 from ab_sim.analysis.floquet.follow import Case
+from ab_sim.cli.analysis_commands import FloquetOptions
 from ab_sim.cli.progress import Tell, progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture
 from ab_sim.conventions import NOTATION, in_one_turn
@@ -32,11 +33,10 @@ MOST = 10_000
 """Largest number of values of a parameter."""
 
 
-def floquet_command(
-    scene_name: str, changes: list[str], speed: float | None, start: str, over: str | None
-) -> Command:
+def floquet_command(given: FloquetOptions) -> Command:
     """Return the command that finds motions that repeat each turn, and may follow them."""
-    scene = load_scene(scene_name, changes)
+    speed, start, over = given.speed, given.begin, given.over
+    scene = load_scene(given.scene, given.change)
     sweep = None if over is None else _sweep(scene, over, speed)
     if speed is None and over is not None and over.startswith(SPEED + "="):
         speed = float(sweep[2][-1]) if sweep is not None else None

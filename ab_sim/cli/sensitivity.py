@@ -7,6 +7,7 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.batch import simulate_batch
+from ab_sim.cli.design_commands import SensitivityOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.design.derivatives import MeritSensitivities, merit_sensitivities, real_keys
@@ -15,20 +16,19 @@ from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 
 
-def sensitivity_command(
-    scene_name: str, changes: list[str], merits: str, keys: str | None
-) -> Command:
-    """Return the command that computes derivatives of metrics by numbers of a scene."""
-    names = _listed("--of", merits)
+def sensitivity_command(given: SensitivityOptions) -> Command:
+    """Return the command that computes derivatives of merits by numbers of a scene."""
+    names = _listed("--of", given.of)
     differentiable_merits(names)
-    scene = load_scene(scene_name, changes)
-    wanted = [real.key for real in real_keys(scene)] if keys is None else _listed("--to", keys)
+    scene = load_scene(given.scene, given.change)
+    keys = (
+        [real.key for real in real_keys(scene)] if given.to is None else _listed("--to", given.to)
+    )
 
     def work(tell: Tell) -> Outcome:
-        def progress(done: int, runs: int) -> None:
-            tell("running", done, runs)
-
-        found = merit_sensitivities(scene, wanted, names, progress=progress)
+        found = merit_sensitivities(
+            scene, keys, names, progress=lambda done, runs: tell("running", done, runs)
+        )
         judged = simulate_batch(found.scene, [{}], merits=["settled"]).merits["settled"]
         return Outcome(_shown(found, bool(judged[0])), found.report, plotted(found))
 

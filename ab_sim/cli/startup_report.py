@@ -6,8 +6,8 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.analysis import compare_run, merits_of, run_scene, time_of_speed
-from ab_sim.cli.merits import merits_table
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.run import merits_table
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure

@@ -6,7 +6,9 @@ from typing import Any
 
 import pytest
 
-from ab_sim.cli import offline, runner
+from ab_sim.cli import runner
+from ab_sim.cli.run import run_command
+from ab_sim.cli.scene_commands import RunOptions
 from ab_sim.design.basin import basin
 from ab_sim.progress import Progress
 from ab_sim.scene import Scene
@@ -49,7 +51,7 @@ def test_run_says_what_it_measures(
 
     monkeypatch.setattr(runner, "progress_bar", heard)
     changes = [*SHORT["packed-balls"], "accuracy.angle=1e-6"]
-    offline.run_command("packed-balls", changes, None, False, None, 1).run()
+    run_command(RunOptions("packed-balls", changes)).run()
     whats = [what for what, _, _ in told]
     assert whats[0] == "packed-balls, compiling; ms simulated"
     measured = [what for what in whats if "seconds of CPU time" in what]

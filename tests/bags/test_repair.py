@@ -187,7 +187,7 @@ def test_the_command_says_what_it_did(killed: Path) -> None:
     assert first.returncode == second.returncode == 0
     assert "59 messages; " in first.stderr and "bytes at its end were torn" in first.stderr
     assert "wrote bag" in first.stderr
-    assert "bag is complete: there is nothing to mend" in second.stderr
+    assert "bag is complete: there is nothing to repair" in second.stderr
 
 
 def test_chunks_are_closed_at_every_flush_and_at_a_size(tmp_path: Path) -> None:

@@ -83,7 +83,7 @@ def test_without_a_map_it_says_what_rests() -> None:
         (("--map", "speed=nan:2,balls.mass=1e-4:2e-4"), "must be finite numbers"),
         (("--map", "speed=1:2,balls.masss=1e-4:2e-4"), "did you mean 'mass'?"),
         (("--map", SMALL, "--coarse", "3"), "--coarse 3: must be a power of two"),
-        (("--map", SMALL, "--basin", "3"), "--map and --basin: one at a time"),
+        (("--map", SMALL, "--basin", "3"), "--map and --basin: give one of them"),
         (("--map", SMALL, "--plot", "m.txt"), "must end in one of .png"),
         (("--basin", "4", "--set", "balls.count=0", "--set", "start.ball_angles="), "at least 2"),
     ],

@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from ab_sim.accuracy.deviation import Samples, deviation
-from ab_sim.cli.accuracy import accuracy_shown
+from ab_sim.cli.costs import accuracy_shown
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.accuracy_cost import accuracy_figure

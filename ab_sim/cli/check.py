@@ -1,15 +1,14 @@
-"""`ab-sim effects`, `ab-sim sensors`, `ab-sim check`."""
+"""`ab-sim check`."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any
 
 from rich.table import Table
 
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.rest import rest_of
-from ab_sim.cli.formulas import chosen_effects
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.progress import progress_bar
+from ab_sim.cli.scene_commands import CheckOptions
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start, together_at_start
 from ab_sim.dynamics.assemble import free_coordinates, system_of
 from ab_sim.dynamics.system import System
@@ -17,55 +16,12 @@ from ab_sim.equations.planar import Planar
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import choose_stepper
 from ab_sim.scene import Scene, find_scene, load_scene
-from ab_sim.scene.probes import ProximityProbe
-from ab_sim.scene.registry import effect_parameters
-from ab_sim.scene.sensors import Accelerometer, steps_per_sample
-
-# Scenes contain texts of other authors, and units are in brackets, so there is no markup here.
-console = PlainConsole()
+from ab_sim.scene.sensors import steps_per_sample
 
 
-def print_effects(only: str | None = None) -> None:
-    """Print every effect, or only one, with its meaning, equation, source and parameters.
-
-    Raises:
-        InputError: there is no such effect; the message names the known and the nearest ones.
-    """
-    for name, effect in chosen_effects(only).items():
-        table = _described(name, effect, effect_parameters(effect))
-        if effect.uses_ball_radius:
-            table.add_row("also uses", "balls.radius")
-        console.print(table)
-
-
-def print_sensors() -> None:
-    """Print meaning, equation, source and parameters of accelerometer and proximity probe."""
-    for name, kind in (("accelerometer", Accelerometer), ("proximity probe", ProximityProbe)):
-        console.print(_described(name, kind, kind.model_json_schema()["properties"]))
-
-
-def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]) -> Table:
-    table = Table(title=name, title_justify="left", title_style="bold", show_header=False)
-    table.add_row("meaning", " ".join((what.__doc__ or "").split()))
-    table.add_row("equation", what.equation)
-    table.add_row("source", what.source)
-    for key, field in parameters.items():
-        default = f"; default {_short(field['default'])}" if "default" in field else ""
-        table.add_row(key, f"{field['description']} [{field['unit']}]{default}")
-    if not parameters:
-        table.add_row("parameters", "none")
-    return table
-
-
-def _short(value: float | list[float] | None) -> str:
-    if isinstance(value, list):
-        return ", ".join(map(_short, value))
-    return "none" if value is None else f"{value:g}"
-
-
-def print_check(name: str, changes: list[str]) -> None:
+def print_check(given: CheckOptions) -> None:
     """Print a summary of a scene without running it."""
-    scene = load_scene(name, changes)
+    scene = load_scene(given.scene, given.change)
     work_precision = None
     if scene.accuracy is not None:
         with progress_bar(f"accuracy of {scene.name}") as tell:
@@ -74,7 +30,7 @@ def print_check(name: str, changes: list[str]) -> None:
     system = system_of(scene)
     choice = choose_stepper(scene, system)
     table = Table(title=f"{scene.name} is a valid scene", show_header=False)
-    table.add_row("file", str(find_scene(name)))
+    table.add_row("file", str(find_scene(given.scene)))
     table.add_row("balls", _balls(scene))
     table.add_row("effects", ", ".join(scene.effects) or "none")
     if scene.critical_speed is not None:
@@ -100,7 +56,7 @@ def print_check(name: str, changes: list[str]) -> None:
         table.add_row("accuracy", work_precision.reason)
     for assumption in scene.assumed:
         table.add_row("assumed", assumption)
-    console.print(table)
+    PlainConsole().print(table)
 
 
 def _profile(scene: Scene) -> str:

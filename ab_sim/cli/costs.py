@@ -1,27 +1,28 @@
-"""`ab-sim accuracy`."""
+"""`ab-sim accuracy` and `ab-sim cost`."""
 
 from collections.abc import Iterator
 
 from rich.table import Table
 
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, picture
+from ab_sim.cli.runner import Command, Outcome, new_table, picture
+from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
+from ab_sim.studies.effect_cost import EffectCost, VariantCost, effect_cost
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors [rad] for which the cheapest setting is named."""
 
 
-def accuracy_command(scene_name: str, changes: list[str], repeats: int) -> Command:
+def accuracy_command(given: AccuracyOptions) -> Command:
     """Return the command that measures the cost of an accuracy."""
-    if repeats < 1:
-        raise InputError(f"--repeats {repeats}: must be at least 1")
-    scene = load_scene(scene_name, changes)
+    _check_repeats(given.repeats)
+    scene = load_scene(given.scene, given.change)
 
     def work(tell: Tell) -> Outcome:
-        cost = accuracy_cost(scene, repeats, progress=tell)
+        cost = accuracy_cost(scene, given.repeats, progress=tell)
         draw = picture("ab_sim.figures.accuracy_cost:accuracy_figure", cost)
         return Outcome(accuracy_shown(cost), cost.report, draw)
 
@@ -65,20 +66,16 @@ def accuracy_table(cost: AccuracyCost) -> Table:
     balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
     unit = cost.unit
     own, others = 1e3 * cost.reference_period, 1e3 * cost.period
-    table = Table(
+    table = new_table(
+        " | method",
+        f"setting | CPU [ms/s] | of a core | angle [rad] | at the end | whirl [{unit}] | "
+        "at the end | energy",
         title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
         caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
         "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
         f"errors: the largest at the ends of steps, at most every {own:g} ms; of peers, every "
         f"{others:g} ms",
     )
-    table.add_column("")
-    table.add_column("method")
-    for name in (
-        "setting", "CPU [ms/s]", "of a core", "angle [rad]", "at the end", f"whirl [{unit}]",
-        "at the end", "energy",
-    ):  # fmt: skip
-        table.add_column(name, justify="right")
     front = cost.front()
     for row in cost.by_error():
         table.add_row("*" if row in front else "", *_cells(row, bool(cost.balls)))
@@ -88,9 +85,9 @@ def accuracy_table(cost: AccuracyCost) -> Table:
 def cheapest_table(cost: AccuracyCost) -> Table:
     """Return the table of the cheapest setting of the package and of the best peer, by error."""
     what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
-    table = Table(title=f"cheapest of what was tried, for an error in {what} of at most")
-    for name in ("error", "ab_sim", "CPU [ms/s]", "best peer", "CPU [ms/s]", "peer / ab_sim"):
-        table.add_column(name, justify="right")
+    title = f"cheapest tried settings with an error in {what} of at most"
+    columns = "error | ab_sim | CPU [ms/s] | best peer | CPU [ms/s] | peer / ab_sim"
+    table = new_table("", columns, title=title)
     for error in WANTED:
         ours, peer = cost.cheapest(error, peer=False), cost.cheapest(error, peer=True)
         ratio = ""
@@ -119,4 +116,52 @@ def _cells(row: SettingCost, balls: bool) -> list[str]:
         str(errors.whirl),
         str(errors.whirl_end),
         "-" if errors.energy is None else f"{errors.energy:.0e}",
+    ]
+
+
+def _check_repeats(repeats: int) -> None:
+    if repeats < 1:
+        raise InputError(f"--repeats {repeats}: must be at least 1")
+
+
+def cost_command(given: CostOptions) -> Command:
+    """Return the command that measures the cost of each effect of a scene."""
+    _check_repeats(given.repeats)
+    scene = load_scene(given.scene, given.change)
+
+    def work(tell: Tell) -> Outcome:
+        cost = effect_cost(scene, given.repeats, leave_one_out=given.leave_one_out, progress=tell)
+        draw = picture("ab_sim.figures.effect_cost:cost_figure", [cost])
+        return Outcome([cost_table(cost)], cost.report, draw)
+
+    return Command(work, scene.name)
+
+
+def cost_table(cost: EffectCost) -> Table:
+    """Return the table of costs."""
+    table = new_table(
+        "effects",
+        "ns per step | of base | events per 1000 | first step [s]",
+        title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
+        f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",
+        caption="time: median (quartiles), CPU time of the thread; first step: from the scene to "
+        "its first step, machine code included",
+    )
+    for row in cost.rows:
+        table.add_row(*_cost_cells(row))
+    return table
+
+
+def _cost_cells(row: VariantCost) -> list[str]:
+    name = row.name + (f" (with {', '.join(row.added)})" if row.added else "")
+    first = f"{row.first_seconds:.2f}"
+    if row.ns_per_step is None or row.ratio is None:
+        return [f"{name}: cannot run: {row.failure}", "", "", "", first]
+    time = row.ns_per_step
+    return [
+        name,
+        f"{time.median:.0f} ({time.lower:.0f} .. {time.upper:.0f})",
+        f"{row.ratio.median:.3f}",
+        f"{row.events_per_1000_steps:.1f}",
+        first,
     ]
