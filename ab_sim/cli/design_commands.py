@@ -188,7 +188,7 @@ class TuneOptions(NamedTuple):
 
 @choose_a_design.declare("ab_sim.cli.robust:robust_command")
 class RobustOptions(NamedTuple):
-    """Estimate the share of built drives that balance, given tolerances.
+    """Estimate the share of drives as built that balance.
 
     Draws random drives, runs them, and reports the share that balances, quantiles of merits, and
     which tolerance causes most of the variation (Sobol indices). All intervals are 95 % confidence

@@ -1,5 +1,6 @@
 """`ab-sim node`: a command for each service of running nodes."""
 
+import importlib
 from inspect import Parameter
 from typing import Annotated, Any, NamedTuple
 
@@ -17,6 +18,8 @@ node_commands = Heading(
 )
 NEGATIVE_NUMBERS = {"ignore_unknown_options": True}
 """Settings of a command for which a negative number is an argument."""
+_WORK = "ab_sim.cli.node"
+"""Module that does the work, imported on the call, because ROS takes long to import."""
 Namespace = Annotated[str, Option(metavar="NAME", help="Namespace of the node, e.g. left.")]
 Node = Annotated[str, Option("--node", metavar="NAME", help="Name of the node.")]
 Wait = Annotated[float, Option(metavar="SECONDS", help="Time to wait until the node is found [s].")]
@@ -24,9 +27,7 @@ Wait = Annotated[float, Option(metavar="SECONDS", help="Time to wait until the n
 
 def _add(service: ServiceCommand) -> None:
     def command(namespace: str, node: str, wait: float, **words: Any) -> None:
-        from ab_sim.cli.node import call_service
-
-        call_service(service, words, namespace, node, wait)
+        importlib.import_module(_WORK).call_service(service, words, namespace, node, wait)
 
     options = [
         parameter("namespace", Namespace, ""),
@@ -50,7 +51,7 @@ for _service in SERVICES:
     _add(_service)
 
 
-@node_commands.declare("ab_sim.cli.node:speed_command", context_settings=NEGATIVE_NUMBERS)
+@node_commands.declare(f"{_WORK}:speed_command", context_settings=NEGATIVE_NUMBERS)
 class CommandOptions(NamedTuple):
     """Command the spindle's speed, as firmware does, and print the drive's reaction.
 
@@ -67,7 +68,7 @@ class CommandOptions(NamedTuple):
     wait: Wait = 5.0
 
 
-@node_commands.declare("ab_sim.cli.node:set_command")
+@node_commands.declare(f"{_WORK}:set_command")
 class SetOptions(NamedTuple):
     """Set parameters of a node, all or none; values are written as in YAML.
 
@@ -81,7 +82,7 @@ class SetOptions(NamedTuple):
     wait: Wait = 5.0
 
 
-@node_commands.declare("ab_sim.cli.node:get_command")
+@node_commands.declare(f"{_WORK}:get_command")
 class GetOptions(NamedTuple):
     """Print parameters of a node in the form of a parameter file.
 
@@ -95,7 +96,7 @@ class GetOptions(NamedTuple):
     wait: Wait = 5.0
 
 
-@node_commands.declare("ab_sim.cli.node:list_command")
+@node_commands.declare(f"{_WORK}:list_command")
 class ListOptions(NamedTuple):
     """List the nodes with their state, and the commands that they offer.
 

@@ -318,5 +318,5 @@ def test_a_scene_that_is_read_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("rotor: {total_mass: 0.1}\n")
     done = ab_sim("check", "mine.yaml", cwd=tmp_path)
     assert done.returncode == 2
-    for key in ("rotor.eccentricity", "race", "balls", "spindle", "duration", "effects"):
+    for key in ("rotor.eccentricity", "balls", "spindle", "duration", "effects"):
         assert key in done.stderr

@@ -48,7 +48,7 @@ def test_what_is_no_merit_is_one_error() -> None:
 
 
 def test_the_help_of_a_run_says_where_they_are_listed() -> None:
-    assert "ab-sim merits lists these" in " ".join(ab_sim("run", "--help").stdout.split())
+    assert "ab-sim merits lists their units" in " ".join(ab_sim("run", "--help").stdout.split())
 
 
 def test_every_merit_says_what_it_is() -> None:
