@@ -24,8 +24,8 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from ab_sim import results
     from ab_sim.analysis.comparison import compare_run
-    from ab_sim.analysis.merits.of_run import merits_of
-    from ab_sim.analysis.merits.registered import register_merit
+    from ab_sim.analysis.metrics.of_run import metrics_of
+    from ab_sim.analysis.metrics.registered import register_metric
     from ab_sim.api.c_code import write_c, write_fmu
     from ab_sim.api.design import robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from ab_sim.api.sizing import size
     from ab_sim.batch.simulate import simulate_batch
     from ab_sim.design.basin import basin
-    from ab_sim.design.derivatives import merit_sensitivities, sensitivities
+    from ab_sim.design.derivatives import metric_sensitivities, sensitivities
     from ab_sim.design.sweep import open_sweep
     from ab_sim.drive.drive import Drive
     from ab_sim.drive.trajectory import Trajectory
@@ -77,14 +77,14 @@ __all__ = [
     "follow_floquet",
     "identify",
     "load_scene",
-    "merit_sensitivities",
-    "merits_of",
+    "metric_sensitivities",
+    "metrics_of",
     "modes",
     "open_recording",
     "open_sweep",
     "recovery",
     "register_effect",
-    "register_merit",
+    "register_metric",
     "register_stepper",
     "resolve_accuracy",
     "results",
@@ -106,8 +106,8 @@ __all__ = [
 # replace the public name (`ab_sim.accuracy` is a package). A test checks this.
 _MODULES = {
     "analysis.comparison": ("compare_run",),
-    "analysis.merits.of_run": ("merits_of",),
-    "analysis.merits.registered": ("register_merit",),
+    "analysis.metrics.of_run": ("metrics_of",),
+    "analysis.metrics.registered": ("register_metric",),
     "api.c_code": ("write_c", "write_fmu"),
     "api.design": ("robust", "sweep", "tune"),
     "api.identification": ("identify",),
@@ -122,7 +122,7 @@ _MODULES = {
     "api.sizing": ("size",),
     "batch.simulate": ("simulate_batch",),
     "design.basin": ("basin",),
-    "design.derivatives": ("merit_sensitivities", "sensitivities"),
+    "design.derivatives": ("metric_sensitivities", "sensitivities"),
     "design.sweep": ("open_sweep",),
     "drive.drive": ("Drive",),
     "drive.trajectory": ("Trajectory",),

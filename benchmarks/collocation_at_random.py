@@ -36,7 +36,7 @@ def angles(drive: Drive, off: np.ndarray | float = 0.0) -> np.ndarray:
     """The balls' angles on the common grid, from a start that is so far off."""
     drive.reset()
     drive._state += off
-    run = drive.advance(round(SECONDS / drive.step)).thinned(round(EVERY / drive.step))
+    run = drive.advance(round(SECONDS / drive.step)).decimated(round(EVERY / drive.step))
     return np.asarray(run.ball_angles)
 
 

@@ -19,7 +19,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import ab_sim
-from ab_sim.analysis.merits import merit
+from ab_sim.analysis.metrics import metric
 from ab_sim.integrate import registry as steppers
 from ab_sim.presentation import Presented
 from ab_sim.scene import registry as effects
@@ -38,7 +38,7 @@ def registries(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(effects, "_effects", effects.effect_classes())
     steppers.steppers()
     monkeypatch.setattr(steppers, "_families", dict(steppers._families))
-    monkeypatch.setattr(merit, "_merits", dict(merit._merits))
+    monkeypatch.setattr(metric, "_metrics", dict(metric._metrics))
 
 
 def public(name: str) -> object:

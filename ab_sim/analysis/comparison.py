@@ -28,7 +28,7 @@ def compare_run(
     -------
     Comparison
         ``without_balls`` (they and their mass are taken out) and ``without_period``: time [s],
-        whirl [m], speed [rad/s], each of shape (samples,), and merits; a text with the reason if
+        whirl [m], speed [rad/s], each of shape (samples,), and metrics; a text with the reason if
         one could not run; None if the scene has nothing to leave out.
 
     Examples
@@ -36,7 +36,7 @@ def compare_run(
     >>> import ab_sim
     >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
     >>> beside = ab_sim.compare_run(run)
-    >>> round(beside.relative_whirl(run.merits), 1)  # with balls, in that without
+    >>> round(beside.relative_whirl(run.metrics), 1)  # with balls, in that without
     3.1
     >>> picture = run.plot(beside)  # what `ab-sim run --plot` draws
     """
@@ -88,4 +88,4 @@ def _beside(
     except AbSimError as error:
         return str(error)
     path = from_rest(other.trajectory, other.scene)
-    return Compared(other.merits, path["time"].copy(), path.whirl, path["speed"].copy())
+    return Compared(other.metrics, path["time"].copy(), path.whirl, path["speed"].copy())

@@ -13,7 +13,7 @@ import ab_sim
 from ab_sim.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
-from ab_sim.analysis.merits import LAST, Merits, merits_of
+from ab_sim.analysis.metrics import LAST, Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
 from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun
@@ -51,7 +51,7 @@ class OfflineRun(Presented):
     """Number of located events: reversals, sticking, release, impacts, limits of the motor."""
     steps_with_unresolved_events: int
     """Number of steps with too many events to locate all of them."""
-    merits: Merits
+    metrics: Metrics
     """Metrics of the run."""
     work_precision: WorkPrecision | None
     """Data of the solver choice, if an accuracy was requested."""
@@ -80,8 +80,8 @@ class OfflineRun(Presented):
     def _facts(self) -> dict[str, str]:
         length, symbol = self.scene.whirl_unit
         time = self.trajectory["time"]
-        final = self.merits.final_whirl / length
-        changing = "" if self.merits.settled else " and changing"
+        final = self.metrics.final_whirl / length
+        changing = "" if self.metrics.settled else " and changing"
         return {
             "scene": self.scene.name,
             "samples": str(len(self.trajectory)),
@@ -91,8 +91,8 @@ class OfflineRun(Presented):
                 if self.aborted is not None
                 else {f"W/{symbol} at the end": number(final) + changing}
             ),
-            "residual unbalance": number(self.merits.residual_unbalance),
-            "verdict": self.merits.verdict,
+            "residual unbalance": number(self.metrics.residual_unbalance),
+            "verdict": self.metrics.verdict,
             "stepper": self.stepper,
         }
 
@@ -120,7 +120,7 @@ class OfflineRun(Presented):
     def report(self) -> dict[str, object]:
         """Return all results as JSON-able values in SI units.
 
-        See ``ab-sim run --help`` and ``ab-sim merits``.
+        See ``ab-sim run --help`` and ``ab-sim metrics``.
         """
         duration = float(self.trajectory["time"][-1])
         return {
@@ -128,9 +128,9 @@ class OfflineRun(Presented):
                 _sample(observation) | once
                 for observation, once in zip(self.samples, self._once_per_turn(), strict=True)
             ],
-            **self.merits.report(self.scene.rotor.eccentricity),
-            "peak_whirl": self.merits.peak_whirl,
-            "final_whirl": self.merits.final_whirl,
+            **self.metrics.report(self.scene.rotor.eccentricity),
+            "peak_whirl": self.metrics.peak_whirl,
+            "final_whirl": self.metrics.final_whirl,
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
             "decisions": list(map(_decided, self.decisions)),
@@ -208,7 +208,7 @@ def run_scene(
         drive.stepper.name,
         drive.events,
         drive.steps_with_unresolved_events,
-        merits_of(whole, drive.scene),
+        metrics_of(whole, drive.scene),
         work_precision,
         () if leader is None else tuple(leader.decisions),
         AdaptiveOutcome.of(leader) if isinstance(leader, AdaptiveRun) else None,

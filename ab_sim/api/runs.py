@@ -41,9 +41,9 @@ def simulate(
     -------
     OfflineRun
         ``trajectory`` with every step, the start included; ``samples``, one Observation for each of
-        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling; ``decisions``
-        of a profile that decides while it runs; ``adaptive``: estimates of an adaptive start-up's
-        controller.
+        ``times``; ``metrics``: final and peak whirl [m], residual unbalance, settling;
+        ``decisions`` of a profile that decides while it runs; ``adaptive``: estimates of an
+        adaptive start-up's controller.
 
     Raises
     ------
@@ -67,7 +67,7 @@ def simulate(
     <OfflineRun: scene thesis-hold, ...>
     >>> run.trajectory.ball_angles.shape, len(run.samples)
     ((201, 2), 2)
-    >>> run.merits.peak_whirl < 1e-4
+    >>> run.metrics.peak_whirl < 1e-4
     True
     """
     own = as_scene(scene)

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ab_msgs_py import Topic, topics
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NUMBER, THINNED
+from ab_sim.bags.contract import DECIMATED, NUMBER
 from ab_sim.bags.drives import BagConverter
 from ab_sim.bags.foreign_bag import ForeignBag
 from ab_sim.bags.reader import Bag
@@ -137,7 +137,7 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
             wanted[name] = NUMBER
         if further := contract.further_sensor(name, namespace):
             wanted[name] = further
-    wanted[THINNED.within(namespace)] = THINNED
+    wanted[DECIMATED.within(namespace)] = DECIMATED
     found = {name: kind for name, kind in wanted.items() if name in bag.topics}
     for name, kind in found.items():
         if bag.topics[name].type != kind.type_name:

@@ -19,7 +19,7 @@ from ab_sim.errors import RecordingError
 from ab_sim.file_locks import is_being_written
 
 _LIBRARY = "rosbags"
-_UNFINISHED = ".mending-"
+_UNFINISHED = ".repairing-"
 _PROGRESS_EVERY = 1000  # messages
 
 
@@ -51,7 +51,7 @@ def repair_bag(
         RecordingError: there is no bag, it was not written by ab_sim, it is still being written, or
             the new file cannot be written.
     """
-    file, cannot = _file_of(Path(path)), f"cannot mend the bag {path}: "
+    file, cannot = _file_of(Path(path)), f"cannot repair the bag {path}: "
     try:
         if is_being_written(file):
             raise RecordingError(
@@ -96,7 +96,7 @@ def _file_of(path: Path) -> Path:
     files = [path] if path.is_file() else sorted(path.glob("*.mcap"))
     if len(files) != 1 or files[0].suffix != ".mcap":
         raise RecordingError(
-            f"cannot mend the bag {path}: must be a folder with one .mcap file in it, or that file"
+            f"cannot repair the bag {path}: must be a folder with one .mcap file, or that file"
         )
     return files[0]
 

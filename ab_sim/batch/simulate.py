@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.merits.merit import MeritKind, merits_named
+from ab_sim.analysis.metrics.metric import MetricKind, metrics_named
 from ab_sim.batch.judging import judged_parts, run_and_judge
 from ab_sim.batch.prepared_run import PreparedRun, kernel_stride, steps_of
 from ab_sim.batch.result import Batch
@@ -29,7 +29,7 @@ def simulate_batch(
     every: int = 1,
     *,
     progress: Callable[[int, int], None] | None = None,
-    merits: Iterable[str] | None = None,
+    metrics: Iterable[str] | None = None,
     samples: bool | None = None,
 ) -> Batch:
     """Run a scene once for each variation, eight at a time if possible.
@@ -45,8 +45,8 @@ def simulate_batch(
         Keep every ``every``-th step.
     progress : callable, optional
         Called with the number of finished runs and the total.
-    merits : iterable of str, optional
-        Keys of metrics of each run (`ab-sim merits` lists them), computed from all of its steps.
+    metrics : iterable of str, optional
+        Keys of metrics of each run (`ab-sim metrics` lists them), computed from all of its steps.
     samples : bool, optional
         Whether to keep samples; default: only without metrics. Without samples, a run takes memory
         only while it is judged.
@@ -55,8 +55,8 @@ def simulate_batch(
     -------
     Batch
         ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
-        ended early, the reason; ``merits``, by key an array over the runs; ``failures``, and why
-        runs were ``aborted``, of which the final merits say nothing.
+        ended early, the reason; ``metrics``, by key an array over the runs; ``failures``, and why
+        runs were ``aborted``, of which the final metrics say nothing.
 
     Raises
     ------
@@ -72,7 +72,7 @@ def simulate_batch(
     eight side by side with vector instructions. A run with an event in a step (friction, contact, a
     motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``,
     ``collocation``) are computed one by one. Runs of a batch are those of a ``Drive`` to the bit,
-    and their merits those of ``merits_of``.
+    and their metrics those of ``metrics_of``.
 
     Examples
     --------
@@ -85,18 +85,18 @@ def simulate_batch(
     >>> batch
     <Batch: scene ..., runs 3, in lanes 3, ...>
     >>> judged = ab_sim.simulate_batch(
-    ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, merits=["final_whirl_over_e"]
+    ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, metrics=["final_whirl_over_e"]
     ... )
-    >>> judged.merits["final_whirl_over_e"].round(2), judged.runs
+    >>> judged.metrics["final_whirl_over_e"].round(2), judged.runs
     (array([...]), ())
     """
     scene = as_scene(scene)
     each = each_run(variations)
-    keep = merits is None if samples is None else samples
-    keys = [merit.key for merit in merits_named(merits or ())]
+    keep = metrics is None if samples is None else samples
+    keys = [metric.key for metric in metrics_named(metrics or ())]
     _check_every(every, keep)
     if not keep:
-        return _merits_only(scene, each, keys, progress)
+        return _metrics_only(scene, each, keys, progress)
     scenes = varied(scene, each)
     # Runs with a requested accuracy have an unknown number of steps until it is resolved.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
@@ -115,7 +115,7 @@ def simulate_batch(
     return Batch(*done, each, columns, failures, aborted, done.runs[0].scene.name)
 
 
-def _merits_only(
+def _metrics_only(
     scene: Scene,
     variations: Sequence[Mapping[str, object]],
     keys: Sequence[str],
@@ -134,7 +134,7 @@ def _merits_only(
     failures, aborted, columns = [""] * count, [""] * count, _empty_columns(keys, count)
     seconds, done, in_lanes = 0.0, 0, 0
     for part in judged_parts(split, prepared, keys):
-        _fill_in(columns, part.runs, part.merits)
+        _fill_in(columns, part.runs, part.metrics)
         for run, *whys in zip(part.runs.tolist(), part.failures, part.aborts, strict=True):
             failures[run], aborted[run] = whys
         seconds, done = seconds + part.seconds, done + len(part.runs)
@@ -146,24 +146,24 @@ def _merits_only(
 
 
 def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
-    """Return columns of metrics before any run; see ``Batch.merits``."""
+    """Return columns of metrics before any run; see ``Batch.metrics``."""
     return {
-        merit.key: np.full(runs, np.nan)
-        if merit.kind is MeritKind.NUMBER
+        metric.key: np.full(runs, np.nan)
+        if metric.kind is MetricKind.NUMBER
         else np.full(runs, None, object)
-        for merit in merits_named(keys)
+        for metric in metrics_named(keys)
     }
 
 
 def _fill_in(
-    columns: Mapping[str, np.ndarray], runs: np.ndarray, merits: Mapping[str, Sequence[Any]]
+    columns: Mapping[str, np.ndarray], runs: np.ndarray, metrics: Mapping[str, Sequence[Any]]
 ) -> None:
     """Write metrics of some runs into the columns."""
     for key, column in columns.items():
         if column.dtype == float:
-            column[runs] = np.array(merits[key], float)  # NaN for None
+            column[runs] = np.array(metrics[key], float)  # NaN for None
         else:
-            for run, value in zip(runs.tolist(), merits[key], strict=True):
+            for run, value in zip(runs.tolist(), metrics[key], strict=True):
                 column[run] = value
 
 

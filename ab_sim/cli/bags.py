@@ -1,4 +1,4 @@
-"""Commands that convert recordings and bags: `ab-sim export`, `import`, `replay` and `mend`."""
+"""Commands that convert recordings and bags: `ab-sim export`, `import`, `replay` and `repair`."""
 
 import re
 from collections.abc import Callable, Iterator
@@ -13,7 +13,7 @@ from ab_sim.cli.progress import Tell, progress_bar
 from ab_sim.cli.recording_commands import (
     ExportOptions,
     ImportOptions,
-    MendOptions,
+    RepairOptions,
     ReplayOptions,
 )
 from ab_sim.cli.runner import Command, Outcome
@@ -155,7 +155,7 @@ def import_command(given: ImportOptions) -> None:
     say_written(made.files)
 
 
-def mend_command(given: MendOptions) -> None:
+def repair_command(given: RepairOptions) -> None:
     """Complete a bag in place.
 
     Raises:

@@ -97,19 +97,19 @@ def _usable_cores() -> int:
     return os.cpu_count() or 1
 
 
-def wanted_merits(text: str | None) -> tuple[str, ...]:
-    """Parse names of merits separated by commas; None: those of a sweep.
+def wanted_metrics(text: str | None) -> tuple[str, ...]:
+    """Parse names of metrics separated by commas; None: those of a sweep.
 
     Raises:
-        InputError: there is no such merit; the message names the nearest and all.
+        InputError: there is no such metric; the message names the nearest and all.
     """
-    from ab_sim.analysis.merits.merit import merits_named
-    from ab_sim.design.sweep import DEFAULT_MERITS
+    from ab_sim.analysis.metrics.metric import metrics_named
+    from ab_sim.design.sweep import DEFAULT_METRICS
 
     if text is None:
-        return DEFAULT_MERITS
+        return DEFAULT_METRICS
     found = tuple(each.strip() for each in text.split(","))
-    merits_named(found)
+    metrics_named(found)
     return found
 
 
@@ -133,7 +133,7 @@ def share_of(option: str, text: str, must: str) -> float:
 
 def outcome_notes(found: "Sweep") -> Iterator[str]:
     """Yield the meanings of the outcomes that occur, and a note if balls never part."""
-    from ab_sim.analysis.merits.verdict import Verdict
+    from ab_sim.analysis.metrics.verdict import Verdict
 
     longer = "a longer duration (--set duration=...) shows where it goes"
     no_final = f"the whirl has no final value yet, and the run does not count; {longer}"

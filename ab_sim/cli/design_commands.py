@@ -94,10 +94,10 @@ class SweepOptions(NamedTuple):
     Finished runs are kept: after an interruption the same command continues; repeated, it answers
     at once. Results do not depend on the number of processes or machines.
 
-    A row has the run's number, the keys' values, the merits, and `outcome`: settled; still changing
-    (the final whirl still rises or falls); circulates (balls go round the race); aborted (a
-    start-up ran down to standstill); or failed. Rows of aborted and failed runs have the reason in
-    `failure`, and no merits; other runs are not affected. Whirls are in e [m] of the run, all else
+    A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
+    changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
+    (a start-up ran down to standstill); or failed. Rows of aborted and failed runs have a reason in
+    `failure`, and no metrics; other runs are not affected. Whirls are in e [m] of the run, all else
     in SI units. The JSON has the rows by column in `runs`, and `units`, `points` (the definition of
     the values), `outcomes`, and the `scene`.
 
@@ -110,9 +110,9 @@ class SweepOptions(NamedTuple):
             in SI units or with a unit. Repeatable: all combinations are run.
         design sobol:N|lhs:N: N points that fill the ranges, instead of a grid: a scrambled Sobol
             sequence (N a power of 2) or a Latin hypercube.
-        merits NAME,NAME,...: Merits to compute; `ab-sim merits` lists them. Default:
+        metrics NAME,NAME,...: Metrics to compute; `ab-sim metrics` lists them. Default:
             final_whirl_over_e, in_band_from, peak_whirl_over_e, residual_unbalance.
-        plot: Draw the merits over one key, maps over two keys, or runs over pairs of keys: .png,
+        plot: Draw the metrics over one key, maps over two keys, or runs over pairs of keys: .png,
             .svg or .pdf.
     """
 
@@ -121,7 +121,7 @@ class SweepOptions(NamedTuple):
     change: Changes = []
     design: str | None = None
     seed: Seed = 0
-    merits: str | None = None
+    metrics: str | None = None
     workers: Workers = None
     scheduler: Scheduler = None
     json: Json = None
@@ -140,10 +140,10 @@ class TuneOptions(NamedTuple):
     final whirl that neither rises nor falls. If no run settled within all bounds, the command says
     so, with exit code 1.
 
-    It prints the best values, and the merit there; for comparison the merit of the unchanged
+    It prints the best values, and the metric there; for comparison the metric of the unchanged
     scene, of the scene without its variable-speed period, and with each key 5 % less and more; and
     the ends of ranges and the bounds that limit the best. With --spread, each candidate is judged
-    by the merit that a share of its drives reaches; all candidates have the same draws, and there
+    by the metric that a share of its drives reaches; all candidates have the same draws, and there
     are --runs / --draws candidates. The JSON has `found`, `values`, `best`, `active`, `beside`,
     `before`, the best `scene`, and all `runs` by column.
 
@@ -153,17 +153,17 @@ class TuneOptions(NamedTuple):
     Args:
         vary KEY=FROM..TO: Key to choose, and its range; KEY=log:FROM..TO over orders of magnitude.
             Keys with whole numbers, like balls.count, stay whole. Repeatable.
-        minimise MERIT: Merit to minimise; `ab-sim merits` lists merits.
-        maximise MERIT: Merit to maximise, instead of --minimise.
+        minimise METRIC: Metric to minimise; `ab-sim metrics` lists metrics.
+        maximise METRIC: Metric to maximise, instead of --minimise.
         subject_to BOUND: Bound that must hold, e.g. 'final_whirl_over_e<0.2', balanced,
             'not balls_circulate'. Repeatable.
         spread KEY=SPREAD: Tolerance of a key of built drives, as in `ab-sim robust`, e.g.
             balls.mass=5%. Repeatable.
         draws N: Number of drives for each candidate, with --spread.
-        share PERCENT: Share of drives that must reach the merit, with --spread.
+        share PERCENT: Share of drives that must reach the metric, with --spread.
         runs N: Approximate largest number of runs.
         best_scene --scene FILE: Write the best scene: .yaml.
-        plot: Draw the merit of the candidates over each key: .png, .svg or .pdf.
+        plot: Draw the metric of the candidates over each key: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -190,7 +190,7 @@ class TuneOptions(NamedTuple):
 class RobustOptions(NamedTuple):
     """Estimate the share of drives as built that balance.
 
-    Draws random drives, runs them, and reports the share that balances, quantiles of merits, and
+    Draws random drives, runs them, and reports the share that balances, quantiles of metrics, and
     which tolerance causes most of the variation (Sobol indices). All intervals are 95 % confidence
     intervals: Wilson's for the share, order statistics for quantiles, bootstrap for Sobol indices,
     Newcombe's for paired differences of designs. Errors of the model itself are not included.
@@ -198,7 +198,7 @@ class RobustOptions(NamedTuple):
     Finished runs are kept: with more --runs, a finer --until, or after an interruption, the command
     continues. Results do not depend on the number of processes.
 
-    The JSON has `share`, `quantiles` by merit, `sobol`, `worst`, `against`, the rows by column in
+    The JSON has `share`, `quantiles` by metric, `sobol`, `worst`, `against`, the rows by column in
     `runs`, and `balanced` for each. Whirls are in e [m] of the run, all else in SI units.
 
     Args:
@@ -212,14 +212,14 @@ class RobustOptions(NamedTuple):
         runs N: Number of drives; with --until, the smallest number.
         until PERCENT: Continue until the half-width of the share's interval is this, e.g. 0.1%.
         balanced CONDITION: Condition for a balanced drive, in addition to a settled run, e.g.
-            'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the merit balanced.
-        merits NAME,NAME,...: Merits to report quantiles of. Default: those of `ab-sim sweep`.
+            'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
+        metrics NAME,NAME,...: Metrics to report quantiles of. Default: those of `ab-sim sweep`.
         against SCENE: Another design to compare with, run with the same draws.
         sobol N: Number of pairs of drives for the Sobol indices, a power of 2; costs N runs for
             each spread or group. 0: no Sobol indices. Default: at most half as many extra runs as
             --runs; no Sobol indices if that allows fewer than 128 pairs.
         worst FOLDER: Write the ten worst runs as scenes to a folder.
-        plot: Draw distributions of the merits, and the Sobol indices: .png, .svg or .pdf.
+        plot: Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
     """
 
     scene: SceneName
@@ -229,7 +229,7 @@ class RobustOptions(NamedTuple):
     runs: Annotated[int, Option(min=1)] = 10_000
     until: str | None = None
     balanced: list[str] = []
-    merits: str | None = None
+    metrics: str | None = None
     against: str | None = None
     sobol: Annotated[int | None, Option(min=0)] = None
     seed: Seed = 0
@@ -249,17 +249,17 @@ class SensitivityOptions(NamedTuple):
 
     Each value is changed by a small amount up and down, and the runs are compared. Each derivative
     has an uncertainty that covers the error of this method. If balls collide or stick, the
-    uncertainty may be large, or a merit not differentiable. Merits that are not numbers, or are the
-    time of a sample, have no derivative.
+    uncertainty may be large, or a metric not differentiable. Metrics that are not numbers, or are
+    the time of a sample, have no derivative.
 
-    The JSON has `merits`, by name each with value, unit, and `by` key: value and unit of the key,
-    derivative (unit per unit; null if the merit is not differentiable), uncertainty (null if
-    unknown) and elasticity (percent per percent; null without derivative or if the merit is 0).
+    The JSON has `metrics`, by name each with value, unit, and `by` key: value and unit of the key,
+    derivative (unit per unit; null if the metric is not differentiable), uncertainty (null if
+    unknown) and elasticity (percent per percent; null without derivative or if the metric is 0).
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 
     Args:
-        of MERIT,...: Merits to differentiate; `ab-sim merits` lists them.
+        of METRIC,...: Metrics to differentiate; `ab-sim metrics` lists them.
         to KEY,...: Keys to change, e.g. balls.mass,rotor.eccentricity,start.ball_angles.0.
             Default: all keys that act on the scene's motion.
         plot: Draw percent per percent as bars with uncertainties: .png, .svg or .pdf.

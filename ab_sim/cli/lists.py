@@ -1,4 +1,4 @@
-"""Commands that print lists: scenes, keys, schema, merits, effects and sensors."""
+"""Commands that print lists: scenes, keys, schema, metrics, effects and sensors."""
 
 import json
 import re
@@ -12,7 +12,7 @@ from ab_sim.cli.outputs import PlainConsole, check_files, own_command, say_writt
 from ab_sim.cli.scene_commands import (
     EffectsOptions,
     KeysOptions,
-    MeritsOptions,
+    MetricsOptions,
     ScenesOptions,
     SchemaOptions,
     SensorsOptions,
@@ -94,21 +94,21 @@ def print_schema(given: SchemaOptions) -> None:
         say_written([given.out])
 
 
-def print_merits(given: MeritsOptions) -> None:
-    """Print the merits of runs, or one of them.
+def print_metrics(given: MetricsOptions) -> None:
+    """Print the metrics of runs, or one of them.
 
     Raises:
-        InputError: there is no such merit; the message names the nearest and all.
+        InputError: there is no such metric; the message names the nearest and all.
     """
-    from ab_sim.analysis.merits import described_merits
+    from ab_sim.analysis.metrics import described_metrics
 
-    merits = described_merits(given.name)
+    metrics = described_metrics(given.name)
     columns = ("name", "unit", "better", "taken_by", "meaning", "equation")
     if given.name is None or given.json:
-        _print_rows(merits, columns, given.json)
+        _print_rows(metrics, columns, given.json)
         return
     table = Table(show_header=False)
-    for label, text in merits[0]._asdict().items():
+    for label, text in metrics[0]._asdict().items():
         table.add_row(label, text)
     _fit_width()
     console.print(table)

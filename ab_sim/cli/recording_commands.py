@@ -33,7 +33,7 @@ class ReportOptions(NamedTuple):
     have any length; the readable part of unfinished ones is used.
 
     The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
-    missing, complete, events, merits (see `ab-sim merits`; null if the scene is not known),
+    missing, complete, events, metrics (see `ab-sim metrics`; null if the scene is not known),
     vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null
     for an offline run) and notes. Symbols, signs and angles: docs/conventions.md
 
@@ -232,8 +232,8 @@ class ReplayOptions(NamedTuple):
     start_paused: Annotated[bool, Option("--start-paused")] = False
 
 
-@nodes_and_bags.declare("ab_sim.cli.bags:mend_command")
-class MendOptions(NamedTuple):
+@nodes_and_bags.declare("ab_sim.cli.bags:repair_command")
+class RepairOptions(NamedTuple):
     """Repair a ROS 2 bag whose recorder was killed, in place.
 
     All complete messages are kept, to the bit, and get the index and the counts that other programs

@@ -5,14 +5,14 @@ from collections.abc import Iterator, Sequence
 
 from rich.table import Table
 
-from ab_sim.cli.checks import executor_of, outcome_notes, share_of, wanted_merits
+from ab_sim.cli.checks import executor_of, outcome_notes, share_of, wanted_metrics
 from ab_sim.cli.design_commands import RobustOptions
 from ab_sim.cli.outputs import Output, own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, Write, new_table, plotted
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.fitted_spread import fitted_tolerances
-from ab_sim.design.intervals import QuantileOfMerit
+from ab_sim.design.intervals import QuantileOfMetric
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
@@ -42,7 +42,7 @@ def robust_command(given: RobustOptions) -> Command:
     tolerances += [tolerance_of(each) for each in given.spread]
     question = SpreadQuestion(
         runs=given.runs,
-        merits=wanted_merits(given.merits),
+        metrics=wanted_metrics(given.metrics),
         criterion=tuple(map(bound_of, given.balanced)) or DEFAULT_CRITERION,
         seed=given.seed,
         pairs=given.sobol,
@@ -110,16 +110,16 @@ def _more_runs(found: Spread) -> str:
 
 
 def _quantile_table(found: Spread) -> Table:
-    title = "quantiles of the runs that have a merit, and their intervals of 95 %"
-    table = new_table("merit", "runs | 5 % | median | 95 %", no_wrap=True, title=title)
-    for merit, quantiles in found.quantiles.items():
-        count = int((found[merit] == found[merit]).sum())
-        cells = [_interval(each, found.runs.factor(merit)) for each in quantiles] or ["-"] * 3
-        table.add_row(found.runs.titled(merit), str(count), *cells)
+    title = "quantiles of the runs that have a metric, and their intervals of 95 %"
+    table = new_table("metric", "runs | 5 % | median | 95 %", no_wrap=True, title=title)
+    for metric, quantiles in found.quantiles.items():
+        count = int((found[metric] == found[metric]).sum())
+        cells = [_interval(each, found.runs.factor(metric)) for each in quantiles] or ["-"] * 3
+        table.add_row(found.runs.titled(metric), str(count), *cells)
     return table
 
 
-def _interval(found: QuantileOfMerit, factor: float) -> str:
+def _interval(found: QuantileOfMetric, factor: float) -> str:
     low, high = (_end(end, factor) for end in (found.low, found.high))
     return f"{number(found.value * factor)} ({low} to {high})"
 
@@ -165,10 +165,10 @@ def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
         f"neither: {paired.neither}; McNemar's p = {paired.p_value:.2g}"
     )
     title = f"{found.scene.name} less {other.runs.scene.name}, draw by draw"
-    table = new_table("merit", "draws | mean | median", no_wrap=True, title=title)
-    for merit, each in other.merits.items():
-        factor = found.runs.factor(merit)
+    table = new_table("metric", "draws | mean | median", no_wrap=True, title=title)
+    for metric, each in other.metrics.items():
+        factor = found.runs.factor(metric)
         mean, low, high = (number(x * factor) for x in (each.mean, each.low, each.high))
         cells = f"{mean} ({low} to {high})", _interval(each.median, factor)
-        table.add_row(found.runs.titled(merit), str(each.pairs), *cells)
+        table.add_row(found.runs.titled(metric), str(each.pairs), *cells)
     yield table

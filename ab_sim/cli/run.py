@@ -1,4 +1,4 @@
-"""`ab-sim run`, and the table of a run's merits."""
+"""`ab-sim run`, and the table of a run's metrics."""
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -8,11 +8,11 @@ from typing import Any
 
 from rich.table import Table
 
-from ab_sim.analysis import Compared, Comparison, Merits, OfflineRun, compare_run, run_scene
+from ab_sim.analysis import Compared, Comparison, Metrics, OfflineRun, compare_run, run_scene
 from ab_sim.analysis.adaptive import net_unbalance
-from ab_sim.analysis.merits import BAND, FLOOR, LAST, reported_merits
-from ab_sim.analysis.merits.merit import Merit, Row, WhirlScale
-from ab_sim.analysis.merits.wording import number_text
+from ab_sim.analysis.metrics import BAND, FLOOR, LAST, reported_metrics
+from ab_sim.analysis.metrics.metric import Metric, Row, WhirlScale
+from ab_sim.analysis.metrics.wording import number_text
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
@@ -51,7 +51,7 @@ def run_command(given: RunOptions) -> Command:
 
         result = run_scene(scene, times, update, tell=tell)
         comparison = compare_run(result, update)
-        beside = comparison.report(result.merits, result.scene.rotor.eccentricity)
+        beside = comparison.report(result.metrics, result.scene.rotor.eccentricity)
         report = {**result.report(), **beside}
 
         def draw(file: Path) -> None:
@@ -69,7 +69,7 @@ def run_command(given: RunOptions) -> Command:
             title = f"{result.scene.name}, {report['duration']:g} s"
             if (end := result.aborted) is not None:
                 title += f": aborted at {end.time:.1f} s: {end.text}"
-            yield merits_table(title, result.scene, {"this run": result.merits}, comparison)
+            yield metrics_table(title, result.scene, {"this run": result.metrics}, comparison)
             yield _summary(result, report)
             if max(times, default=0.0) > scene.duration:
                 yield (
@@ -137,8 +137,8 @@ def _believed(result: OfflineRun) -> str:
     return f"critical speed {critical}, net unbalance {left} (true: {true:.3g})"
 
 
-def merits_table(
-    title: str, scene: Scene, runs: Mapping[str, Merits], comparison: Comparison
+def metrics_table(
+    title: str, scene: Scene, runs: Mapping[str, Metrics], comparison: Comparison
 ) -> Table:
     """Return a table with a column for each run and each run that they are compared with.
 
@@ -152,7 +152,7 @@ def merits_table(
     notes = []
     for head, beside in comparison.by_name().items():
         if isinstance(beside, Compared):
-            columns[head] = beside.merits
+            columns[head] = beside.metrics
         else:
             notes.append(f"{head} it could not run: {beside}")
     runs_beside = list(columns.values())
@@ -162,14 +162,14 @@ def merits_table(
     for head in columns:
         table.add_column(head, overflow="fold", min_width=len("balanced"))
 
-    for merit, row in _rows():
-        cells = [row.text(merits, scale) for merits in runs_beside]
+    for metric, row in _rows():
+        cells = [row.text(metrics, scale) for metrics in runs_beside]
         if _shown(row, scene, cells):
             table.add_row(row.head(scale.symbol), *cells)
             notes += _notes(row, cells)
-        if merit.relative is not None and scene.balls.count:
-            shares = [comparison.relative(merit, merits) for merits in runs_beside]
-            table.add_row(merit.relative.label, *map(number_text, shares))
+        if metric.relative is not None and scene.balls.count:
+            shares = [comparison.relative(metric, metrics) for metrics in runs_beside]
+            table.add_row(metric.relative.label, *map(number_text, shares))
     table.caption = "\n".join([_caption(scene), *notes])
     return table
 
@@ -179,9 +179,9 @@ def _scale(scene: Scene) -> WhirlScale:
     return WhirlScale(1 / e, "e", "W/e") if e > 0 else WhirlScale(1e3, "mm", "W [mm]")
 
 
-def _rows() -> list[tuple[Merit[Any], Row]]:
+def _rows() -> list[tuple[Metric[Any], Row]]:
     """Return the reported metrics and their rows, in the order of the table."""
-    rows = [(merit, merit.row) for merit in reported_merits() if merit.row is not None]
+    rows = [(metric, metric.row) for metric in reported_metrics() if metric.row is not None]
     return sorted(rows, key=lambda each: each[1].place)
 
 

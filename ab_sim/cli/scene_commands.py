@@ -48,9 +48,9 @@ class RunOptions(NamedTuple):
     The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl, theta,
     ball_rate and stuck; motor_torque and readings if the scene has them; for a deck in space also
     z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), the number of events
-    and of steps_with_unresolved_events, the scene, and each merit by its name: `ab-sim merits`
+    and of steps_with_unresolved_events, the scene, and each metric by its name: `ab-sim metrics`
     lists their units, meanings and equations. Final values are taken over the last stretch of the
-    run, of length final_stretch. The same merits are given for the run
+    run, of length final_stretch. The same metrics are given for the run
     without_variable_speed_period and without_balls. If the scene requests an accuracy, the JSON has
     the measured error and its cost. Symbols, signs and angles: docs/conventions.md
 
@@ -182,18 +182,18 @@ class SensorsOptions(NamedTuple):
     """List the sensors that a scene can have, with their equations."""
 
 
-@write_a_scene.declare("ab_sim.cli.lists:print_merits")
-class MeritsOptions(NamedTuple):
-    """List the merits that a run is judged by, with their equations.
+@write_a_scene.declare("ab_sim.cli.lists:print_metrics")
+class MetricsOptions(NamedTuple):
+    """List the metrics that a run is judged by, with their equations.
 
-    `ab-sim run --json` and `merits_of` in Python use these names. Unit e: a length in
+    `ab-sim run --json` and `metrics_of` in Python use these names. Unit e: a length in
     eccentricities; 1: dimensionless; -: not a number. False is smaller than true. The last stretch
     is the last tenth of the run; t_l is its beginning. The JSON has `name`, `unit`, `better`
     (smaller, larger, neither), `kind` (number, true or false, structure), `meaning` and `equation`
-    of each merit. Symbols and signs: docs/conventions.md
+    of each metric. Symbols and signs: docs/conventions.md
 
     Args:
-        name NAME: Print this merit only.
+        name NAME: Print this metric only.
     """
 
     name: Annotated[str | None, Argument(show_default=False)] = None

@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from ab_sim.analysis import compare_run, merits_of, run_scene, time_of_speed
+from ab_sim.analysis import compare_run, metrics_of, run_scene, time_of_speed
 from ab_sim.cli.outputs import PlainConsole
-from ab_sim.cli.run import merits_table
+from ab_sim.cli.run import metrics_table
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
@@ -42,8 +42,8 @@ def report_startup(
     assert begins is not None
     starts = time_of_speed(live, profile.speed(begins))
 
-    runs = {"live": merits_of(live, scene), "offline": offline.merits}
-    console.print(merits_table(f"Start-up of {scene.name}", scene, runs, comparison))
+    runs = {"live": metrics_of(live, scene), "offline": offline.metrics}
+    console.print(metrics_table(f"Start-up of {scene.name}", scene, runs, comparison))
     table = Table(show_header=False, title="The live run")
     lost = recorded.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():

@@ -5,8 +5,8 @@ from collections.abc import Iterator
 import numpy as np
 from rich.table import Table
 
-from ab_sim.analysis.merits.merit import Better, merits_named
-from ab_sim.cli.checks import executor_of, outcome_notes, wanted_merits
+from ab_sim.analysis.metrics.metric import Better, metrics_named
+from ab_sim.cli.checks import executor_of, outcome_notes, wanted_metrics
 from ab_sim.cli.design_commands import SweepOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted
@@ -27,10 +27,10 @@ def sweep_command(given: SweepOptions) -> Command:
     executor = executor_of(given.workers, given.scheduler)
     scene = load_scene(given.scene, given.change)
     points = points_of([variable_of(each) for each in given.over], given.design, given.seed)
-    merits = wanted_merits(given.merits)
+    metrics = wanted_metrics(given.metrics)
 
     def work(tell: Tell) -> Outcome:
-        found = run_sweep(scene, points, merits, executor, tell)
+        found = run_sweep(scene, points, metrics, executor, tell)
         shown = found.in_units(given.units)
         writes = {"--parquet": found.write, "--csv": found.write}
         return Outcome(_shown(shown), found.report, plotted(shown), writes)
@@ -41,14 +41,14 @@ def sweep_command(given: SweepOptions) -> Command:
 
 def _shown(found: Sweep) -> Iterator[Table | str]:
     title = f"{found.scene.name}: {len(found.table)} runs, of which those that settled"
-    table = new_table("merit", "least | median | largest", title=title)
-    for merit in found.merits:
-        values = found.shown(merit)[has_settled(found[OUTCOME])].astype(float)
+    table = new_table("metric", "least | median | largest", title=title)
+    for metric in found.metrics:
+        values = found.shown(metric)[has_settled(found[OUTCOME])].astype(float)
         values = values[np.isfinite(values)]
         numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
-        table.add_row(found.titled(merit), *([number(each) for each in numbers] or ["-"] * 3))
+        table.add_row(found.titled(metric), *([number(each) for each in numbers] or ["-"] * 3))
     yield table
-    for judged in merits_named(found.merits):
+    for judged in metrics_named(found.metrics):
         best = None if judged.better is Better.NEITHER else found.best(judged.key)
         if best is not None:
             value = number(float(found.shown(judged.key)[best]))

@@ -98,18 +98,18 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     yield table
     if draws > 1:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
-    factor = found.runs.factor(standard.aim.merit)
+    factor = found.runs.factor(standard.aim.metric)
     verdict = "" if draws > 1 else f", {found.runs[OUTCOME][found.candidate]}"
-    yield f"{found.runs.titled(standard.aim.merit)}: {_aim_text(found.best, factor)}{verdict}"
+    yield f"{found.runs.titled(standard.aim.metric)}: {_aim_text(found.best, factor)}{verdict}"
     if AS_IT_IS in found.as_good:
         yield "that is no better than the scene as it is"
     if NO_PERIOD in found.as_good:
         none = _aim_text(found.as_good[NO_PERIOD], factor)
         yield f"no variable-speed period at all is as good or better: {none}"
-    for name, merit, inside_ in found.before:
-        yield f"  the scene {name}: {_aim_text(merit, factor, inside_)}"
-    for key, value, merit, inside_ in found.beside:
-        yield f"  at {found.runs.setting(key, value)}: {_aim_text(merit, factor, inside_)}"
+    for name, metric, inside_ in found.before:
+        yield f"  the scene {name}: {_aim_text(metric, factor, inside_)}"
+    for key, value, metric, inside_ in found.beside:
+        yield f"  at {found.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
     yield said
@@ -147,6 +147,6 @@ def _nothing_found(found: Tuning, scene_name: str) -> str:
     return said
 
 
-def _aim_text(merit: float | None, factor: float, inside: bool = True) -> str:
-    said = number(None if merit is None else merit * factor)
+def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
+    said = number(None if metric is None else metric * factor)
     return said if inside else f"{said}, not settled within all bounds"

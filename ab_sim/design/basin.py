@@ -17,9 +17,9 @@ import ab_sim
 from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.maps.refine import Point
-from ab_sim.analysis.merits import merits_of
-from ab_sim.analysis.merits.judging import limits_of
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.analysis.metrics.judging import limits_of
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.batch import simulate_batch
 from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
 from ab_sim.errors import InputError, SceneError
@@ -238,8 +238,8 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
         if run.failure:
             found[k] = [NAMES[DIVERGED], None, None]
             continue
-        merits = merits_of(run.trajectory, run.scene, JUDGED_BY)
-        found[k] = [merits.verdict, merits.residual_unbalance, merits.final_whirl]
+        metrics = metrics_of(run.trajectory, run.scene, JUDGED_BY)
+        found[k] = [metrics.verdict, metrics.residual_unbalance, metrics.final_whirl]
     return found
 
 

@@ -38,7 +38,7 @@ class Parts:
     """
 
     def __init__(self, job: Job, points: dict[str, Any]) -> None:
-        numbers = {"keys": list(job.keys), "merits": list(job.merits), "points": points}
+        numbers = {"keys": list(job.keys), "metrics": list(job.metrics), "points": points}
         self._folder = Results(judged).folder_of(job.scene, modules_of(job), **numbers)
         self._lock: int | None = None
         self._complained = False

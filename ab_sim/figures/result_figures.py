@@ -51,7 +51,7 @@ DRAWN: dict[str, Callable[..., ResultFigure]] = {
     "effect_cost": lambda found: drawn_cost([found]),
     "equilibria": drawn_states,
     "followed": _followed,
-    "merit_sensitivities": drawn_sensitivities,
+    "metric_sensitivities": drawn_sensitivities,
     "modes": drawn_campbell,
     "recovery": drawn_recovery,
     "run": _run,

@@ -38,7 +38,7 @@ class RecordedFiles:
         shown: folder for these copies.
         logger: reports files.
         drives: returns the number of publishers of blocks.
-        thinned: selection of samples, as for `Recording`.
+        decimated: selection of samples, as for `Recording`.
     """
 
     def __init__(
@@ -48,9 +48,9 @@ class RecordedFiles:
         shown: Path,
         logger: RcutilsLogger,
         drives: Callable[[], int],
-        thinned: Mapping[str, Any],
+        decimated: Mapping[str, Any],
     ) -> None:
-        self._path, self._viewer, self._logger, self._thinned = path, viewer, logger, thinned
+        self._path, self._viewer, self._logger, self._decimated = path, viewer, logger, decimated
         self._shown_folder = shown
         self._drives, self._ran_back = drives, -math.inf
         self._number = 1
@@ -195,7 +195,7 @@ class RecordedFiles:
             path.parent.mkdir(parents=True, exist_ok=True)
         try:
             self._recording = Recording(
-                path, description=self._description, index=False, **self._thinned
+                path, description=self._description, index=False, **self._decimated
             )
         except RecordingError as error:
             self._complain(str(error))

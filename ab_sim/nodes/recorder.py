@@ -87,9 +87,9 @@ class Recorder(PlainLog):
         self._for_now = contextlib.ExitStack()
         shown = self._folder_for_now()
         file = kept or (None if self._viewer is None else self._folder_for_now() / "live.rrd")
-        thinned = {"every": every, "around": around}
+        decimated = {"every": every, "around": around}
         drives = functools.partial(topics.BLOCK.publishers, self)
-        self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, thinned)
+        self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, decimated)
         self._description: dict[str, Any] | None = None
         self._time = 0.0
         self._levels: dict[str, Level] = {}

@@ -35,7 +35,7 @@ entity                  contents                                             sho
 ``/about``              explanation of the pictures                          text
 ``/run/NAME``           values of `Recording.scalar`                         plot
 ``/events/SOURCE``      entries of `Recording.event`                         text log
-``/thinned``            rule by which not every step is kept
+``/decimated``            rule by which not every step is kept
 ``/health/NAME``        values of `Recording.state`
 ``/closed``             how many samples there are, once all are
 ======================  ===================================================  =================
@@ -53,6 +53,7 @@ os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
 # So does its allocator, which by default keeps freed pages for later: 10 MB more in a recorder.
 os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
+from ab_sim.recording.decimation import AROUND  # noqa: E402
 from ab_sim.recording.layout import LEFT_OUT  # noqa: E402
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
 from ab_sim.recording.stored import (  # noqa: E402
@@ -62,7 +63,6 @@ from ab_sim.recording.stored import (  # noqa: E402
     StoredRun,
     open_recording,
 )
-from ab_sim.recording.thinning import AROUND  # noqa: E402
 from ab_sim.recording.views import drawable  # noqa: E402
 from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, SHOWN_PERIOD, Recording  # noqa: E402
 

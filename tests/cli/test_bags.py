@@ -77,7 +77,7 @@ def test_what_cannot_be_imported_or_replayed(here: Path) -> None:
         replay_command(ReplayOptions(Path("bag"), -1.0))
 
 
-def test_a_thinned_recording_of_an_offline_run(tmp_path: Path) -> None:
+def test_a_decimated_recording_of_an_offline_run(tmp_path: Path) -> None:
     done = ab_sim(
         "run",
         "thesis-hold",

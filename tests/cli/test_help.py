@@ -16,12 +16,12 @@ from tests.cli.tool import ab_sim
 
 CONTENTS = {
     "Run and watch": "demo run live view",
-    "Write a scene": "scenes check keys effects sensors merits schema",
+    "Write a scene": "scenes check keys effects sensors metrics schema",
     "Choose a design": "size sweep tune robust sensitivity",
     "Stability and vibration": "modes equilibria stability floquet recovery paper",
     "Accuracy and what it costs": "accuracy cost",
     "Recordings and measurements": "report compare identify export state",
-    "ROS nodes and bags": "node import replay mend urdf",
+    "ROS nodes and bags": "node import replay repair urdf",
     "Other tools": "c",
 }
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]

@@ -23,7 +23,7 @@ SMALL = ("--balanced", "peak_whirl_over_e<0.03")
 def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
     done = ab_sim(
         "robust", "thesis-hold", *SHORT, *SPREAD, *SMALL, "--runs", "60", "--against",
-        "balanced-start-up", "--merits", "peak_whirl_over_e,final_tilt", "--sobol", "8",
+        "balanced-start-up", "--metrics", "peak_whirl_over_e,final_tilt", "--sobol", "8",
         "--json", "s.json", "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png",
         "--worst", "worst", cwd=tmp_path,
     )  # fmt: skip
@@ -94,9 +94,9 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
             "is 1000 times the value, balls.mass = 0.001",
         ),
         (("--spread", "balls.mass=five"), "'five' is no number"),
-        ((*SPREAD, "--balanced", "residual<1"), "no such merit"),
+        ((*SPREAD, "--balanced", "residual<1"), "no such metric"),
         ((*SPREAD, "--balanced", "final_tilt"), "say what it must be"),
-        ((*SPREAD, "--merits", "final"), "no such merit"),
+        ((*SPREAD, "--metrics", "final"), "no such metric"),
         ((*SPREAD, "--workers", "0"), "--workers 0: must be at least 1"),
         ((*SPREAD, "--until", "soon"), "--until 'soon': must be the half width"),
         ((*SPREAD, "--until", "0%"), "until 0: must be a share"),

@@ -18,7 +18,7 @@ MASSES = "balls.mass=0.5 g..3 g:6"
 def test_a_grid_is_shown_drawn_and_written(tmp_path: Path) -> None:
     done = ab_sim(
         "sweep", "thesis-hold", *SHORT, "--over", MASSES, "--over", "start.speed=0,20,40 rad/s",
-        "--merits", "peak_whirl_over_e,settled,final_tilt", "--json", "s.json",
+        "--metrics", "peak_whirl_over_e,settled,final_tilt", "--json", "s.json",
         "--parquet", "s.parquet", "--csv", "s.csv", "--plot", "s.png", cwd=tmp_path,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
@@ -63,8 +63,8 @@ def test_every_kind_of_sweep_has_a_picture(over: list[str], tmp_path: Path) -> N
         (("--over", "balls.masss=1,2"), "did you mean 'balls.mass'"),
         (("--over", "balls.mass=1..2"), "how many values"),
         (("--over", "balls.mass=12 mm,2 mm"), "is a length"),
-        (("--over", MASSES, "--merits", "final"), "no such merit"),
-        (("--over", MASSES, "--merits", "final_ball_angles"), "is a list, not a number"),
+        (("--over", MASSES, "--metrics", "final"), "no such metric"),
+        (("--over", MASSES, "--metrics", "final_ball_angles"), "is a list, not a number"),
         (("--over", MASSES, "--workers", "0"), "--workers 0: must be at least 1"),
         (("--over", MASSES, "--design", "sobol:8"), "a design takes ranges"),
         (("--over", "balls.mass=-2,-1"), "must be at least"),

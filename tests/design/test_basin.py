@@ -29,7 +29,7 @@ SHORT = {
 def label_of_run(scene: Scene, one: float, other: float) -> int:
     """By the run's own verdict, exchanged or not."""
     changed = changed_scene(scene, {"start.ball_angles": [one, other]}, "test")
-    verdict = run_scene(changed).merits.verdict
+    verdict = run_scene(changed).metrics.verdict
     return next(label for label, name in NAMES.items() if name == verdict)
 
 

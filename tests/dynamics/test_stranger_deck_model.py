@@ -151,8 +151,8 @@ def test_it_is_judged_and_kept_like_any_other() -> None:
     changes = ["duration=0.2", "start.deck.position=[1e-5, 0]", "start.deck.velocity=[0, 1e-3]"]
     expected = ab_sim.simulate(ab_sim.load_scene(SCENE, changes))
     run = ab_sim.simulate(ab_sim.load_scene(SCENE, [*changes, f"deck_model={NAME}"]))
-    assert run.merits.peak_whirl == pytest.approx(expected.merits.peak_whirl, rel=1e-9)
-    assert run.merits.final_ball_angles == pytest.approx(expected.merits.final_ball_angles)
+    assert run.metrics.peak_whirl == pytest.approx(expected.metrics.peak_whirl, rel=1e-9)
+    assert run.metrics.final_ball_angles == pytest.approx(expected.metrics.final_ball_angles)
     kept = run.scene.as_mapping()
     assert kept["deck_model"] == NAME and "deck_model" not in expected.scene.as_mapping()
     assert check_scene(kept, "a recording") == run.scene

@@ -12,7 +12,7 @@ from matplotlib import image
 from matplotlib.figure import Figure
 
 from ab_sim.analysis import Compared, Comparison, compare_run, run_scene
-from ab_sim.analysis.merits import Merits, merits_of
+from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import draw_curve
 from ab_sim.figures.run import run_figure
@@ -137,9 +137,12 @@ def test_the_triangle_covers_nothing_that_is_written(tmp_path: Path, drawn: list
         samples[:, run.trajectory.channels.index(name)] = values
     stepped = Trajectory(run.trajectory.channels, samples)
     time, small = stepped["time"], 1e-3 * size
-    judged = merits_of(stepped, run.scene)
+    judged = metrics_of(stepped, run.scene)
     calm = Compared(
-        Merits({**judged.values, Merits.final_whirl.key: 1e-7}, 1e-4), time, small, stepped["speed"]
+        Metrics({**judged.values, Metrics.final_whirl.key: 1e-7}, 1e-4),
+        time,
+        small,
+        stepped["speed"],
     )
     run_figure(stepped, run.scene, tmp_path / "figure.png", Comparison(None, calm))
     panel = drawn[-1].axes[1]

@@ -77,7 +77,7 @@ def test_errors_are_what_was_asked_for(kind: Callable[..., Scene], tolerance: fl
         gained = energy.motor_work - energy.dissipated
         assert abs(energy.stored - energy.at_start - gained) < 1e4 * tolerance * energy.motor_work
         every = round(4e-3 / step)
-        runs.append(run.thinned(every))
+        runs.append(run.decimated(every))
     true, found = runs
     radius = drive.scene.race.radius
     most = SAFETY * tolerance
@@ -103,7 +103,7 @@ def test_scenes_at_random_are_as_exact_as_asked(plant: str, seed: int) -> None:
     for name, step, own in (("rk8", 2e-4, {}), ("collocation", 4e-3, {"tolerance": 1e-9})):
         solver = {"stepper": name, "step": step, "parameters": own}
         drive = Drive(scene_at_random(plant, seed, **solver), energy_balance=True)
-        angles.append(drive.advance(round(0.6 / step)).thinned(round(4e-3 / step)).ball_angles)
+        angles.append(drive.advance(round(0.6 / step)).decimated(round(4e-3 / step)).ball_angles)
     assert np.abs(angles[1] - angles[0]).max() < SAFETY * 1e-9
 
 

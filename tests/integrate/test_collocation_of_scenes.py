@@ -38,7 +38,7 @@ def smooth(name: str, *changes: str) -> Scene:
 def angles(scene: Scene) -> np.ndarray:
     """The balls', on a grid that all steps go into."""
     drive = Drive(scene)
-    run = drive.advance(round(SECONDS / drive.step)).thinned(round(EVERY / drive.step))
+    run = drive.advance(round(SECONDS / drive.step)).decimated(round(EVERY / drive.step))
     return np.asarray(run.ball_angles)
 
 

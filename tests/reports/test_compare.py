@@ -153,15 +153,15 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
 def test_what_is_gathered_is_what_the_run_is_judged_by(
     tmp_path: Path, scene: Scene, live: Trajectory
 ) -> None:
-    from ab_sim.analysis import merits_of
+    from ab_sim.analysis import metrics_of
 
     path = tmp_path / "r.rrd"
     with Recording(path, description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
         recording.scalar("real_time_factor", 0.5, 0.9)
     data = gather(open_recording(path), "r")
-    assert data.merits is not None and data.scene is not None
-    assert data.merits == merits_of(live, scene)
+    assert data.metrics is not None and data.scene is not None
+    assert data.metrics == metrics_of(live, scene)
     assert data.report()["real_time_factor"] == {"mean": 0.9, "least": 0.9}
     time, angle = data.curves.curve("ball_0_angle")
     np.testing.assert_array_equal(angle, live["ball_0_angle"])
@@ -175,7 +175,7 @@ def test_a_report_shows_the_run_without_balls_in_grey(tmp_path: Path) -> None:
         recording.block(run.trajectory.channels, run.trajectory.samples)
     data = gather(open_recording(path), "r")
     alone = run_scene(without_balls(run.scene))
-    assert data.final_without_balls == pytest.approx(alone.merits.final_whirl, rel=0.01)
+    assert data.final_without_balls == pytest.approx(alone.metrics.final_whirl, rel=0.01)
     (panel,) = [each for each in panels_of(data) if each.key == "whirl"]
     assert [(line.name, line.colour) for line in panel.curves] == [
         ("without balls", palette.hexadecimal(palette.WITHOUT_BALLS)),
@@ -204,7 +204,7 @@ def test_a_profile_s_run_that_begins_in_a_ramp_is_the_same_to_the_bit(
     assert found.same and found.driven_by == PROFILE
 
 
-def test_a_thinned_one_says_that_commands_may_act_late(
+def test_a_decimated_one_says_that_commands_may_act_late(
     tmp_path: Path, scene: Scene, live: Trajectory
 ) -> None:
     with Recording(

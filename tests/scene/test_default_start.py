@@ -32,7 +32,7 @@ def test_balls_start_apart(count: int) -> None:
 def test_without_a_start_a_good_design_balances() -> None:
     """At one angle, the former default, the same drive ends at 1.5 times the limit."""
     apart, together = (
-        ab_sim.simulate(load_scene("balanced-start-up", changes)).merits
+        ab_sim.simulate(load_scene("balanced-start-up", changes)).metrics
         for changes in (DEFAULT, TOGETHER)
     )
     assert apart.verdict == "balanced"

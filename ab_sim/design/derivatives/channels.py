@@ -100,7 +100,7 @@ def sensitivities(
     Parameters
     ----------
     scene, keys
-        See ``merit_sensitivities``.
+        See ``metric_sensitivities``.
     channels : sequence of str, optional
         Channels of the trajectory; default: all except ``step``, ``time`` and the sensors'.
     times : sequence of float, optional

@@ -5,11 +5,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.intervals import ShareBalanced, share_of
 from ab_sim.design.judged import FAILED, FAILURE, OUTCOME, Job
-from ab_sim.design.scores import merit_values
+from ab_sim.design.scores import metric_values
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.spread_runs import Executors
 from ab_sim.design.tolerances import Tolerance, tolerance_of
@@ -95,9 +95,9 @@ def run_share(
     rows = rows_of(job, drawn, running.executor(), running.tell)
     outcomes = np.array(rows[OUTCOME].to_pylist())
     limit = GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
-    balanced = (merit_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
+    balanced = (metric_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
     keys = drawn.keys.index("rotor.eccentricity")
-    whirls = merit_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
+    whirls = metric_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
     failures = [each for each in rows[FAILURE].to_pylist() if each]
     return SpreadRuns(
         share_of(balanced),

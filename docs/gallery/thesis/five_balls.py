@@ -13,7 +13,7 @@ import numpy as np
 
 from ab_sim import Scene, Trajectory, load_scene
 from ab_sim.analysis import run_scene, without_balls
-from ab_sim.analysis.merits import merits_of
+from ab_sim.analysis.metrics import metrics_of
 from ab_sim.drive.balance import resultant
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.profiles import StartUpProfile
@@ -155,7 +155,7 @@ def starts(count: int) -> list[list[float]]:
 def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
     """Final whirl [um], and the balls' unbalance [g cm] (x, y)."""
     balls = _carried(scene, trajectory)[-1]
-    return [1e6 * merits_of(trajectory, scene).final_whirl, float(balls.real), float(balls.imag)]
+    return [1e6 * metrics_of(trajectory, scene).final_whirl, float(balls.real), float(balls.imag)]
 
 
 def motion_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
@@ -207,4 +207,4 @@ def bar_of(found: Sequence[Sequence[float]]) -> Bar:
 def alone(case: Case) -> float:
     """Final whirl without the balls [um]."""
     scene = changed_scene(base(), changes_of(case), "section 6.2")
-    return 1e6 * run_scene(without_balls(scene)).merits.final_whirl
+    return 1e6 * run_scene(without_balls(scene)).metrics.final_whirl

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
-from ab_sim.analysis.merits.each_run import EachRun, JudgedRun
-from ab_sim.analysis.merits.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.each_run import EachRun, JudgedRun
+from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
 from ab_sim.drive.trajectory import Trajectory
 
 NEAR = 0.01

@@ -10,9 +10,9 @@ from functools import cached_property
 import numpy as np
 
 from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
-from ab_sim.analysis.merits.judging import JudgedRuns, Piece
-from ab_sim.analysis.merits.mean_squares import MeanSquares
-from ab_sim.analysis.merits.residuals import Residuals
+from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.mean_squares import MeanSquares
+from ab_sim.analysis.metrics.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
 from ab_sim.analysis.trend import CHANGE, Trends
 from ab_sim.compiling import Floats, Table, compiled

@@ -1,4 +1,4 @@
-"""A report of a thinned recording says what one of the whole run does, as far as it can."""
+"""A report of a decimated recording says what one of the whole run does, as far as it can."""
 
 from pathlib import Path
 
@@ -18,18 +18,18 @@ def reported(path: Path, run: Trajectory, description: dict, every: int) -> RunD
     return gather(open_recording(path), path.name)
 
 
-def test_its_merits_are_those_of_the_run(tmp_path: Path) -> None:
+def test_its_metrics_are_those_of_the_run(tmp_path: Path) -> None:
     scene = load_scene("balanced-start-up")
     drive = Drive(scene)
     run = Trajectory.join([drive.present(), drive.advance(9000)])
     whole = reported(tmp_path / "whole.rrd", run, describe(scene), 1)
-    thinned = reported(tmp_path / "thinned.rrd", run, describe(scene), 20)
-    one, other = whole.merits, thinned.merits
+    decimated = reported(tmp_path / "decimated.rrd", run, describe(scene), 20)
+    one, other = whole.metrics, decimated.metrics
     assert one is not None and other is not None
     assert other.final_whirl == pytest.approx(one.final_whirl, rel=0.02)
     assert other.residual_unbalance == pytest.approx(one.residual_unbalance, rel=0.02)
     assert other.peak_whirl == pytest.approx(one.peak_whirl, rel=0.02)
     assert other.in_band_from == pytest.approx(one.in_band_from, abs=0.1)
-    assert thinned.vibration.rms == pytest.approx(whole.vibration.rms, rel=0.05)
-    assert thinned.vibration.share == pytest.approx(whole.vibration.share, abs=0.02)
-    assert any("left out by intent" in note for note in thinned.notes) and not whole.notes
+    assert decimated.vibration.rms == pytest.approx(whole.vibration.rms, rel=0.05)
+    assert decimated.vibration.share == pytest.approx(whole.vibration.share, abs=0.02)
+    assert any("left out by intent" in note for note in decimated.notes) and not whole.notes

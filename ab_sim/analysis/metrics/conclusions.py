@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from ab_sim.analysis.merits.judging import JudgedRuns
-from ab_sim.analysis.merits.spindle import SpindleStartWatch, SpindleTargetWatch
-from ab_sim.analysis.merits.verdict import BALANCED, verdicts
-from ab_sim.analysis.merits.watches import (
+from ab_sim.analysis.metrics.judging import JudgedRuns
+from ab_sim.analysis.metrics.spindle import SpindleStartWatch, SpindleTargetWatch
+from ab_sim.analysis.metrics.verdict import BALANCED, verdicts
+from ab_sim.analysis.metrics.watches import (
     BandWatch,
     EarlierWhirlWatch,
     FinalCirculationWatch,

@@ -3,7 +3,7 @@
 import math
 
 from ab_sim.analysis.circulation import Circulation
-from ab_sim.analysis.merits.merit import NOTHING, WhirlScale
+from ab_sim.analysis.metrics.metric import NOTHING, WhirlScale
 from ab_sim.conventions import in_one_turn
 
 

@@ -2,7 +2,7 @@
 
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
-from ab_sim.analysis.merits.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 

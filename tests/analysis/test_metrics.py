@@ -1,4 +1,4 @@
-"""Merits of curves whose merits are known; runs beside those without balls and without period."""
+"""Metrics of curves whose metrics are known; runs beside those without balls and without period."""
 
 import json
 import math
@@ -10,14 +10,14 @@ import pytest
 from ab_sim.analysis import (
     Compared,
     compare_run,
-    merits_of,
-    merits_of_pieces,
+    metrics_of,
+    metrics_of_pieces,
     run_scene,
     without_balls,
     without_period,
 )
-from ab_sim.analysis.merits import rms
-from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.analysis.metrics import rms
+from ab_sim.analysis.metrics.metric import metrics_named
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
@@ -33,12 +33,12 @@ def whirling(whirl: Any, **channels: Any) -> Trajectory:
 
 def test_final_whirl_and_time_into_the_band(scene: Any) -> None:
     """W = 2 e + 50 e exp(-2 t): within a tenth of its end from t = ln(50 / 0.2) / 2 on."""
-    merits = merits_of(whirling(lambda t: E * (2 + 50 * np.exp(-2 * t))), scene())
-    assert merits.final_whirl == pytest.approx(2 * E, rel=1e-6)
-    assert merits.band == pytest.approx(0.2 * E, rel=1e-6)
-    assert merits.in_band_from == pytest.approx(math.log(250) / 2, abs=1e-2)
-    assert merits.settled
-    assert merits.peak_whirl == pytest.approx(52 * E)
+    metrics = metrics_of(whirling(lambda t: E * (2 + 50 * np.exp(-2 * t))), scene())
+    assert metrics.final_whirl == pytest.approx(2 * E, rel=1e-6)
+    assert metrics.band == pytest.approx(0.2 * E, rel=1e-6)
+    assert metrics.in_band_from == pytest.approx(math.log(250) / 2, abs=1e-2)
+    assert metrics.settled
+    assert metrics.peak_whirl == pytest.approx(52 * E)
 
 
 @pytest.mark.parametrize("length", [7, 100, 1001])
@@ -47,21 +47,21 @@ def test_the_band_is_entered_at_the_sample_after_the_last_one_outside(
 ) -> None:
     """However the run is cut into pieces."""
     run = whirling(lambda t: np.where(t < 3.005, 4 * E, 2 * E))
-    merits = merits_of_pieces(lambda: in_pieces(run, length), len(run), scene())
-    assert merits.in_band_from == run["time"][301]
+    metrics = metrics_of_pieces(lambda: in_pieces(run, length), len(run), scene())
+    assert metrics.in_band_from == run["time"][301]
 
 
 def test_a_balanced_disc_has_a_band_too(scene: Any) -> None:
     """W falls to nothing: within 5 % of M0 e / M, where M0 = 98 g of M = 100 g."""
-    merits = merits_of(whirling(lambda t: 50 * E * np.exp(-2 * t)), scene())
-    assert merits.band == pytest.approx(0.05 * 0.98 * E)
-    assert merits.in_band_from == pytest.approx(math.log(50 / 0.049) / 2, abs=1e-2)
+    metrics = metrics_of(whirling(lambda t: 50 * E * np.exp(-2 * t)), scene())
+    assert metrics.band == pytest.approx(0.05 * 0.98 * E)
+    assert metrics.in_band_from == pytest.approx(math.log(50 / 0.049) / 2, abs=1e-2)
 
 
 def test_a_run_that_ends_too_soon_says_so(scene: Any) -> None:
-    merits = merits_of(whirling(lambda t: 50 * E * np.exp(-0.3 * t)), scene())
-    assert not merits.settled and merits.in_band_from is None
-    first, second = merits.halves
+    metrics = metrics_of(whirling(lambda t: 50 * E * np.exp(-0.3 * t)), scene())
+    assert not metrics.settled and metrics.in_band_from is None
+    first, second = metrics.halves
     assert second / first == pytest.approx(math.exp(-0.15), abs=1e-3)
 
 
@@ -73,7 +73,7 @@ def test_a_whirl_that_halves_or_doubles_in_the_last_tenth_still_changes(
     """With an oscillation on top, too."""
     for beat in (0.0, 0.3):
         run = whirling(lambda t, b=beat: E * level * ratio ** (t - 10) * (1 + b * np.sin(60 * t)))
-        assert not merits_of(run, scene()).settled
+        assert not metrics_of(run, scene()).settled
 
 
 @pytest.mark.parametrize("periods", [1.5, 2.0, 2.5, 3.0, 3.7, 20.0])
@@ -81,14 +81,14 @@ def test_a_whirl_that_halves_or_doubles_in_the_last_tenth_still_changes(
 def test_a_beat_is_no_trend(scene: Any, periods: float, phase: float) -> None:
     """From one and a half periods in the last tenth on, which here is a second."""
     beat = lambda t: E * (2 + np.sin(2 * math.pi * periods * t + phase))  # noqa: E731
-    assert merits_of(whirling(beat), scene()).settled
+    assert metrics_of(whirling(beat), scene()).settled
 
 
 def test_a_whirl_that_keeps_varying_is_in_no_band_but_does_not_change(scene: Any) -> None:
-    merits = merits_of(whirling(lambda t: E * (2 + np.sin(4 * math.pi * t))), scene())
-    assert merits.settled and merits.in_band_from is None
-    assert merits.span == pytest.approx((E, 3 * E), rel=0.01)
-    assert merits.final_whirl == pytest.approx(math.sqrt(4.5) * E, rel=0.01)
+    metrics = metrics_of(whirling(lambda t: E * (2 + np.sin(4 * math.pi * t))), scene())
+    assert metrics.settled and metrics.in_band_from is None
+    assert metrics.span == pytest.approx((E, 3 * E), rel=0.01)
+    assert metrics.final_whirl == pytest.approx(math.sqrt(4.5) * E, rel=0.01)
 
 
 def test_residual_unbalance(scene: Any) -> None:
@@ -99,20 +99,20 @@ def test_residual_unbalance(scene: Any) -> None:
             f"ball_{i}_angle": lambda t, a=a: np.full_like(t, math.radians(a))
             for i, a in enumerate(degrees)
         }
-        return merits_of(made(balls=2, **angles), scene()).residual_unbalance
+        return metrics_of(made(balls=2, **angles), scene()).residual_unbalance
 
     ratio = 2 * 1e-3 * 0.01 / (0.098 * E)
     assert at(-180, 180) == pytest.approx(ratio - 1)
     balanced = math.degrees(math.acos(-1 / ratio))
     assert balanced == pytest.approx(119.34, abs=0.01)
     assert at(balanced, -balanced) == pytest.approx(0, abs=1e-12)
-    assert merits_of(made(balls=0), without_balls(scene())).residual_unbalance == 1.0
+    assert metrics_of(made(balls=0), without_balls(scene())).residual_unbalance == 1.0
 
 
 def test_without_an_unbalance_nothing_is_relative_to_it(scene: Any) -> None:
-    merits = merits_of(whirling(lambda t: 0 * t), scene(rotor={"eccentricity": 0.0}))
-    assert merits.residual_unbalance is None
-    report = merits.report(0.0)
+    metrics = metrics_of(whirling(lambda t: 0 * t), scene(rotor={"eccentricity": 0.0}))
+    assert metrics.residual_unbalance is None
+    report = metrics.report(0.0)
     assert report["final_whirl_over_e"] is None and report["in_band_from"] == 0.0
     json.dumps(report, allow_nan=False)
 
@@ -136,14 +136,14 @@ def test_a_run_beside_others() -> None:
     assert isinstance(through, Compared) and isinstance(alone, Compared)
     baseline = run_scene(load_scene("thesis-baseline", ["duration=16"]))
     assert through.whirl.tobytes() == baseline.trajectory.whirl.tobytes()
-    assert through.merits == baseline.merits
+    assert through.metrics == baseline.metrics
     M, w, k, c = 0.098, 200.0, 1000.0, 0.2
     steady = M * E * w**2 / abs(k - M * w**2 + 1j * c * w)
-    assert alone.merits.final_whirl == pytest.approx(steady, rel=1e-3)
-    assert comparison.relative_whirl(run.merits) == pytest.approx(
-        run.merits.final_whirl / alone.merits.final_whirl
+    assert alone.metrics.final_whirl == pytest.approx(steady, rel=1e-3)
+    assert comparison.relative_whirl(run.metrics) == pytest.approx(
+        run.metrics.final_whirl / alone.metrics.final_whirl
     )
-    json.dumps(comparison.report(run.merits, E), allow_nan=False)
+    json.dumps(comparison.report(run.metrics, E), allow_nan=False)
 
 
 def test_who_cannot_run_is_named_and_stops_nobody() -> None:
@@ -153,8 +153,8 @@ def test_who_cannot_run_is_named_and_stops_nobody() -> None:
     run = run_scene(load_scene("thesis-hold", [*changes, "duration=0.1"]))
     comparison = compare_run(run)
     assert "rotor.mass" in str(comparison.without_balls)
-    assert comparison.relative_whirl(run.merits) is None
-    report = comparison.report(run.merits, E)
+    assert comparison.relative_whirl(run.metrics) is None
+    report = comparison.report(run.metrics, E)
     assert report["without_balls"] == {"failure": comparison.without_balls}
     assert report["without_variable_speed_period"]["peak_whirl_over_e"] > 0
 
@@ -165,11 +165,11 @@ def test_the_demo_gets_balanced_by_its_balls_and_its_period() -> None:
     comparison = compare_run(run)
     through = comparison.without_period
     assert isinstance(through, Compared)
-    share, through_share = (comparison.relative_whirl(m) for m in (run.merits, through.merits))
+    share, through_share = (comparison.relative_whirl(m) for m in (run.metrics, through.metrics))
     assert share is not None and share < 0.1
     assert through_share is not None and through_share > 0.5
-    assert run.merits.in_band_from is not None and run.merits.settled
-    assert run.merits.first_passage_of_opposite is None, "which says nothing of balance"
+    assert run.metrics.in_band_from is not None and run.metrics.settled
+    assert run.metrics.first_passage_of_opposite is None, "which says nothing of balance"
 
 
 def test_the_demo_is_no_lucky_start() -> None:
@@ -181,7 +181,7 @@ def test_the_demo_is_no_lucky_start() -> None:
         for hold in ends:
             start = scene.start.model_copy(update={"ball_angles": tuple(angles)})
             one = scene.model_copy(update={"start": start})
-            end = run_scene(one if hold else without_period(one)).merits.final_whirl
+            end = run_scene(one if hold else without_period(one)).metrics.final_whirl
             ends[hold].append(end / E)
     assert np.median(ends[True]) < 0.3 < 0.6 < np.median(ends[False])
     assert np.max(ends[True]) < np.median(ends[False])
@@ -202,9 +202,9 @@ def test_the_peak_is_found_between_samples_wherever_pieces_end(
         lambda t: E * (3 - np.minimum(2000 * (t - at) ** 2, 2)),
         vx=lambda t: np.where(abs(t - at) < 0.03, -4000 * E * (t - at), 0.0),
     )
-    merits = merits_of_pieces(lambda: in_pieces(run, size), len(run), scene())
-    assert merits.peak_whirl == pytest.approx(3 * E, rel=1e-12)
-    assert merits.peak_time == pytest.approx(at, abs=1e-6)
+    metrics = metrics_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    assert metrics.peak_whirl == pytest.approx(3 * E, rel=1e-12)
+    assert metrics.peak_time == pytest.approx(at, abs=1e-6)
 
 
 @pytest.mark.parametrize("size", [1, 3, 1001])
@@ -218,13 +218,13 @@ def test_what_a_run_ends_with_is_that_of_its_last_sample(scene: Any, size: int) 
         ball_1_rate=lambda t: -1.1 + 0 * t,
         speed=lambda t: 30.0 + t,
     )
-    merits = merits_of_pieces(lambda: in_pieces(run, size), len(run), scene())
-    assert merits.final_ball_angles == pytest.approx((-10.0, -11.0))
-    assert merits.final_speed == pytest.approx(40.0)
-    assert merits.first_passage_of_opposite == pytest.approx(math.pi, abs=1e-9)
+    metrics = metrics_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    assert metrics.final_ball_angles == pytest.approx((-10.0, -11.0))
+    assert metrics.final_speed == pytest.approx(40.0)
+    assert metrics.first_passage_of_opposite == pytest.approx(math.pi, abs=1e-9)
     change = {"kind": "speed_change", "to_speed": 300.0, "start_time": 0.1, "duration": 1.0}
     held = scene(profile=None), scene(profile=change)
-    assert [merits_of(run, other).first_passage_of_opposite for other in held] == [None, None]
+    assert [metrics_of(run, other).first_passage_of_opposite for other in held] == [None, None]
 
 
 @pytest.mark.parametrize(
@@ -235,11 +235,11 @@ def test_a_short_run_has_a_last_stretch_too(scene: Any, count: int, halves: Any)
     """A tenth of the samples, at least one; the middle one of an odd number is in the first."""
     run = made(balls=2, step=1.0, count=count, x=lambda t: E * t)
     for size in (1, count):
-        merits = merits_of_pieces(lambda size=size: in_pieces(run, size), count, scene())
-        assert merits.halves == pytest.approx((E * halves[0], E * halves[1]))
+        metrics = metrics_of_pieces(lambda size=size: in_pieces(run, size), count, scene())
+        assert metrics.halves == pytest.approx((E * halves[0], E * halves[1]))
         last = E * np.arange(count)[-max(1, count // 10) :]
-        assert merits.final_whirl == pytest.approx(math.sqrt(np.mean(last**2)))
-        assert merits.span == pytest.approx((last.min(), last.max()))
+        assert metrics.final_whirl == pytest.approx(math.sqrt(np.mean(last**2)))
+        assert metrics.span == pytest.approx((last.min(), last.max()))
 
 
 @pytest.mark.parametrize(("enters", "found"), [(90, 90.0), (99, None)])
@@ -247,14 +247,14 @@ def test_the_band_may_be_entered_at_the_last_stretch_and_no_later(
     scene: Any, enters: int, found: float | None
 ) -> None:
     run = made(balls=2, step=1.0, count=100, x=lambda t: np.where(t < enters, 2 * E, E))
-    assert merits_of(run, scene()).in_band_from == found
+    assert metrics_of(run, scene()).in_band_from == found
 
 
 def test_a_report_counts_whirl_in_eccentricities(scene: Any) -> None:
-    merits = merits_of(whirling(lambda t: E * (2 + 50 * np.exp(-2 * t))), scene())
-    report = merits.report(E)
+    metrics = metrics_of(whirling(lambda t: E * (2 + 50 * np.exp(-2 * t))), scene())
+    report = metrics.report(E)
     for name in ("peak_whirl", "final_whirl", "band"):
-        assert report[f"{name}_over_e"] == getattr(merits, name) / E
+        assert report[f"{name}_over_e"] == getattr(metrics, name) / E
 
 
 def test_a_report_names_balls_that_overlap(scene: Any) -> None:
@@ -263,8 +263,8 @@ def test_a_report_names_balls_that_overlap(scene: Any) -> None:
         start={"ball_angles": [0.0, 1.0]},
     )
     run = made(balls=2, ball_1_angle=lambda t: 1.0 - t)
-    assert merits_of(run, apart).report(E)["overlapping_balls"] is None
-    (overlap,) = merits_of(run, scene()).report(E)["overlapping_balls"]
+    assert metrics_of(run, apart).report(E)["overlapping_balls"] is None
+    (overlap,) = metrics_of(run, scene()).report(E)["overlapping_balls"]
     assert overlap["balls"] == (0, 1)
     assert overlap["since"] == pytest.approx(1.0 - 2 * math.asin(0.1), abs=1e-3)
 
@@ -286,11 +286,11 @@ def test_root_mean_square() -> None:
 def test_piece_by_piece_is_the_same(size: int, whirl: Any, scene: Any) -> None:
     """Sums are rounded in another order; what is found at a sample is the same to the bit."""
     run = whirling(whirl, ball_0_angle=lambda t: -t, ball_1_angle=lambda t: -0.9 * t)
-    pieced = merits_of_pieces(lambda: in_pieces(run, size), len(run), scene())
-    whole = merits_of(run, scene())
-    for merit in merits_named(None):
-        one, other = whole.of(merit), pieced.of(merit)
-        assert one == other or other == pytest.approx(one, rel=1e-12), merit.key
+    pieced = metrics_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    whole = metrics_of(run, scene())
+    for metric in metrics_named(None):
+        one, other = whole.of(metric), pieced.of(metric)
+        assert one == other or other == pytest.approx(one, rel=1e-12), metric.key
     assert whole.peak_whirl == pieced.peak_whirl and whole.peak_time == pieced.peak_time
     assert whole.in_band_from == pieced.in_band_from
     assert whole.first_passage_of_opposite == pieced.first_passage_of_opposite

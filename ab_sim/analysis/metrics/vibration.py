@@ -10,7 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ab_sim.analysis.merits.each_run import EachRun, JudgedRun
+from ab_sim.analysis.metrics.each_run import EachRun, JudgedRun
 from ab_sim.compiling import Cube, Table, compiled
 from ab_sim.drive.trajectory import Trajectory
 

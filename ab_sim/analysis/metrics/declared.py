@@ -3,19 +3,19 @@
 Each metric is declared either here or in ``declared_motion``, in the order of reports.
 """
 
-from ab_sim.analysis.merits.conclusions import (
+from ab_sim.analysis.metrics.conclusions import (
     GradeConclusion,
     SettlingConclusion,
     StartUpConclusion,
     VerdictConclusion,
 )
-from ab_sim.analysis.merits.declared_motion import MotionMerits
-from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, Place, Row
-from ab_sim.analysis.merits.spindle import NEAR, SlipWatch, TorqueWatch
-from ab_sim.analysis.merits.verdict import Verdict
-from ab_sim.analysis.merits.vibration import HIGHEST, LOWEST, BroadBandWatch
-from ab_sim.analysis.merits.watches import EARLIER, FinalCirculationWatch
-from ab_sim.analysis.merits.wording import milli_text, seconds_text
+from ab_sim.analysis.metrics.declared_motion import MotionMetrics
+from ab_sim.analysis.metrics.metric import Better, Metric, MetricKind, Place, Row
+from ab_sim.analysis.metrics.spindle import NEAR, SlipWatch, TorqueWatch
+from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.analysis.metrics.vibration import HIGHEST, LOWEST, BroadBandWatch
+from ab_sim.analysis.metrics.watches import EARLIER, FinalCirculationWatch
+from ab_sim.analysis.metrics.wording import milli_text, seconds_text
 
 _VIBRATION = (
     f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) where the sensors sit, "
@@ -28,14 +28,14 @@ _TOO_SPARSE = (
 _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
 
-class Merits(MotionMerits):
+class Metrics(MotionMetrics):
     """Metrics of one run.
 
     Attributes have whirls in m, velocities in m/s, and None for null; ``report`` and keys have them
     in e and mm/s. Times count from the start of the run unless stated otherwise.
     """
 
-    in_band_after_start = Merit[float | None](
+    in_band_after_start = Metric[float | None](
         "in_band_after_start",
         "s",
         "in_band_from, counted from the instant at which the speed asked for begins to change; "
@@ -47,7 +47,7 @@ class Merits(MotionMerits):
         stepwise=True,
         of_balanced=True,
     )
-    start_up_time = Merit[float | None](
+    start_up_time = Metric[float | None](
         "start_up_time",
         "s",
         "from that instant until the spindle has the speed that is asked for last, within "
@@ -66,7 +66,7 @@ class Merits(MotionMerits):
         stepwise=True,
         of_balanced=True,
     )
-    settling_period = Merit[float | None](
+    settling_period = Metric[float | None](
         "settling_period",
         "s",
         "the thesis': from the beginning of the variable-speed period, or without one from when "
@@ -76,7 +76,7 @@ class Merits(MotionMerits):
         SettlingConclusion,
         lambda settling: settling.found,
     )
-    peak_motor_torque = Merit[float | None](
+    peak_motor_torque = Metric[float | None](
         "peak_motor_torque",
         "N m",
         "largest torque of the motor at any sample; null without the effect motor, where speed is "
@@ -87,7 +87,7 @@ class Merits(MotionMerits):
         Row("peak motor torque [mN m]", lambda m, _: milli_text(m.peak_motor_torque)),
         better=Better.SMALLER,
     )
-    vibration_velocity_rms = Merit[float | None](
+    vibration_velocity_rms = Metric[float | None](
         "vibration_velocity_rms",
         "mm/s",
         f"root mean square over the last stretch of the {_VIBRATION}; the largest of all axes; "
@@ -101,16 +101,16 @@ class Merits(MotionMerits):
         ),
         better=Better.SMALLER,
     )
-    vibration_velocity_null = Merit[str | None](
+    vibration_velocity_null = Metric[str | None](
         "vibration_velocity_null",
         "-",
         "why vibration_velocity_rms is null; null where it is not",
         "a text",
         BroadBandWatch,
         lambda vibration: vibration.why_not,
-        kind=MeritKind.WORDS,
+        kind=MetricKind.WORDS,
     )
-    velocity_rms = Merit[float](
+    velocity_rms = Metric[float](
         "velocity_rms",
         "mm/s",
         "vibration_velocity_rms without its filters: of the velocity at all frequencies",
@@ -120,7 +120,7 @@ class Merits(MotionMerits):
         Row("rms velocity, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
         better=Better.SMALLER,
     )
-    vibration_velocity_peak = Merit[float | None](
+    vibration_velocity_peak = Metric[float | None](
         "vibration_velocity_peak",
         "mm/s",
         "largest magnitude of the same in the whole run, at any sample and along any axis; "
@@ -130,7 +130,7 @@ class Merits(MotionMerits):
         lambda vibration: vibration.peak,
         better=Better.SMALLER,
     )
-    balance_grade = Merit[float](
+    balance_grade = Metric[float](
         "balance_grade",
         "mm/s",
         "G of ISO 21940-11 at the final speed: unbalance that is left over the last stretch, per "
@@ -142,7 +142,7 @@ class Merits(MotionMerits):
         Row("balance grade G [mm/s]", lambda m, _: milli_text(m.balance_grade)),
         better=Better.SMALLER,
     )
-    slipped_turns_max = Merit[float | None](
+    slipped_turns_max = Metric[float | None](
         "slipped_turns_max",
         "1",
         "turns on the race of the ball that is further from its start than others at the end of "
@@ -152,7 +152,7 @@ class Merits(MotionMerits):
         lambda slip: slip.most,
         better=Better.SMALLER,
     )
-    slipped_turns_total = Merit[float | None](
+    slipped_turns_total = Metric[float | None](
         "slipped_turns_total",
         "1",
         "the same of all balls together; null without balls",
@@ -161,7 +161,7 @@ class Merits(MotionMerits):
         lambda slip: slip.total,
         better=Better.SMALLER,
     )
-    balls_circulate = Merit[bool | None](
+    balls_circulate = Metric[bool | None](
         "balls_circulate",
         "-",
         "whether any ball does as circulating_balls says; null without balls",
@@ -169,9 +169,9 @@ class Merits(MotionMerits):
         FinalCirculationWatch,
         lambda watch: watch.any_ball,
         better=Better.SMALLER,
-        kind=MeritKind.TRUTH,
+        kind=MetricKind.TRUTH,
     )
-    balanced = Merit[bool | None](
+    balanced = Metric[bool | None](
         "balanced",
         "-",
         "whether residual_unbalance is at most the scene's balanced.residual_unbalance (default "
@@ -184,9 +184,9 @@ class Merits(MotionMerits):
         VerdictConclusion,
         lambda verdict: verdict.balanced,
         better=Better.LARGER,
-        kind=MeritKind.TRUTH,
+        kind=MetricKind.TRUTH,
     )
-    verdict = Merit[str](
+    verdict = Metric[str](
         "verdict",
         "-",
         f"{', '.join(each.value for each in Verdict)}: the last two without balls or without an "
@@ -203,5 +203,5 @@ class Merits(MotionMerits):
             "(default 0.1), no ball circulates, and W has settled or rings down: it does not grow, "
             "nor does the residual unbalance.",
         ),
-        kind=MeritKind.WORDS,
+        kind=MetricKind.WORDS,
     )

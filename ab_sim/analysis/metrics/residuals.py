@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ab_sim.analysis.merits.mean_squares import MeanSquares
+from ab_sim.analysis.metrics.mean_squares import MeanSquares
 from ab_sim.compiling import Cube, Table, compiled
 from ab_sim.tracing.cosine import cos_sin
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from ab_sim.analysis import merits_of, merits_of_pieces, run_scene
-from ab_sim.analysis.merits.vibration import BandPass
+from ab_sim.analysis import metrics_of, metrics_of_pieces, run_scene
+from ab_sim.analysis.metrics.vibration import BandPass
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene
 from tests.analysis.made import made
@@ -47,13 +47,13 @@ def test_a_sine_comes_through_by_the_filters_gain(
 ) -> None:
     """In 20 s, of which the last two have whole periods; reports have it in mm/s."""
     run = swinging(frequency, step, round(20 / step) + 1)
-    merits = merits_of(run, alone(scene), KEYS)
+    metrics = metrics_of(run, alone(scene), KEYS)
     passed = gain(frequency, 1 / step)
     rms = 2e-3 / math.sqrt(2) * passed
-    assert merits.vibration_velocity_rms == pytest.approx(rms, rel=2e-3)
-    assert merits["vibration_velocity_rms"] == 1e3 * merits.vibration_velocity_rms
+    assert metrics.vibration_velocity_rms == pytest.approx(rms, rel=2e-3)
+    assert metrics["vibration_velocity_rms"] == 1e3 * metrics.vibration_velocity_rms
     if 20 <= frequency <= 1000:  # else what begins at once passes better than what goes on
-        assert merits.vibration_velocity_peak == pytest.approx(2e-3 * passed, rel=0.15)
+        assert metrics.vibration_velocity_peak == pytest.approx(2e-3 * passed, rel=0.15)
 
 
 @pytest.mark.parametrize("step", [1e-3, 2e-4, 4e-5])
@@ -74,13 +74,15 @@ def test_3_db_are_lost_at_10_and_at_1000_hz(scene: Any) -> None:
     """As of what instruments by the standard do: the band's ends."""
     for frequency in (10.0, 1000.0):
         run = swinging(frequency, 1e-4, 100_001)
-        found = merits_of(run, alone(scene), KEYS).vibration_velocity_rms
+        found = metrics_of(run, alone(scene), KEYS).vibration_velocity_rms
         assert found == pytest.approx(2e-3 / 2, rel=5e-3)
 
 
 def test_a_steady_velocity_is_no_vibration(scene: Any) -> None:
     run = made(balls=0, vx=lambda t: 0 * t + 0.1)
-    assert merits_of(run, alone(scene), KEYS).vibration_velocity_peak == pytest.approx(0, abs=1e-12)
+    assert metrics_of(run, alone(scene), KEYS).vibration_velocity_peak == pytest.approx(
+        0, abs=1e-12
+    )
 
 
 @pytest.mark.parametrize("size", [1, 2, 7, 1000, 3001])
@@ -92,21 +94,21 @@ def test_it_is_found_piece_by_piece(scene: Any, size: int) -> None:
             yield Trajectory(run.channels, run.samples[first : first + size])
 
     one, other = (
-        merits_of_pieces(pieces, len(run), alone(scene), KEYS),
-        merits_of(run, alone(scene)),
+        metrics_of_pieces(pieces, len(run), alone(scene), KEYS),
+        metrics_of(run, alone(scene)),
     )
     for key in KEYS:
         assert one[key] == pytest.approx(other[key], rel=1e-12)
 
 
 def test_every_second_sample_tells_the_same(scene: Any) -> None:
-    """Whole or thinned, and where the thinning begins within the run."""
+    """Whole or decimated, and where the decimation begins within the run."""
     run = swinging(30.0, 1e-3, 10_001)
-    whole = merits_of(run, alone(scene), KEYS)
+    whole = metrics_of(run, alone(scene), KEYS)
     for rows in (np.arange(0, 10_001, 2), np.r_[0:4000, 4000:10_001:2]):
-        thinned = Trajectory(run.channels, run.samples[rows])
-        merits = merits_of(thinned, alone(scene), KEYS)
-        assert merits.vibration_velocity_rms == pytest.approx(
+        decimated = Trajectory(run.channels, run.samples[rows])
+        metrics = metrics_of(decimated, alone(scene), KEYS)
+        assert metrics.vibration_velocity_rms == pytest.approx(
             whole.vibration_velocity_rms, rel=2e-3
         )
 
@@ -115,16 +117,16 @@ def test_samples_too_far_apart_tell_nothing(scene: Any) -> None:
     """10 ms and a quarter of a turn are the widest; for the peak anywhere in the run."""
     for step, speed, known in ((0.01, 100.0, True), (0.0101, 100.0, False), (0.01, 160.0, False)):
         run = swinging(20.0, step, 1001, angle=lambda t, s=speed: s * t)
-        merits = merits_of(run, alone(scene), KEYS)
-        assert [merits[key] is not None for key in KEYS] == [known, known]
+        metrics = metrics_of(run, alone(scene), KEYS)
+        assert [metrics[key] is not None for key in KEYS] == [known, known]
     run = swinging(20.0, 1e-3, 10_001)
     gap = Trajectory(run.channels, np.delete(run.samples, slice(2000, 2100), axis=0))
-    merits = merits_of(gap, alone(scene), KEYS)
-    assert merits["vibration_velocity_rms"] == pytest.approx(
+    metrics = metrics_of(gap, alone(scene), KEYS)
+    assert metrics["vibration_velocity_rms"] == pytest.approx(
         2 / math.sqrt(2) * gain(20.0, 1000), rel=5e-3
     )
-    assert merits["vibration_velocity_peak"] is None
-    assert merits_of(run.last(1), alone(scene), KEYS)["vibration_velocity_rms"] == 0.0
+    assert metrics["vibration_velocity_peak"] is None
+    assert metrics_of(run.last(1), alone(scene), KEYS)["vibration_velocity_rms"] == 0.0
 
 
 def test_samples_at_uneven_steps_tell_nothing(scene: Any) -> None:
@@ -132,10 +134,10 @@ def test_samples_at_uneven_steps_tell_nothing(scene: Any) -> None:
     run = swinging(30.0, 1e-3, 10_001)
     rows = np.flatnonzero(np.random.default_rng(1).random(10_001) < 0.5)
     uneven = Trajectory(run.channels, run.samples[rows])
-    assert [merits_of(uneven, alone(scene), KEYS)[key] for key in KEYS] == [None, None]
+    assert [metrics_of(uneven, alone(scene), KEYS)[key] for key in KEYS] == [None, None]
     late = Trajectory(run.channels, run.samples[np.r_[0:9500, rows[rows >= 9500]]])
-    merits = merits_of(late, alone(scene), KEYS)
-    assert merits["vibration_velocity_rms"] is None
+    metrics = metrics_of(late, alone(scene), KEYS)
+    assert metrics["vibration_velocity_rms"] is None
 
 
 @pytest.mark.parametrize("speed", [70.0, 200.0])
@@ -147,7 +149,7 @@ def test_a_disc_alone_whirls_by_the_closed_form(scene: Any, speed: float) -> Non
         duration=20.0,
     )  # fmt: skip
     velocity = speed * M * e * speed**2 / abs(k - M * speed**2 + 1j * c * speed)
-    found = run_scene(held).merits.vibration_velocity_rms
+    found = run_scene(held).metrics.vibration_velocity_rms
     expected = velocity / math.sqrt(2) * gain(speed / (2 * math.pi), 1000)
     assert found == pytest.approx(expected, rel=5e-3)
 
@@ -161,13 +163,13 @@ def test_a_spindle_beside_the_band_has_no_broad_band_velocity(
     """The band leaves out its once-per-turn part; the whole velocity has it."""
     run = swinging(turns, 1e-4, 20_001, speed=lambda t: 0 * t - 2 * math.pi * turns)
     keys = [*KEYS, "vibration_velocity_null", "velocity_rms"]
-    merits = merits_of(run, alone(scene), keys)
-    assert merits["velocity_rms"] == pytest.approx(2 / math.sqrt(2), rel=0.2)
-    why = merits["vibration_velocity_null"]
+    metrics = metrics_of(run, alone(scene), keys)
+    assert metrics["velocity_rms"] == pytest.approx(2 / math.sqrt(2), rel=0.2)
+    why = metrics["vibration_velocity_null"]
     if where is None:
-        assert merits["vibration_velocity_rms"] is not None and why is None
+        assert metrics["vibration_velocity_rms"] is not None and why is None
     else:
-        assert merits["vibration_velocity_rms"] is merits["vibration_velocity_peak"] is None
+        assert metrics["vibration_velocity_rms"] is metrics["vibration_velocity_peak"] is None
         assert why == f"the spindle's {turns:g} turns a second are {where} the band"
 
 
@@ -207,18 +209,18 @@ def test_at_a_sensor_of_a_deck_in_space(angle: float) -> None:
     on_axes = np.column_stack(
         (x * math.cos(angle) + y * math.sin(angle), y * math.cos(angle) - x * math.sin(angle), z)
     )[-len(path) // 10 :]
-    found = run.merits.vibration_velocity_rms
+    found = run.metrics.vibration_velocity_rms
     assert found == pytest.approx(spectrum_rms(on_axes, 2000.0), rel=0.02)
     at_centre = run_scene(load_scene("couple-unbalance", [
         "profile=", "start.speed=300", "duration=4", "balls.race=0", "solver.step=5e-4",
-    ])).merits.vibration_velocity_rms  # fmt: skip
+    ])).metrics.vibration_velocity_rms  # fmt: skip
     assert at_centre < 0.5 * found, "the deck tilts, which lifts the sensor and not C"
 
 
 def test_the_largest_of_several_sensors_counts(scene: Any) -> None:
     """In the plane all are alike, but for how their axes lie."""
     run = swinging(100.0, 1e-3, 10_001, vy=lambda t: 2e-3 * np.sin(200 * math.pi * t))
-    one = merits_of(run, alone(scene), KEYS).vibration_velocity_rms
+    one = metrics_of(run, alone(scene), KEYS).vibration_velocity_rms
     turned = {"axis_angle": math.pi / 4}
-    two = merits_of(run, alone(scene, sensors={"flat": {}, "turned": turned}), KEYS)
+    two = metrics_of(run, alone(scene, sensors={"flat": {}, "turned": turned}), KEYS)
     assert two.vibration_velocity_rms == pytest.approx(math.sqrt(2) * one, rel=1e-9)

@@ -1,6 +1,6 @@
 """Declaration of metrics for reports, tables, documentation pages and comparisons.
 
-A run is evaluated with the metrics of ``declared.Merits`` and with those that a program registers.
+A run is evaluated with the metrics of ``declared.Metrics`` and with those that a program registers.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -28,7 +28,7 @@ class Better(str, Enum):
     """No preference: the metric only describes a run."""
 
 
-class MeritKind(str, Enum):
+class MetricKind(str, Enum):
     """Type of a metric's value, if it is not null."""
 
     NUMBER = "number"
@@ -91,7 +91,7 @@ class Relative(NamedTuple):
     label: str
 
 
-class MeritInWords(NamedTuple):
+class MetricInWords(NamedTuple):
     """Description of a metric for lists and pages."""
 
     name: str
@@ -113,10 +113,10 @@ def _as_it_is(value: Any) -> object:
 
 
 @dataclass(frozen=True, eq=False)
-class Merit(Generic[T]):
+class Metric(Generic[T]):
     """Metric of a run.
 
-    As an attribute of a subclass of ``MeritValues`` it is registered, and returns the run's value.
+    As an attribute of a subclass of ``MetricValues`` it is registered, and returns the run's value.
     """
 
     key: str
@@ -136,7 +136,7 @@ class Merit(Generic[T]):
     """Function that takes the values of all runs from the watch."""
     row: Row | None = None
     better: Better = Better.NEITHER
-    kind: MeritKind = MeritKind.NUMBER
+    kind: MetricKind = MetricKind.NUMBER
     plain: Callable[[Any], object] = _as_it_is
     """Function that makes the value JSON-able."""
     relative: Relative | None = None
@@ -151,12 +151,12 @@ class Merit(Generic[T]):
         register(self)
 
     @overload
-    def __get__(self, instance: None, owner: type[Any]) -> "Merit[T]": ...
+    def __get__(self, instance: None, owner: type[Any]) -> "Metric[T]": ...
 
     @overload
-    def __get__(self, instance: "MeritValues", owner: type[Any]) -> T: ...
+    def __get__(self, instance: "MetricValues", owner: type[Any]) -> T: ...
 
-    def __get__(self, instance: "MeritValues | None", owner: type[Any]) -> "Merit[T] | T":
+    def __get__(self, instance: "MetricValues | None", owner: type[Any]) -> "Metric[T] | T":
         return self if instance is None else instance.of(self)
 
     def values(self, watch: Any) -> list[T]:
@@ -167,19 +167,21 @@ class Merit(Generic[T]):
     @property
     def scalar(self) -> bool:
         """Flag of a value that can be compared by size: a number, true or false, or null."""
-        return self.kind in (MeritKind.NUMBER, MeritKind.TRUTH)
+        return self.kind in (MetricKind.NUMBER, MetricKind.TRUTH)
 
     @property
     def not_a_number(self) -> str:
         """Reason in words why a metric that is not ``scalar`` cannot be compared or plotted."""
-        what = "a text" if self.kind is MeritKind.WORDS else "a list"
-        return f"is {what}, not a number; `ab-sim merits` says which are"
+        what = "a text" if self.kind is MetricKind.WORDS else "a list"
+        return f"is {what}, not a number; `ab-sim metrics` says which are"
 
-    def described(self) -> list[MeritInWords]:
+    def described(self) -> list[MetricInWords]:
         """Return its description, and that of its ratio to the run without balls, if it has one."""
         better, kind = self.better.value, self.kind.value
         taken_by = "sweep, tune, robust" if self.scalar else "run only"
-        own = MeritInWords(self.key, self.unit, better, kind, self.meaning, self.equation, taken_by)
+        own = MetricInWords(
+            self.key, self.unit, better, kind, self.meaning, self.equation, taken_by
+        )
         if self.relative is None:
             return [own]
         meaning = (
@@ -189,7 +191,7 @@ class Merit(Generic[T]):
         equation = f"{self.key} / {self.key} without balls"
         return [
             own,
-            MeritInWords(self.relative.key, "1", better, kind, meaning, equation, "run only"),
+            MetricInWords(self.relative.key, "1", better, kind, meaning, equation, "run only"),
         ]
 
     def as_reported(self, value: Any, eccentricity: float) -> object:
@@ -218,33 +220,33 @@ class Merit(Generic[T]):
         return [self.as_reported(value, e) for value, e in each]
 
 
-_merits: dict[str, Merit[Any]] = {}
+_metrics: dict[str, Metric[Any]] = {}
 
 
-def register(merit: Merit[T]) -> Merit[T]:
+def register(metric: Metric[T]) -> Metric[T]:
     """Register a metric and return it.
 
     Raises:
         ValueError: another metric has the key.
     """
-    if merit.key in _merits:
-        raise ValueError(f"merit {merit.key!r} is registered twice")
-    _merits[merit.key] = merit
-    return merit
+    if metric.key in _metrics:
+        raise ValueError(f"metric {metric.key!r} is registered twice")
+    _metrics[metric.key] = metric
+    return metric
 
 
-def reported_merits() -> list[Merit[Any]]:
+def reported_metrics() -> list[Metric[Any]]:
     """Return all metrics in reports, in their order."""
-    return [merit for merit in _merits.values() if merit.reported]
+    return [metric for metric in _metrics.values() if metric.reported]
 
 
-def described_merits(name: str | None = None) -> list[MeritInWords]:
+def described_metrics(name: str | None = None) -> list[MetricInWords]:
     """Return descriptions of all metrics in reports, or of the one with this name.
 
     Raises:
         InputError: the name is unknown; the message names the nearest, and all.
     """
-    found = [each for merit in reported_merits() for each in merit.described()]
+    found = [each for metric in reported_metrics() for each in metric.described()]
     if name is None:
         return found
     named = [each for each in found if each.name == name]
@@ -253,38 +255,38 @@ def described_merits(name: str | None = None) -> list[MeritInWords]:
     return named
 
 
-def merits_named(keys: Iterable[str] | None) -> list[Merit[Any]]:
+def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
     """Return the metrics with these keys; if None, all metrics, including unreported ones.
 
     Raises:
         InputError: a key is unknown; the message names the nearest, and all.
     """
     if keys is None:
-        return list(_merits.values())
+        return list(_metrics.values())
     if isinstance(keys, str):
         raise InputError(f"keys = {keys!r}: must be a list of names; write [{keys!r}]")
     return [_named(key) for key in keys]
 
 
-def _named(key: str) -> Merit[Any]:
-    if key in _merits:
-        return _merits[key]
-    for merit in _merits.values():
-        if merit.relative is not None and merit.relative.key == key:
+def _named(key: str) -> Metric[Any]:
+    if key in _metrics:
+        return _metrics[key]
+    for metric in _metrics.values():
+        if metric.relative is not None and metric.relative.key == key:
             raise InputError(
-                f"merit {key!r}: compares with a run without balls, which only `ab-sim run` makes; "
-                f"use {merit.key}"
+                f"metric {key!r}: compares with a run without balls, which only `ab-sim run` "
+                f"makes; use {metric.key}"
             )
-    raise _unknown(key, [merit.key for merit in reported_merits()])
+    raise _unknown(key, [metric.key for metric in reported_metrics()])
 
 
 def _unknown(name: str, known: list[str]) -> InputError:
     return InputError(
-        f"merit {name!r}: no such merit{nearest(name, known)}; there are: {', '.join(known)}"
+        f"metric {name!r}: no such metric{nearest(name, known)}; there are: {', '.join(known)}"
     )
 
 
-class MeritValues:
+class MetricValues:
     """Values of metrics for one run.
 
     Args:
@@ -297,18 +299,18 @@ class MeritValues:
         """Values by key, whirls in m."""
         self._eccentricity = eccentricity
 
-    def of(self, merit: Merit[T]) -> T:
+    def of(self, metric: Metric[T]) -> T:
         """Return the value of a metric in SI units.
 
         Raises:
             InputError: the run was not evaluated with it.
         """
-        if merit.key not in self.values:
+        if metric.key not in self.values:
             raise InputError(
-                f"merit {merit.key!r}: this run was not judged by it, but by: "
+                f"metric {metric.key!r}: this run was not judged by it, but by: "
                 + ", ".join(self.values)
             )
-        return cast(T, self.values[merit.key])
+        return cast(T, self.values[metric.key])
 
     def __getitem__(self, key: str) -> object:
         """Return the reported value of a metric by its key.
@@ -316,11 +318,11 @@ class MeritValues:
         Raises:
             InputError: the key is unknown, or the run was not evaluated with it.
         """
-        merit = _named(key)
-        return merit.as_reported(self.of(merit), self._eccentricity)
+        metric = _named(key)
+        return metric.as_reported(self.of(metric), self._eccentricity)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, MeritValues) and self.values == other.values
+        return isinstance(other, MetricValues) and self.values == other.values
 
     def __repr__(self) -> str:
         # The keys differ from the attributes' names, and their values are in reported units.
@@ -329,7 +331,7 @@ class MeritValues:
     if not TYPE_CHECKING:  # a type checker would accept any attribute name
 
         def __getattr__(self, name: str) -> NoReturn:
-            hint = f"; write merits[{name!r}]" if name in _merits else ""
+            hint = f"; write metrics[{name!r}]" if name in _metrics else ""
             raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}{hint}")
 
     def report(self, eccentricity: float | None = None) -> dict[str, object]:
@@ -341,13 +343,13 @@ class MeritValues:
         """
         e = self._eccentricity if eccentricity is None else eccentricity
         return {
-            key: merit.as_reported(value, e)
+            key: metric.as_reported(value, e)
             for key, value in self.values.items()
-            if (merit := _named(key)).reported
+            if (metric := _named(key)).reported
         }
 
     def cautions(self) -> list[str]:
         """Return cautions that apply to this run."""
-        rows = [merit.row for merit in map(_named, self.values) if merit.row is not None]
+        rows = [metric.row for metric in map(_named, self.values) if metric.row is not None]
         anyhow = WhirlScale(1.0, "m", "W")
         return [row.caution for row in rows if row.caution and row.says([row.text(self, anyhow)])]

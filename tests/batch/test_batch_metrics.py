@@ -1,4 +1,4 @@
-"""Merits of a batch against those of one Drive after the other; runs in columns against scenes."""
+"""Metrics of a batch against those of one Drive after the other; runs in columns against scenes."""
 
 import math
 from typing import Any
@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis import run_scene
-from ab_sim.analysis.merits import merits_of
-from ab_sim.analysis.merits.judging import RunNumbers
-from ab_sim.analysis.merits.merit import MeritKind, merits_named, reported_merits
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.analysis.metrics.judging import RunNumbers
+from ab_sim.analysis.metrics.metric import MetricKind, metrics_named, reported_metrics
 from ab_sim.batch import Batch, judging, run_columns, simulate_batch
 from ab_sim.batch.lane_group import LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun
@@ -19,7 +19,7 @@ from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene, load_scene
 
-KEYS = [merit.key for merit in reported_merits()]
+KEYS = [metric.key for metric in reported_metrics()]
 ASK_SCENES = {
     "first_passage_of_opposite",
     "settling_period",
@@ -54,19 +54,19 @@ def short(scene: Any, **changes: Any) -> Scene:
 def assert_judged_like_drives(
     base: Scene, variations: list[dict[str, Any]], **options: Any
 ) -> Batch:
-    """Each run's merits are those of its Drive, to the bit."""
-    batch = simulate_batch(base, variations, merits=KEYS, **options)
-    assert set(batch.merits) == set(KEYS) and len(batch) == len(variations)
+    """Each run's metrics are those of its Drive, to the bit."""
+    batch = simulate_batch(base, variations, metrics=KEYS, **options)
+    assert set(batch.metrics) == set(KEYS) and len(batch) == len(variations)
     for run, scene in enumerate(varied(base, variations)):
         steps = math.ceil(scene.duration / scene.solver.step - 1e-9)
-        expected = merits_of(Drive(scene).advance(steps), scene, KEYS).report()
+        expected = metrics_of(Drive(scene).advance(steps), scene, KEYS).report()
         assert batch.failures[run] == ""
-        for merit in merits_named(KEYS):
-            value, wanted = batch.merits[merit.key][run], expected[merit.key]
-            if wanted is None and merit.kind is MeritKind.NUMBER:
-                assert math.isnan(value), merit.key
+        for metric in metrics_named(KEYS):
+            value, wanted = batch.metrics[metric.key][run], expected[metric.key]
+            if wanted is None and metric.kind is MetricKind.NUMBER:
+                assert math.isnan(value), metric.key
             else:
-                assert value == wanted, merit.key
+                assert value == wanted, metric.key
     return batch
 
 
@@ -89,15 +89,15 @@ def test_runs_in_columns_are_their_drives_to_the_bit(scene: Any, given: str) -> 
     assert split is not None and split.rows.tolist() == list(range(19))
     batch = assert_judged_like_drives(base, rows(columns))
     assert batch.in_lanes == 19 and batch.runs == ()
-    same = simulate_batch(base, columns, merits=KEYS)
+    same = simulate_batch(base, columns, metrics=KEYS)
     for key in KEYS:
-        np.testing.assert_array_equal(same.merits[key], batch.merits[key])
+        np.testing.assert_array_equal(same.metrics[key], batch.metrics[key])
     assert dict(same.variations[3]) == batch.variations[3]
 
 
 @pytest.mark.parametrize("balls", [0, 1, 5])
 def test_what_columns_prepare_is_what_scenes_give(scene: Any, balls: int) -> None:
-    """Constants, starts and what merits take from a scene, bit by bit."""
+    """Constants, starts and what metrics take from a scene, bit by bit."""
     masses = [1e-3 * (1 + i) for i in range(balls)]
     columns = {key: each for key, each in COLUMNS.items() if key != "balls.mass"}
     base = short(scene, balls={"count": balls, "mass": masses}, start={"speed": 3.0})
@@ -118,15 +118,15 @@ def test_what_columns_prepare_is_what_scenes_give(scene: Any, balls: int) -> Non
     assert list(split.columns.judged(split.rows).scenes) == scenes
 
 
-def test_runs_in_columns_take_no_scenes_for_merits_that_ask_for_none(
+def test_runs_in_columns_take_no_scenes_for_metrics_that_ask_for_none(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     base, keys = short(scene), [key for key in KEYS if key not in ASK_SCENES]
-    expected = simulate_batch(base, COLUMNS, merits=keys)
+    expected = simulate_batch(base, COLUMNS, metrics=keys)
     monkeypatch.setattr(run_columns, "changed_scene", None)
-    found = simulate_batch(base, COLUMNS, merits=keys)
+    found = simulate_batch(base, COLUMNS, metrics=keys)
     for key in keys:
-        np.testing.assert_array_equal(found.merits[key], expected.merits[key])
+        np.testing.assert_array_equal(found.metrics[key], expected.metrics[key])
 
 
 @pytest.mark.parametrize(
@@ -156,7 +156,7 @@ def test_a_run_that_is_refused_is_refused_with_its_scenes_own_words(scene: Any, 
     with pytest.raises(SceneError) as told:
         PreparedRun(varied_scene(base, variations[11], 11))
     with pytest.raises(SceneError) as found:
-        simulate_batch(base, variations, merits=KEYS[:1])
+        simulate_batch(base, variations, metrics=KEYS[:1])
     assert str(told.value).removeprefix("variation 11: ") in str(found.value)
     assert str(found.value).startswith("variation 11: ")
 
@@ -191,16 +191,16 @@ def test_how_many_are_in_memory_at_a_time_makes_no_difference(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     base = short(scene)
-    whole = simulate_batch(base, COLUMNS, merits=KEYS)
+    whole = simulate_batch(base, COLUMNS, metrics=KEYS)
     monkeypatch.setattr(judging, "SAMPLES_AT_ONCE", 1)
     seen: list[tuple[int, int]] = []
-    parts = simulate_batch(base, COLUMNS, progress=lambda *what: seen.append(what), merits=KEYS)
+    parts = simulate_batch(base, COLUMNS, progress=lambda *what: seen.append(what), metrics=KEYS)
     assert seen == [(8, 19), (16, 19), (19, 19)]
     for key in KEYS:
-        np.testing.assert_array_equal(parts.merits[key], whole.merits[key])
+        np.testing.assert_array_equal(parts.metrics[key], whole.metrics[key])
 
 
-def test_a_run_that_diverges_has_no_merits_and_leaves_the_others_alone(scene: Any) -> None:
+def test_a_run_that_diverges_has_no_metrics_and_leaves_the_others_alone(scene: Any) -> None:
     base = short(scene, start={"ball_angles": [0.3, -0.5], "speed": 99.0}, profile=None)
     columns = {
         "rotor.eccentricity": [1e-4, 0.9, 2e-4, 0.9],
@@ -208,46 +208,46 @@ def test_a_run_that_diverges_has_no_merits_and_leaves_the_others_alone(scene: An
     }
     split = columns_of(PreparedRun(base), columns)
     assert split is not None and len(split.rows) == 4
-    batch = simulate_batch(base, columns, merits=["final_whirl_over_e", "settled"])
-    kept = simulate_batch(base, columns, merits=["final_whirl_over_e"], samples=True)
+    batch = simulate_batch(base, columns, metrics=["final_whirl_over_e", "settled"])
+    kept = simulate_batch(base, columns, metrics=["final_whirl_over_e"], samples=True)
     assert [bool(failure) for failure in batch.failures] == [False, True, False, True]
     assert batch.failures == kept.failures
     assert "beyond all bounds at t = " in batch.failures[1] and "diverged 2" in repr(batch)
-    assert np.isnan(batch.merits["final_whirl_over_e"]).tolist() == [False, True, False, True]
-    assert batch.merits["settled"][1] is None
+    assert np.isnan(batch.metrics["final_whirl_over_e"]).tolist() == [False, True, False, True]
+    assert batch.metrics["settled"][1] is None
     np.testing.assert_array_equal(
-        kept.merits["final_whirl_over_e"], batch.merits["final_whirl_over_e"]
+        kept.metrics["final_whirl_over_e"], batch.metrics["final_whirl_over_e"]
     )
     all_bad = {key: [values[1]] * 3 for key, values in columns.items()}
-    assert all(simulate_batch(base, all_bad, merits=KEYS).failures)
+    assert all(simulate_batch(base, all_bad, metrics=KEYS).failures)
 
 
-def test_samples_are_kept_beside_merits_if_asked_for(scene: Any) -> None:
+def test_samples_are_kept_beside_metrics_if_asked_for(scene: Any) -> None:
     base, variations = short(scene), rows(COLUMNS)
     batch = assert_judged_like_drives(base, variations, samples=True, every=100)
     plain = simulate_batch(base, variations, every=100)
     for one, other in zip(batch.runs, plain.runs, strict=True):
         assert one.trajectory.samples.tobytes() == other.trajectory.samples.tobytes()
-    assert plain.merits == {} and len(plain) == 19
+    assert plain.metrics == {} and len(plain) == 19
 
 
 def test_what_is_asked_of_a_batch_is_checked(scene: Any) -> None:
     base = short(scene)
     with pytest.raises(InputError, match="every = 7: says which samples are kept, and none are"):
-        simulate_batch(base, [{}], 7, merits=KEYS)
-    with pytest.raises(InputError, match="merit 'peak_wirl': no such merit"):
-        simulate_batch(base, [{}], merits=["peak_wirl"])
+        simulate_batch(base, [{}], 7, metrics=KEYS)
+    with pytest.raises(InputError, match="metric 'peak_wirl': no such metric"):
+        simulate_batch(base, [{}], metrics=["peak_wirl"])
     for uneven in ({"balls.mass": [1e-3], "rotor.eccentricity": []}, {"balls.mass": 1e-3}, {}):
         with pytest.raises(InputError, match="must be a list with one mapping per run"):
             simulate_batch(base, uneven)
-    batch = simulate_batch(base, [{}, {}], merits=["final_whirl_over_e"])
+    batch = simulate_batch(base, [{}, {}], metrics=["final_whirl_over_e"])
     with pytest.raises(InputError, match="has no samples to be drawn"):
         batch.plot()
     assert list(batch.to_dataframe()) == ["final_whirl_over_e", "failure"]
 
 
 @pytest.mark.parametrize("samples", [False, True])
-def test_an_aborted_run_has_the_merits_of_a_single_one_and_is_told(samples: bool) -> None:
+def test_an_aborted_run_has_the_metrics_of_a_single_one_and_is_told(samples: bool) -> None:
     """Its reading is beyond what the sensor can."""
     base = load_scene("adaptive-start-up", ["duration=2"])
     variations: list[dict[str, Any]] = [{"sensors.pick_up.range": end} for end in (1000.0, 0.5)]
@@ -262,5 +262,5 @@ def test_an_aborted_run_has_the_merits_of_a_single_one_and_is_told(samples: bool
 
 
 def test_where_none_was_aborted_nothing_is_said_of_it(scene: Any) -> None:
-    batch = simulate_batch(short(scene), [{}, {}], merits=KEYS[:1])
+    batch = simulate_batch(short(scene), [{}, {}], metrics=KEYS[:1])
     assert batch.aborted == ("", "") and "aborted" not in repr(batch)

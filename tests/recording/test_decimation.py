@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording import Recording, read_recording
-from ab_sim.recording.thinning import SHARE, STRETCHES
+from ab_sim.recording.decimation import SHARE, STRETCHES
 from tests.recording.runs import STEP, describe, record, run
 
 EVERY, AROUND = 50, 0.1
@@ -27,7 +27,7 @@ def commanded(rows: int, *moves: tuple[int, int]) -> tuple[list[str], NDArray[np
     return names, samples
 
 
-def thinned(
+def decimated(
     path: Path,
     names: list[str],
     samples: NDArray[np.float64],
@@ -58,7 +58,7 @@ def test_what_is_kept(tmp_path: Path) -> None:
     """The raster, the two ends of a ramp, what is around an event, the first and the last step."""
     names, samples = commanded(5003, (1000, 2000), (3000, 3001))
     samples = samples[3:]
-    recording = thinned(tmp_path / "r.rrd", names, samples, events=(2.5,))
+    recording = decimated(tmp_path / "r.rrd", names, samples, events=(2.5,))
     back = read_recording(tmp_path / "r.rrd")
     kept = set(range(50, 5003, EVERY)) | {3, 5002}
     kept |= steps_around(1000, 1999, 2500, 3000)
@@ -81,8 +81,8 @@ def test_it_does_not_matter_how_many_rows_come_at_once(tmp_path: Path, block: in
     events = tuple((rng.integers(0, 7900, 30) * STEP).tolist())
     lost = np.unique(rng.integers(1, 7999, 40))
     samples = np.delete(samples, lost, axis=0)
-    one = thinned(tmp_path / "20.rrd", names, samples, 20, events)
-    other = thinned(tmp_path / "other.rrd", names, samples, block, events)
+    one = decimated(tmp_path / "20.rrd", names, samples, 20, events)
+    other = decimated(tmp_path / "other.rrd", names, samples, block, events)
     a, b = read_recording(tmp_path / "20.rrd"), read_recording(tmp_path / "other.rrd")
     assert a.samples.tobytes() == b.samples.tobytes()
     assert one.stretches_refused == other.stretches_refused > 0, "the harder case"
@@ -92,7 +92,7 @@ def test_it_does_not_matter_how_many_rows_come_at_once(tmp_path: Path, block: in
 def test_missing_are_those_that_are_not_left_out_by_intent(tmp_path: Path) -> None:
     names, samples = commanded(1000)
     lost = [*range(120, 240), 300, 777, 778]
-    thinned(tmp_path / "r.rrd", names, np.delete(samples, lost, axis=0))
+    decimated(tmp_path / "r.rrd", names, np.delete(samples, lost, axis=0))
     back = read_recording(tmp_path / "r.rrd")
     assert (back.missing, back.gaps) == (len(lost), 3)
     assert back.left_out == 1000 - len(lost) - len(back.samples)
@@ -102,7 +102,7 @@ def test_a_flood_of_events_stays_within_bounds(tmp_path: Path) -> None:
     rows = 60_000
     names, samples = commanded(rows)
     events = tuple(np.arange(0.0, rows * STEP, 2.5 * AROUND).tolist())
-    recording = thinned(tmp_path / "r.rrd", names, samples, 500, events)
+    recording = decimated(tmp_path / "r.rrd", names, samples, 500, events)
     full_rate = SHARE * rows + STRETCHES * (2 * NEAR + 1)
     assert recording.rows_written <= rows / EVERY + full_rate + len(events)
     assert recording.stretches_refused > len(events) / 4
@@ -115,7 +115,7 @@ def test_a_flood_has_the_same_bounds_in_a_recording_that_begins_late(tmp_path: P
     names, samples = commanded(rows)
     samples[:, 1] += late
     events = tuple((late + np.arange(0.0, rows * STEP, 2.5 * AROUND)).tolist())
-    recording = thinned(tmp_path / "r.rrd", names, samples, 500, events)
+    recording = decimated(tmp_path / "r.rrd", names, samples, 500, events)
     full_rate = SHARE * rows + STRETCHES * (2 * NEAR + 1)
     assert recording.rows_written <= rows / EVERY + full_rate + len(events)
     assert recording.stretches_refused > len(events) / 4
@@ -123,14 +123,14 @@ def test_a_flood_has_the_same_bounds_in_a_recording_that_begins_late(tmp_path: P
 
 def test_a_command_that_never_rests_is_one_turn(tmp_path: Path) -> None:
     names, samples = commanded(5000, (500, 5000))
-    thinned(tmp_path / "r.rrd", names, samples)
+    decimated(tmp_path / "r.rrd", names, samples)
     kept = set(range(0, 5000, EVERY)) | steps_around(500) | set(range(4999 - NEAR, 5000))
     assert set(read_recording(tmp_path / "r.rrd")["step"].tolist()) == kept
 
 
 def test_one_that_was_killed_knows_what_it_left_out(tmp_path: Path) -> None:
     names, samples = commanded(2000)
-    recording = thinned(tmp_path / "r.rrd", names, samples, close=False)
+    recording = decimated(tmp_path / "r.rrd", names, samples, close=False)
     back = read_recording(tmp_path / "r.rrd")
     assert not back.complete and back.missing == 0
     kept = back["step"].tolist()
@@ -141,10 +141,10 @@ def test_one_that_was_killed_knows_what_it_left_out(tmp_path: Path) -> None:
     assert read_recording(tmp_path / "r.rrd")["step"][-1] == 1999
 
 
-def test_every_step_is_as_no_thinning(tmp_path: Path) -> None:
+def test_every_step_is_as_no_decimation(tmp_path: Path) -> None:
     names, samples = commanded(300, (10, 20))
     record(tmp_path / "a.rrd", names, samples)
-    thinned(tmp_path / "b.rrd", names, samples, events=(0.1,), every=1)
+    decimated(tmp_path / "b.rrd", names, samples, events=(0.1,), every=1)
     a, b = read_recording(tmp_path / "a.rrd"), read_recording(tmp_path / "b.rrd")
     assert a.samples.tobytes() == b.samples.tobytes() and (a.left_out, b.left_out) == (0, 0)
 

@@ -1,8 +1,16 @@
 """Metrics of the motion of deck and balls; ``declared`` has the others."""
 
 from ab_sim.analysis.circulation import Circulation
-from ab_sim.analysis.merits.merit import Better, Merit, MeritKind, MeritValues, Place, Relative, Row
-from ab_sim.analysis.merits.watches import (
+from ab_sim.analysis.metrics.metric import (
+    Better,
+    Metric,
+    MetricKind,
+    MetricValues,
+    Place,
+    Relative,
+    Row,
+)
+from ab_sim.analysis.metrics.watches import (
     BAND,
     FLOOR,
     TURNS,
@@ -18,7 +26,7 @@ from ab_sim.analysis.merits.watches import (
     TiltWatch,
     is_start_up,
 )
-from ab_sim.analysis.merits.wording import (
+from ab_sim.analysis.metrics.wording import (
     angles_text,
     circulating_text,
     degrees_text,
@@ -42,10 +50,10 @@ def _has_balls(scene: Scene) -> bool:
     return scene.balls.count > 0
 
 
-class MotionMerits(MeritValues):
-    """Metrics of the motion of deck and balls; see ``declared.Merits``."""
+class MotionMetrics(MetricValues):
+    """Metrics of the motion of deck and balls; see ``declared.Metrics``."""
 
-    peak_whirl = Merit[float](
+    peak_whirl = Metric[float](
         "peak_whirl_over_e",
         "e",
         "largest whirl, found between samples",
@@ -56,7 +64,7 @@ class MotionMerits(MeritValues):
         Row("peak {W}", lambda m, scale: peak_text(m.peak_whirl, m.peak_time, scale)),
         better=Better.SMALLER,
     )
-    peak_time = Merit[float](
+    peak_time = Metric[float](
         "peak_time",
         "s",
         "when the whirl is largest",
@@ -64,7 +72,7 @@ class MotionMerits(MeritValues):
         PeakWatch,
         lambda peak: peak.found.time,
     )
-    final_whirl = Merit[float](
+    final_whirl = Metric[float](
         "final_whirl_over_e",
         "e",
         "root mean square of the whirl over the last stretch",
@@ -78,7 +86,7 @@ class MotionMerits(MeritValues):
         relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
         better=Better.SMALLER,
     )
-    settled = Merit[bool](
+    settled = Metric[bool](
         "settled",
         "-",
         "whether the whirl does not change any more over the last stretch: it neither rises nor "
@@ -89,9 +97,9 @@ class MotionMerits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.settled,
         better=Better.LARGER,
-        kind=MeritKind.TRUTH,
+        kind=MetricKind.TRUTH,
     )
-    halves = Merit[tuple[float, float]](
+    halves = Metric[tuple[float, float]](
         "final_whirl_of_halves",
         "-",
         "the same over the first and the second half of the last stretch [m]",
@@ -99,9 +107,9 @@ class MotionMerits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.halves,
         reported=False,
-        kind=MeritKind.STRUCTURE,
+        kind=MetricKind.STRUCTURE,
     )
-    span = Merit[tuple[float, float]](
+    span = Metric[tuple[float, float]](
         "final_whirl_span",
         "-",
         "least and largest whirl of the last stretch [m]",
@@ -109,9 +117,9 @@ class MotionMerits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.span,
         reported=False,
-        kind=MeritKind.STRUCTURE,
+        kind=MetricKind.STRUCTURE,
     )
-    band = Merit[float](
+    band = Metric[float](
         "band_over_e",
         "e",
         f"half the width of the band around the final whirl: {100 * BAND:g} % of it, at least "
@@ -121,7 +129,7 @@ class MotionMerits(MeritValues):
         FinalWhirlWatch,
         lambda final: final.band,
     )
-    in_band_from = Merit[float | None](
+    in_band_from = Metric[float | None](
         "in_band_from",
         "s",
         "from when on the whirl stays within that band; null if it leaves it near the end, or has "
@@ -138,7 +146,7 @@ class MotionMerits(MeritValues):
         stepwise=True,
         of_balanced=True,
     )
-    once_per_turn = Merit[float | None](
+    once_per_turn = Metric[float | None](
         "once_per_turn_over_e",
         "e",
         "size of the part of the whirl that comes once per turn, over the last stretch; null where "
@@ -149,7 +157,7 @@ class MotionMerits(MeritValues):
         lambda once: once.size,
         better=Better.SMALLER,
     )
-    phase = Merit[float | None](
+    phase = Metric[float | None](
         "phase",
         "rad",
         "angle from the unbalance to that part of the displacement, -pi to pi, positive in the "
@@ -160,7 +168,7 @@ class MotionMerits(MeritValues):
         lambda once: once.phase,
         Row("phase of W", lambda m, _: degrees_text(m.phase), place=Place.END),
     )
-    residual_unbalance = Merit[float | None](
+    residual_unbalance = Metric[float | None](
         "residual_unbalance",
         "1",
         "abs(M0 e + sum m R exp(i theta)) / (M0 e) over the last stretch: 0 is balanced; null "
@@ -171,7 +179,7 @@ class MotionMerits(MeritValues):
         Row("residual unbalance", lambda m, _: number_text(m.residual_unbalance), _has_balls),
         better=Better.SMALLER,
     )
-    residual_couple = Merit[float | None](
+    residual_couple = Metric[float | None](
         "residual_couple",
         "1",
         "abs(C + sum m R z exp(i theta)) / abs(C) over the last stretch, z the height of a ball's "
@@ -186,7 +194,7 @@ class MotionMerits(MeritValues):
         ),
         better=Better.SMALLER,
     )
-    peak_tilt = Merit[float | None](
+    peak_tilt = Metric[float | None](
         "peak_tilt",
         "rad",
         "largest angle of the shaft from where it points at rest; null in the plane",
@@ -196,7 +204,7 @@ class MotionMerits(MeritValues):
         Row("peak tilt [mrad]", lambda m, _: milli_text(m.peak_tilt)),
         better=Better.SMALLER,
     )
-    final_tilt = Merit[float | None](
+    final_tilt = Metric[float | None](
         "final_tilt",
         "rad",
         "root mean square of that angle over the last stretch; null in the plane",
@@ -206,7 +214,7 @@ class MotionMerits(MeritValues):
         Row("final tilt [mrad]", lambda m, _: milli_text(m.final_tilt)),
         better=Better.SMALLER,
     )
-    first_passage_of_opposite = Merit[float | None](
+    first_passage_of_opposite = Metric[float | None](
         "first_passage_of_opposite",
         "s",
         "when all balls first have theta <= -180 deg; null if they never do, and but for a "
@@ -222,7 +230,7 @@ class MotionMerits(MeritValues):
             in_reports=False,
         ),
     )
-    final_ball_angles = Merit[tuple[float, ...]](
+    final_ball_angles = Metric[tuple[float, ...]](
         "final_ball_angles",
         "rad",
         "of each ball from the unbalance, unwrapped, at the end of the run",
@@ -235,9 +243,9 @@ class MotionMerits(MeritValues):
             place=Place.COURSE,
         ),
         plain=list,
-        kind=MeritKind.STRUCTURE,
+        kind=MetricKind.STRUCTURE,
     )
-    final_speed = Merit[float](
+    final_speed = Metric[float](
         "final_speed",
         "rad/s",
         "of the spindle, at the end of the run",
@@ -251,7 +259,7 @@ class MotionMerits(MeritValues):
             in_reports=False,
         ),
     )
-    circulating = Merit[Circulation | None](
+    circulating = Metric[Circulation | None](
         "circulating_balls",
         "-",
         "balls that go round the race over the last stretch, and on: their numbers, their mean "
@@ -267,9 +275,9 @@ class MotionMerits(MeritValues):
             note=CIRCULATE,
         ),
         plain=lambda found: found and found.report(),
-        kind=MeritKind.STRUCTURE,
+        kind=MetricKind.STRUCTURE,
     )
-    overlaps = Merit[tuple[Overlap, ...] | None](
+    overlaps = Metric[tuple[Overlap, ...] | None](
         "overlapping_balls",
         "-",
         "pairs of balls that were in one place for want of the effect ball_contact, and since when "
@@ -284,5 +292,5 @@ class MotionMerits(MeritValues):
             caution=f"balls overlap: {WHAT_CHANGES}",
         ),
         plain=lambda found: None if found is None else [each._asdict() for each in found],
-        kind=MeritKind.STRUCTURE,
+        kind=MetricKind.STRUCTURE,
     )

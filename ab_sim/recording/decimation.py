@@ -1,4 +1,4 @@
-"""Thinning: selection of the samples of a long run that are recorded."""
+"""Decimation: selection of the samples of a long run that are recorded."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ STRETCHES = 20
 """Largest number of full-rate stretches of full length in direct succession."""
 
 
-class Thinning:
+class Decimation:
     """Keeps every ``every``-th step, and all steps around events.
 
     Events are those passed to `note`, and the instants at which the command starts to change and
@@ -154,17 +154,17 @@ class Thinning:
         return rows[kept], out[kept].astype(np.float64)
 
 
-class ThinnedInput:
-    """Replacement of `Thinning` for rows thinned before, with counts of the rows left out.
+class DecimatedInput:
+    """Replacement of `Decimation` for rows decimated before, with counts of the rows left out.
 
     Args:
-        every, around: the rule of that thinning.
+        every, around: the rule of that decimation.
     """
 
     refused = 0
 
     def __init__(self, every: int, around: float) -> None:
-        self.every, self.around = Thinning(every, around).every, around
+        self.every, self.around = Decimation(every, around).every, around
         self.left_out = 0
 
     def note(self, time: float) -> None:

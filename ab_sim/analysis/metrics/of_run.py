@@ -4,8 +4,8 @@ from collections.abc import Callable, Iterable
 
 import numpy as np
 
-from ab_sim.analysis.merits.declared import Merits
-from ab_sim.analysis.merits.judging import (
+from ab_sim.analysis.metrics.declared import Metrics
+from ab_sim.analysis.metrics.judging import (
     JudgedRuns,
     Piece,
     Pieces,
@@ -14,24 +14,24 @@ from ab_sim.analysis.merits.judging import (
     passes,
     watch_runs,
 )
-from ab_sim.analysis.merits.merit import merits_named
+from ab_sim.analysis.metrics.metric import metrics_named
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 
 
-def merits_of(
+def metrics_of(
     trajectory: Trajectory, scene: SceneLike, keys: Iterable[str] | None = None
-) -> Merits:
-    """Compute metrics of a run, some or all: ``ab-sim merits`` lists them.
+) -> Metrics:
+    """Compute metrics of a run, some or all: ``ab-sim metrics`` lists them.
 
     Quantities that only other metrics need are not computed.
 
     Parameters
     ----------
     trajectory : Trajectory
-        The whole run, from its start to its end; it may be thinned.
+        The whole run, from its start to its end; it may be decimated.
     scene : Scene, str or Path
         Scene of the run, or its name or file.
     keys : iterable of str, optional
@@ -39,8 +39,8 @@ def merits_of(
 
     Returns
     -------
-    Merits
-        ``merits["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
+    Metrics
+        ``metrics["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
         ``report()`` has all requested ones by name, JSON-able.
 
     Raises
@@ -59,20 +59,20 @@ def merits_of(
     >>> import ab_sim
     >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.5"])
     >>> run = ab_sim.Drive(scene).advance(500)
-    >>> ab_sim.merits_of(run, scene, ["final_speed", "settled"]).report()
+    >>> ab_sim.metrics_of(run, scene, ["final_speed", "settled"]).report()
     {'final_speed': 20.0, 'settled': True}
     """
     if len(trajectory) == 0:
         raise InputError("trajectory: has no samples; a run is judged by at least one")
     scene = as_scene(scene)
     runs = JudgedRuns([scene], len(trajectory))
-    found = merits_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
+    found = metrics_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
     return _of_the_first(found, scene)
 
 
-def merits_of_pieces(
+def metrics_of_pieces(
     pieces: Pieces, count: int, scene: Scene, keys: Iterable[str] | None = None
-) -> Merits:
+) -> Metrics:
     """Compute the metrics of a run that does not fit into memory, in ``passes_of`` passes.
 
     Args:
@@ -80,16 +80,16 @@ def merits_of_pieces(
             trajectories, none of them empty.
         count: number of samples, at least 1.
         scene: scene of the run.
-        keys: see ``merits_of``.
+        keys: see ``metrics_of``.
 
     Raises:
-        InputError: see ``merits_of``.
+        InputError: see ``metrics_of``.
     """
     runs = JudgedRuns([scene], count)
     return _of_the_first(_found(lambda: in_pieces(pieces, runs), runs, keys), scene)
 
 
-def merits_of_runs(
+def metrics_of_runs(
     runs: JudgedRuns,
     channels: tuple[str, ...],
     samples: np.ndarray,
@@ -102,7 +102,7 @@ def merits_of_runs(
         runs: data of the runs.
         channels: channels of the samples.
         samples: samples from the start of each run to its end, shape (runs, samples, channels).
-        keys: see ``merits_of``.
+        keys: see ``metrics_of``.
         whirl: for planar decks, W [m] at all samples if already computed by ``whirl_of``, shape
             (runs, samples).
 
@@ -110,25 +110,25 @@ def merits_of_runs(
         Values of each run by key, whirls in m.
 
     Raises:
-        InputError: see ``merits_of``.
+        InputError: see ``metrics_of``.
     """
     piece = as_one_piece(channels, samples, runs, whirl)
     return _found(lambda: [piece], runs, keys)
 
 
 def passes_of(keys: Iterable[str] | None = None) -> int:
-    """Return the number of passes of ``merits_of_pieces`` through a run."""
-    return passes(merit.watch for merit in merits_named(keys))
+    """Return the number of passes of ``metrics_of_pieces`` through a run."""
+    return passes(metric.watch for metric in metrics_named(keys))
 
 
 def _found(
     pieces: Callable[[], Iterable[Piece]], runs: JudgedRuns, keys: Iterable[str] | None
 ) -> dict[str, list[object]]:
-    wanted = merits_named(keys)
-    watches = watch_runs(pieces, runs, [merit.watch for merit in wanted])
-    return {merit.key: merit.values(watches[merit.watch]) for merit in wanted}
+    wanted = metrics_named(keys)
+    watches = watch_runs(pieces, runs, [metric.watch for metric in wanted])
+    return {metric.key: metric.values(watches[metric.watch]) for metric in wanted}
 
 
-def _of_the_first(found: dict[str, list[object]], scene: Scene) -> Merits:
+def _of_the_first(found: dict[str, list[object]], scene: Scene) -> Metrics:
     values = {key: each[0] for key, each in found.items()}
-    return Merits(values, scene.rotor.eccentricity)
+    return Metrics(values, scene.rotor.eccentricity)

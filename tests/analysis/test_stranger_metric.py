@@ -1,4 +1,4 @@
-"""A merit of a stranger's own: all of it is in this file, and no file of the package knows it."""
+"""A metric of a stranger's own: all of it is in this file, and no file of the package knows it."""
 
 import importlib
 import json
@@ -11,9 +11,9 @@ import pytest
 from typer.testing import CliRunner
 
 import ab_sim
-from ab_sim.analysis import Merits, merits_of, merits_of_pieces
-from ab_sim.analysis.merits import merit as registry
-from ab_sim.analysis.merits import passes_of
+from ab_sim.analysis import Metrics, metrics_of, metrics_of_pieces
+from ab_sim.analysis.metrics import metric as registry
+from ab_sim.analysis.metrics import passes_of
 from ab_sim.cli.app import app
 from ab_sim.scene import Scene
 from tests.analysis.made import made
@@ -40,15 +40,15 @@ class LargestAcceleration:
 @pytest.fixture(autouse=True)
 def registered() -> Iterator[None]:
     """Known while a test runs."""
-    before = dict(registry._merits)
-    add = ab_sim.register_merit(
+    before = dict(registry._metrics)
+    add = ab_sim.register_metric(
         KEY, unit="m/s^2", label="largest a", meaning="the deck's, in the end",
         last_stretch=True, better="smaller",
     )  # fmt: skip
     assert add(LargestAcceleration) is LargestAcceleration
     yield
-    registry._merits.clear()
-    registry._merits.update(before)
+    registry._metrics.clear()
+    registry._metrics.update(before)
 
 
 def largest(run: ab_sim.Trajectory) -> float:
@@ -71,7 +71,7 @@ def test_it_is_in_reports_and_tables(tmp_path: Path) -> None:
     said = CliRunner().invoke(app, ["report", str(file), "--json", str(tmp_path / "s.json")])
     assert said.exit_code == 0 and "largest a [m/s^2]" in said.output, said.output
     (judged,) = json.loads((tmp_path / "s.json").read_text())["runs"]
-    assert judged["merits"][KEY] == pytest.approx(report[KEY], rel=1e-12)
+    assert judged["metrics"][KEY] == pytest.approx(report[KEY], rel=1e-12)
 
 
 def test_it_is_in_the_table_of_the_documentation(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -79,7 +79,7 @@ def test_it_is_in_the_table_of_the_documentation(monkeypatch: pytest.MonkeyPatch
     # As docs/conf.py has it: its modules import each other.
     monkeypatch.syspath_prepend(Path(__file__).parents[2] / "docs" / "extensions")
     from_code = importlib.import_module("from_code")
-    lines = list(from_code.merits())
+    lines = list(from_code.metrics())
     assert (
         f"| `{KEY}` | m/s^2 | smaller | sweep, tune, robust | the deck's, in the end "
         "| `max hypot(x'', y'')` |" in lines
@@ -88,7 +88,7 @@ def test_it_is_in_the_table_of_the_documentation(monkeypatch: pytest.MonkeyPatch
 
 
 def test_it_is_listed_with_all_that_is_said_of_it() -> None:
-    said = CliRunner().invoke(app, ["merits", KEY, "--json"])
+    said = CliRunner().invoke(app, ["metrics", KEY, "--json"])
     assert json.loads(said.output) == [
         {
             "name": KEY,
@@ -106,7 +106,7 @@ def test_drives_of_a_batch_are_sorted_by_its_key() -> None:
     scene = ab_sim.load_scene("thesis-hold", ["duration=0.1"])
     variations = [{"rotor.eccentricity": e} for e in (2e-4, 5e-5, 1e-4)]
     runs = ab_sim.simulate_batch(scene, variations, every=2).runs
-    found = [merits_of(run.trajectory, run.scene, [KEY])[KEY] for run in runs]
+    found = [metrics_of(run.trajectory, run.scene, [KEY])[KEY] for run in runs]
     assert found == [largest(run.trajectory) for run in runs]
     assert np.argsort(found).tolist() == [1, 2, 0]
 
@@ -119,35 +119,35 @@ def test_it_is_found_piece_by_piece(size: int, scene: Any) -> None:
         for first in range(0, len(run), size):
             yield ab_sim.Trajectory(run.channels, run.samples[first : first + size])
 
-    assert merits_of_pieces(pieces, len(run), scene())[KEY] == largest(run)
+    assert metrics_of_pieces(pieces, len(run), scene())[KEY] == largest(run)
 
 
 def test_only_what_is_asked_for_is_computed(scene: Any) -> None:
     run = made(balls=2, step=1e-2, x=lambda t: 1e-4 * t)
-    merits = merits_of(run, scene(), ["in_band_from", KEY])
-    assert list(merits.report()) == ["in_band_from", KEY]
-    assert merits["in_band_from"] == merits_of(run, scene()).in_band_from
+    metrics = metrics_of(run, scene(), ["in_band_from", KEY])
+    assert list(metrics.report()) == ["in_band_from", KEY]
+    assert metrics["in_band_from"] == metrics_of(run, scene()).in_band_from
     with pytest.raises(ab_sim.InputError, match="'peak_time': this run was not judged by it"):
-        merits.of(Merits.peak_time)
+        metrics.of(Metrics.peak_time)
     assert (passes_of([KEY]), passes_of(["in_band_from"]), passes_of()) == (1, 2, 2)
 
 
-def test_what_is_no_merit_names_the_nearest(scene: Any) -> None:
+def test_what_is_no_metric_names_the_nearest(scene: Any) -> None:
     run = made(balls=2)
     with pytest.raises(
         ab_sim.InputError, match="'peak_wirl_over_e'.*did you mean 'peak_whirl_over_e'"
     ):
-        merits_of(run, scene(), ["peak_wirl_over_e"])
+        metrics_of(run, scene(), ["peak_wirl_over_e"])
     with pytest.raises(ab_sim.InputError, match="'residual'"):
-        merits_of(run, scene())["residual"]
+        metrics_of(run, scene())["residual"]
     with pytest.raises(ValueError, match="registered twice"):
-        ab_sim.register_merit("peak_time", meaning="taken")(LargestAcceleration)
+        ab_sim.register_metric("peak_time", meaning="taken")(LargestAcceleration)
     with pytest.raises(ab_sim.InputError, match="better = 'less': must be one of smaller, larger"):
-        ab_sim.register_merit("mine", meaning="mine", better="less")
+        ab_sim.register_metric("mine", meaning="mine", better="less")
 
 
 def test_a_length_may_be_in_eccentricities(scene: Any) -> None:
-    @ab_sim.register_merit("first_whirl_over_e", unit="e", meaning="the first whirl")
+    @ab_sim.register_metric("first_whirl_over_e", unit="e", meaning="the first whirl")
     class FirstWhirl:
         def __init__(self, scene: Scene, samples: int) -> None:
             self.whirl: float | None = None
@@ -159,5 +159,5 @@ def test_a_length_may_be_in_eccentricities(scene: Any) -> None:
             return self.whirl
 
     run = made(balls=2, x=lambda t: 3e-4 - t)
-    assert merits_of(run, scene())["first_whirl_over_e"] == pytest.approx(3.0)
-    assert merits_of(run, scene(rotor={"eccentricity": 0.0}))["first_whirl_over_e"] is None
+    assert metrics_of(run, scene())["first_whirl_over_e"] == pytest.approx(3.0)
+    assert metrics_of(run, scene(rotor={"eccentricity": 0.0}))["first_whirl_over_e"] is None

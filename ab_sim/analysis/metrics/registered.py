@@ -3,15 +3,15 @@
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
-from ab_sim.analysis.merits.judging import JudgedRuns, Piece
-from ab_sim.analysis.merits.merit import Better, Merit, MeritValues, Row, WhirlScale, register
-from ab_sim.analysis.merits.wording import number_text
+from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Row, WhirlScale, register
+from ab_sim.analysis.metrics.wording import number_text
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
 
-class OwnMerit(Protocol):
+class OwnMetric(Protocol):
     """Accumulator of a user-defined metric, created for each run; may have a text ``equation``."""
 
     def __init__(self, scene: Scene, samples: int) -> None:
@@ -24,10 +24,10 @@ class OwnMerit(Protocol):
         """Return the value after the last sample in SI units; None if it is undefined."""
 
 
-Own = TypeVar("Own", bound=OwnMerit)
+Own = TypeVar("Own", bound=OwnMetric)
 
 
-def register_merit(
+def register_metric(
     key: str,
     *,
     meaning: str,
@@ -38,12 +38,12 @@ def register_merit(
 ) -> Callable[[type[Own]], type[Own]]:
     """Return a class decorator that registers a metric of runs, in this process.
 
-    It stands in ``ab-sim merits``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
-    report``, and in ``merits`` of results. The class is created for each run, with the scene and
+    It stands in ``ab-sim metrics``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
+    report``, and in ``metrics`` of results. The class is created for each run, with the scene and
     how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
     other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
     None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
-    the merit.
+    the metric.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def register_merit(
     Examples
     --------
     >>> import ab_sim
-    >>> @ab_sim.register_merit("mean_speed", unit="rad/s", meaning="mean speed of the spindle")
+    >>> @ab_sim.register_metric("mean_speed", unit="rad/s", meaning="mean speed of the spindle")
     ... class MeanSpeed:
     ...     def __init__(self, scene, samples):
     ...         self.sum, self.samples = 0.0, samples
@@ -88,7 +88,7 @@ def register_merit(
     ...     def value(self):
     ...         return float(self.sum / self.samples)
     >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
-    >>> round(run.merits["mean_speed"], 3), "mean_speed" in run.report()
+    >>> round(run.metrics["mean_speed"], 3), "mean_speed" in run.report()
     (2.0, True)
     """
     if better not in {each.value for each in Better}:
@@ -96,8 +96,8 @@ def register_merit(
             f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"
         )
 
-    def text(merits: MeritValues, scale: WhirlScale) -> str:
-        value = merits[key]
+    def text(metrics: MetricValues, scale: WhirlScale) -> str:
+        value = metrics[key]
         assert value is None or isinstance(value, int | float)
         return number_text(value)
 
@@ -106,7 +106,7 @@ def register_merit(
         row = Row(head if unit == "1" else f"{head} [{unit}]", text)
         watch, equation = _watch_of(kind, last_stretch), str(getattr(kind, "equation", ""))
         register(
-            Merit[float | None](
+            Metric[float | None](
                 key,
                 unit,
                 meaning,
@@ -122,7 +122,7 @@ def register_merit(
     return add
 
 
-def _watch_of(kind: type[OwnMerit], last_stretch: bool) -> type[Any]:
+def _watch_of(kind: type[OwnMetric], last_stretch: bool) -> type[Any]:
     class OwnWatch:
         def __init__(self, runs: JudgedRuns) -> None:
             count = runs.last if last_stretch else runs.samples

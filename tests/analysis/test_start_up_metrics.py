@@ -1,4 +1,4 @@
-"""Merits of the spindle: how long a start-up takes, its motor's torque, balls that slip."""
+"""Metrics of the spindle: how long a start-up takes, its motor's torque, balls that slip."""
 
 import math
 from collections.abc import Callable
@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis import merits_of, merits_of_pieces, run_scene
-from ab_sim.analysis.merits import passes_of
+from ab_sim.analysis import metrics_of, metrics_of_pieces, run_scene
+from ab_sim.analysis.metrics import passes_of
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import Scene, load_scene
@@ -58,8 +58,8 @@ def test_a_start_up_counts_from_where_the_command_begins_to_change(
     scene: Any, size: int, course: dict[str, float], in_band: float | None, ready: float | None
 ) -> None:
     run = started(**course)
-    merits = merits_of_pieces(in_pieces(run, size), len(run), scene(), START_UP)
-    found = merits.in_band_after_start, merits.start_up_time
+    metrics = metrics_of_pieces(in_pieces(run, size), len(run), scene(), START_UP)
+    found = metrics.in_band_after_start, metrics.start_up_time
     for value, expected in zip(found, (in_band, ready), strict=True):
         assert value == (None if expected is None else pytest.approx(expected, abs=1e-9))
 
@@ -72,10 +72,10 @@ def test_a_command_that_jumps_is_followed_by_the_servo(scene: Any) -> None:
     waited = [drive.present(), drive.advance(1000)]
     drive.command(200.0)
     run = Trajectory.join([*waited, drive.advance(20000)])
-    merits = merits_of(run, drive.scene, [*START_UP, "in_band_from"])
+    metrics = metrics_of(run, drive.scene, [*START_UP, "in_band_from"])
     reached = run["time"][np.argmax(run["speed"] >= 198.0)]
-    assert merits.in_band_from is not None and merits.in_band_from > reached
-    assert merits.start_up_time == pytest.approx(merits.in_band_from - 1.0, abs=1.5e-3)
+    assert metrics.in_band_from is not None and metrics.in_band_from > reached
+    assert metrics.start_up_time == pytest.approx(metrics.in_band_from - 1.0, abs=1.5e-3)
 
 
 @pytest.mark.parametrize("name", ["balanced-start-up", "couple-unbalance"])
@@ -92,23 +92,23 @@ def test_start_up_time_of_runs_at_other_steps(name: str) -> None:
         band = max(0.1 * final, own / run.scene.total_mass)
         good = (np.abs(whirl - final) <= band) & (path["speed"] > 0.99 * target)
         expected = path["time"][len(good) - np.argmin(good[::-1])]
-        assert run.merits.start_up_time == pytest.approx(expected, abs=2e-3)
-        found.append(run.merits.start_up_time)
+        assert run.metrics.start_up_time == pytest.approx(expected, abs=2e-3)
+        found.append(run.metrics.start_up_time)
     assert found[0] == pytest.approx(found[1], abs=0.02)
 
 
 def test_a_motor_that_is_caught_never_has_its_speed() -> None:
-    caught = run_scene(load_scene("weak-motor")).merits
+    caught = run_scene(load_scene("weak-motor")).metrics
     assert caught.start_up_time is None and caught.peak_motor_torque == pytest.approx(
         4.4e-4, rel=0.1
     )
     through = run_scene(
         load_scene("weak-motor", ["effects.motor.torque_limit=1.5e-3", "duration=16"])
     )
-    assert through.merits.start_up_time is not None
+    assert through.metrics.start_up_time is not None
     path = through.trajectory
     last = np.flatnonzero(np.abs(path["speed"] - 200.0) > 2.0)[-1]
-    assert through.merits.start_up_time >= path["time"][last + 1]
+    assert through.metrics.start_up_time >= path["time"][last + 1]
 
 
 @pytest.mark.parametrize(
@@ -125,7 +125,7 @@ def test_a_motor_that_is_caught_never_has_its_speed() -> None:
 def test_the_settling_period_counts_from_the_critical_speed_without_a_period(
     scene: Any, changes: dict[str, Any], begins: float | None
 ) -> None:
-    found = merits_of(falling(5.0), scene(**changes), ["settling_period"]).settling_period
+    found = metrics_of(falling(5.0), scene(**changes), ["settling_period"]).settling_period
     assert found == (None if begins is None else pytest.approx(5.0 - begins, abs=1e-9))
 
 
@@ -137,10 +137,10 @@ def test_the_settling_period_counts_from_the_variable_speed_period(
     scene: Any, with_hold: Any, period: dict[str, float], begins: float
 ) -> None:
     held = scene(profile=with_hold(duration=0.5, **period))
-    found = merits_of(falling(5.0), held, ["settling_period", "first_passage_of_opposite"])
+    found = metrics_of(falling(5.0), held, ["settling_period", "first_passage_of_opposite"])
     assert found.settling_period == pytest.approx(5.0 - begins, abs=1e-9)
     assert found.first_passage_of_opposite == pytest.approx(5.0, abs=1e-9)
-    assert merits_of(made(balls=2), held).settling_period is None, "they never are there"
+    assert metrics_of(made(balls=2), held).settling_period is None, "they never are there"
 
 
 def falling(at: float) -> Trajectory:
@@ -159,10 +159,10 @@ def test_the_thesis_settles_as_its_page_says() -> None:
     """Section 4.4, figure 4.7: 0.86 s printed, ours some hundredths later."""
     run = run_scene(load_scene("thesis-hold"))
     passed = np.all(run.trajectory.ball_angles <= -math.pi, axis=1)
-    assert run.merits.settling_period == pytest.approx(
+    assert run.metrics.settling_period == pytest.approx(
         run.trajectory["time"][np.argmax(passed)] - 2.5, abs=1.1e-3
     )
-    assert 0.86 < run.merits.settling_period < 0.89
+    assert 0.86 < run.metrics.settling_period < 0.89
 
 
 def in_space() -> Scene:
@@ -179,7 +179,7 @@ def test_the_torque_is_what_the_motors_own_law_gives(scene_: Scene) -> None:
     """At the peak, from command, speed and what has been integrated of their difference."""
     run = run_scene(scene_)
     path, motor = run.trajectory, run.scene.effects["motor"]
-    most = run.merits.peak_motor_torque
+    most = run.metrics.peak_motor_torque
     assert most == pytest.approx(np.abs(path["motor_torque"]).max(), rel=1e-15)
     at = int(np.argmax(np.abs(path["motor_torque"])))
     error = path["command"] - path["speed"]
@@ -193,7 +193,7 @@ def test_the_torque_is_what_the_motors_own_law_gives(scene_: Scene) -> None:
 
 
 def test_without_a_motor_there_is_no_torque(scene: Any) -> None:
-    assert merits_of(made(balls=2), scene()).peak_motor_torque is None
+    assert metrics_of(made(balls=2), scene()).peak_motor_torque is None
 
 
 @pytest.mark.parametrize("name", ["thesis-hold", "couple-unbalance"])
@@ -204,19 +204,19 @@ def test_slipped_turns_add_up_rates(name: str) -> None:
     rates, time = path.ball_rates, path["time"]
     turned = np.sum(0.5 * (rates[1:] + rates[:-1]) * np.diff(time)[:, None], axis=0)
     turns = np.abs(turned) / (2 * math.pi)
-    merits = run.merits
-    assert merits.slipped_turns_max == pytest.approx(turns.max(), rel=2e-3)
-    assert merits.slipped_turns_total == pytest.approx(turns.sum(), rel=2e-3)
+    metrics = run.metrics
+    assert metrics.slipped_turns_max == pytest.approx(turns.max(), rel=2e-3)
+    assert metrics.slipped_turns_total == pytest.approx(turns.sum(), rel=2e-3)
     keys = ["slipped_turns_max", "slipped_turns_total"]
     few = Trajectory(path.channels, path.samples[:: len(path) - 1])
-    assert merits_of(few, run.scene, keys).values == {key: merits.values[key] for key in keys}
+    assert metrics_of(few, run.scene, keys).values == {key: metrics.values[key] for key in keys}
 
 
 def test_without_balls_nothing_slips(scene: Any) -> None:
     none = scene(balls={"count": 0, "mass": None, "radius": None}, effects={"ball_spin": None})
-    merits = merits_of(made(balls=0), none)
-    assert merits.slipped_turns_max is None and merits.slipped_turns_total is None
-    assert merits.balls_circulate is None
+    metrics = metrics_of(made(balls=0), none)
+    assert metrics.slipped_turns_max is None and metrics.slipped_turns_total is None
+    assert metrics.balls_circulate is None
 
 
 def test_what_is_concluded_takes_no_pass_of_its_own() -> None:
