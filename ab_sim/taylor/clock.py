@@ -40,9 +40,9 @@ START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
 AIM, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
 SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
 SAID = 4
-"""Number of lines of ``said``: 1 if a run was within its bounds at all samples, else 0; number of
-steps for which it was; number of runs with a sample due; number of runs with samples left in their
-ranges. The last two are equal for all runs."""
+"""Number of lines of ``said``. They are: 1 if a run was within its bounds at all samples, else 0;
+number of steps for which it was; number of runs with a sample due; number of runs with samples left
+in their ranges. The last two are equal for all runs."""
 
 
 class ClockLines:
