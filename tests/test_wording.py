@@ -9,7 +9,7 @@ import yaml
 
 ROOT = Path(__file__).parents[1]
 LIST = yaml.safe_load((ROOT / "tests" / "words.yaml").read_text(encoding="utf-8"))
-WORDS = re.compile(rf"\b({'|'.join(LIST['words'])})\b", re.IGNORECASE)
+WORDS = re.compile(rf"\b({'|'.join(f'{word}|{word.capitalize()}' for word in LIST['words'])})\b")
 OPENINGS = re.compile(rf"({'|'.join(LIST['openings'])})\b")
 TO_GO = ROOT / "ab_sim" / "collocation"
 """Package that another method replaces."""

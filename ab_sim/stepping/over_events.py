@@ -44,7 +44,7 @@ class LanesOverEvents(NamedTuple):
 
     lanes: LaneRuns
     has_contact: bool
-    """Whether balls can touch. Neighbours differ between runs, so each run is then tested alone."""
+    """True if balls can touch. Neighbours differ between runs, so each run is then tested alone."""
     watch: int
     """Function watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
     seen: Table

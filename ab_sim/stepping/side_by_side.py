@@ -102,7 +102,7 @@ class LaneSamples(NamedTuple):
 
 
 def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -> None:
-    """Take the steps of a plan with eight runs without events; record every ``runs.every``-th.
+    """Take the steps of a plan with eight runs without events; record every ``every``-th.
 
     Args:
         runs: runs; state and turns are those after the last step at the end.
@@ -164,7 +164,7 @@ def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> flo
 def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> bool:
     """Record the sample after a row's k-th step if it is due; return whether it was.
 
-    A sample is due at the end of every ``runs.every``-th whole step. Recording also computes the
+    A sample is due at the end of every ``every``-th whole step. Recording also computes the
     slopes, so that the caller need not.
     """
     if plan.rows[s, FINISHES] == 0:

@@ -15,7 +15,7 @@ class MeasuredMethod(Protocol):
 
     name: str
     peer: bool
-    """Whether the method is another package's."""
+    """True if the method is another package's."""
     step: float | None
     """Step [s]; None for methods that choose it."""
     tolerance: float | None

@@ -51,7 +51,7 @@ class SettingCost(NamedTuple):
 
     method: str
     peer: bool
-    """Whether the method is another package's."""
+    """True if the method is another package's."""
     step: float | None
     """Step [s]; None for methods that choose their steps by a tolerance."""
     tolerance: float | None
@@ -127,7 +127,7 @@ class AccuracyCost(Presented):
 
     @property
     def independent(self) -> bool:
-        """Whether the reference shares only the equations with the methods it judges."""
+        """True if the reference shares only the equations with the methods it judges."""
         return self.reference_shares == EQUATIONS
 
     def by_error(self) -> list[SettingCost]:
