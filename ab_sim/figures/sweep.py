@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -192,24 +193,32 @@ def _is_log(values: np.ndarray) -> bool:
 
 
 def _mark_balanced(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    size = min(4.0, max(1.0, 80.0 / math.sqrt(len(y))))
-    for outcome, face in BALANCES.items():
+    for outcome in BALANCES:
         chosen = found[OUTCOME] == outcome
-        axes.plot(x[chosen], y[chosen], ls="", marker="o", ms=size, mfc=face, mec="black", mew=0.6)
+        axes.plot(x[chosen], y[chosen], ms=_size(y), mew=0.6, **_style(outcome))
 
 
 def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Mark runs that did not settle; those without a value are lines across the panel."""
-    size = min(4.0, max(1.0, 80.0 / math.sqrt(len(y))))
-    for outcome, (marker, colour) in MARKS.items():
+    for outcome, (_, colour) in MARKS.items():
         chosen = found[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
-        face = "none" if marker == "o" else colour
-        axes.plot(
-            x[valued], y[valued], ls="", marker=marker, ms=size, mfc=face, mec=colour, zorder=3
-        )
+        axes.plot(x[valued], y[valued], ms=_size(y), zorder=3, **_style(outcome))
         for place in x[chosen & ~np.isfinite(y)]:
             axes.axvline(place, color=colour, lw=1.0, alpha=0.35, zorder=0)
+
+
+def _size(places: np.ndarray) -> float:
+    """Return the size of markers for that many runs [pt]."""
+    return min(4.0, max(1.0, 80.0 / math.sqrt(len(places))))
+
+
+def _style(outcome: str) -> dict[str, Any]:
+    """Return the style of the marker of an outcome in ``MARKS`` or ``BALANCES``."""
+    if outcome in BALANCES:
+        return {"ls": "", "marker": "o", "mfc": BALANCES[outcome], "mec": "black"}
+    marker, colour = MARKS[outcome]
+    return {"ls": "", "marker": marker, "mfc": "none" if marker == "o" else colour, "mec": colour}
 
 
 def _mark_best(found: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
@@ -232,13 +241,8 @@ def _legend(found: Sweep, dots: bool = False) -> list[Line2D]:
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
     for outcome, count in found.outcomes.items():
         label = f"{outcome}: {count}"
-        if outcome in MARKS:
-            marker, colour = MARKS[outcome]
-            face = "none" if marker == "o" else colour
-            handles.append(Line2D([], [], ls="", marker=marker, mfc=face, mec=colour, label=label))
-        elif dots and outcome in BALANCES:
-            face = BALANCES[outcome]
-            handles.append(Line2D([], [], ls="", marker="o", mfc=face, mec="black", label=label))
+        if outcome in MARKS or (dots and outcome in BALANCES):
+            handles.append(Line2D([], [], label=label, **_style(outcome)))
         elif dots:
             handles.append(Line2D([], [], ls="", label=f"no mark: {label}"))
         else:
