@@ -12,7 +12,7 @@ from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import Array, plotted_columns
-from ab_sim.recording.signals import FinalRms
+from ab_sim.recording.signals import Final, FinalRms
 from ab_sim.recording.spindle_phase import SpindlePhase
 from ab_sim.recording.vibration import VibrationCurves
 from ab_sim.recording.windows import FrameRate
@@ -81,10 +81,15 @@ class Pictures:
         curves = plotted_columns(drawing.curves.of_frames(run, alone))
         yield FRAMES, thin, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
 
-    def final_whirl(self) -> tuple[float, float | None] | None:
-        """Return the r.m.s. whirl over the last `LAST` of the run [m], with and without balls."""
-        final = self._final.value
-        return None if final is None else (final, self._final_alone.value)
+    @property
+    def final_whirl(self) -> Final | None:
+        """Final whirl [m]."""
+        return self._final.value
+
+    @property
+    def final_whirl_without_balls(self) -> Final | None:
+        """Final whirl of the drive without balls [m]; None if unknown."""
+        return self._final_alone.value
 
     def _selected(self, rows: Array) -> Array:
         """Return the columns that pictures use."""

@@ -69,7 +69,9 @@ class DriveView:
         return blueprint(self._drawing, self._channels, scalars, live=live)
 
     def _about(self) -> tuple[str, Any]:
-        text = legend_text(self._drawing, self._pictures.final_whirl())
+        pictures = self._pictures
+        final, alone = pictures.final_whirl, pictures.final_whirl_without_balls
+        text = legend_text(self._drawing, final, alone)
         return "/about", rr.TextDocument(text, media_type="text/markdown")
 
 

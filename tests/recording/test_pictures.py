@@ -11,6 +11,8 @@ from rerun.chunk import RrdReader
 from scipy.signal import periodogram
 
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.conventions import last_stretch
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
@@ -19,6 +21,7 @@ from ab_sim.recording import SHOWN_PERIOD, Recording, read_recording
 from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.layout import SAMPLES
 from ab_sim.recording.pictures import PERIOD
+from ab_sim.recording.signals import FinalRms
 from ab_sim.recording.spindle_phase import PERIOD as VARIABLE
 from ab_sim.recording.vibration import SIZES
 from ab_sim.scene import Scene, load_scene
@@ -332,3 +335,14 @@ def test_a_batch_for_a_viewer_is_four_messages(
     assert rarely.keys() >= {SIZES, "/run/real_time_factor"}
     # in the first batch and at the end, and a spectrum's axis
     assert max(rarely.values()) <= 3
+
+
+def test_the_final_whirl_is_the_metric(scene: Scene, run: Trajectory) -> None:
+    final = FinalRms()
+    for block in np.array_split(run.samples, 7):
+        piece = Trajectory(run.channels, block)
+        final.take(piece["time"], piece.whirl)
+    value = final.value
+    assert value is not None
+    assert value.rms == pytest.approx(metrics_of(run, scene).final_whirl, rel=1e-12)
+    assert (value.begin, value.end) == (run["time"][-last_stretch(len(run))], run["time"][-1])
