@@ -15,13 +15,13 @@ from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.run import ImplicitWork, Run
 from ab_sim.events.run_arrays import balls_of, workspace
-from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.steppers.collocation import CollocationParameters
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.integrate.steppers.taylor import TaylorParameters
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
+from ab_sim.kernels.runge_kutta import EMITTED
 from ab_sim.kernels.tangent import lanes_for, tangent_address
 from ab_sim.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.stepping.fixed_step import advance
@@ -119,7 +119,8 @@ class Steps:
     def _run(self, code: Code) -> Run:
         # A stepper that cannot cut its steps at events leaves those steps to another one.
         weights = (self._stepper.over_events or self._stepper).weights
-        step = code.step(*weights) if isinstance(weights, Tableau) else NOWHERE
+        parts = 1 if self._by_collocation is not None else self._stepper.parts
+        step = code.step(weights, parts=parts) if isinstance(weights, EMITTED) else NOWHERE
         own = self._balls, self.work, self._system, code, step, self._step, self.state
         run = run_with(*own)
         if isinstance(weights, Alpha):

@@ -64,6 +64,12 @@ class Emission:
             accelerations = self.roots["accelerations"]
             self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
+    def implicit_slope(self) -> list[Expression]:
+        """Rates of change, with the drag at the speed that it leads to after the time ``ahead``."""
+        at, ahead = self.model.motion(), self.model.graph.input("ahead", Level.TIME)
+        slope = self.model.slope(at, self.model.evaluated(at, ahead))
+        return self.lowered({"slope": slope})["slope"]
+
     @property
     def states(self) -> int:
         """How many numbers a state has."""
