@@ -34,8 +34,8 @@ def simulate_batch(
 
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, are computed
     eight side by side with vector instructions. A run with an event in a step (friction, contact, a
-    motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``,
-    ``collocation``) are computed one by one. All results are bit-identical to those of a Drive.
+    motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``) are
+    computed one by one. All results are bit-identical to those of a Drive.
 
     Args:
         scene: common scene of the runs; a requested accuracy is resolved with it, without

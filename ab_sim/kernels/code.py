@@ -96,7 +96,7 @@ class Code:
 
 
 KINDS = 16
-"""Of scenes whose code is remembered, 0.7 MB each, 3 with collocation's."""
+"""Of scenes whose code is remembered, 0.7 MB each."""
 _codes: OrderedDict[Any, Code] = OrderedDict()
 """The latest last."""
 _lock = threading.Lock()
