@@ -116,6 +116,7 @@ def child(name: str, stepper: str, reference: Any = None) -> dict[str, Any]:
 
 
 def main() -> None:
+    """Measure, and write what was found."""
     if "--one" in sys.argv:
         name, stepper = json.loads(sys.argv[-1])
         given = json.load(sys.stdin)
@@ -133,7 +134,7 @@ def main() -> None:
             rows.append(row)
             console.print(json.dumps(row))
     found = {"conditions": conditions(), "runs": RUNS, "rows": rows}
-    write_json(Path(given.out) / "stepper-table.json", found)
+    write_json(found, str(given.out / "stepper-table.json"))
 
 
 if __name__ == "__main__":
