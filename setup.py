@@ -69,7 +69,9 @@ setup(
         "matplotlib>=3.9",  # 3.9 is the first for numpy 2
         "numpy>=2",
         "pint>=0.24.4",
+        "platformdirs>=4",
         "plotly>=6",
+        "psutil>=5.9",
         "pyarrow>=22",  # quoting_header of CSV files
         "pydantic>=2.10",
         "PyYAML>=6",
@@ -97,7 +99,7 @@ setup(
         "cluster": CLUSTER,
         # What the accuracy study is compared with, which its tests need, too; and what only
         # benchmarks are compared with.
-        "peers": [*PEERS, "casadi", "heyoka; python_version >= '3.11'", "symengine"],
+        "peers": [*PEERS, "heyoka; python_version >= '3.11'"],
         "docs": DOCS,
         "dev": [
             *CLUSTER,
@@ -122,6 +124,7 @@ setup(
             "ruff",
             "scipy-stubs; python_version >= '3.11'",
             "types-PyYAML",
+            "types-psutil",
             "xarray; python_version >= '3.11'",  # what sweeps become, where it is there
             "xmlschema",  # says whether an FMU's descriptions fit the schemas of FMI
         ],

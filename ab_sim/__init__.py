@@ -1,9 +1,9 @@
 """ab_sim: an optical disc drive whose spindle carries a ball-type automatic balancer.
 
 This module is the public Python API; each name in ``__all__`` is imported when it is first used.
-All else is private, and may change with any version, but ``ab_sim.results`` (the types of results,
-for annotations) and what own effects are written with: ``cos``, ``sin``, ``sqrt``, ``where`` and
-``total`` of ``ab_sim.tracing``, and the methods that ``ab_sim.equations.effects`` lists.
+Also public are ``ab_sim.results`` (the types of results, for annotations) and the tools for own
+effects: ``cos``, ``sin``, ``sqrt``, ``where`` and ``total`` of ``ab_sim.tracing``, and the methods
+that ``ab_sim.equations.effects`` lists. All else is private, and may change with any version.
 
 Examples
 --------
@@ -15,38 +15,43 @@ Examples
 
 Notes
 -----
-Packages and what each does: docs/explanation/architecture.md. One imports from those below it
-only; ``tests/test_rooms.py`` holds it to that.
+The packages are described in docs/explanation/architecture.md. Each imports only from those below
+it, which ``tests/test_rooms.py`` checks.
 """
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ab_sim import results
+    from ab_sim.analysis.comparison import compare_run
+    from ab_sim.analysis.metrics.of_run import metrics_of
+    from ab_sim.analysis.metrics.registered import register_metric
     from ab_sim.api.c_code import write_c, write_fmu
-    from ab_sim.api.costs import accuracy_cost, compare_recording, effect_cost
-    from ab_sim.api.derivatives import merit_sensitivities, sensitivities
-    from ab_sim.api.design import open_sweep, robust, sweep, tune
+    from ab_sim.api.design import robust, sweep, tune
     from ab_sim.api.extensions import register_effect, register_stepper
     from ab_sim.api.identification import identify
-    from ab_sim.api.maps import basin, stability_map
-    from ab_sim.api.merits import merits_of, register_merit
+    from ab_sim.api.maps import stability_map
     from ab_sim.api.resting import branches, equilibria, floquet, follow_floquet, modes, recovery
     from ab_sim.api.runs import (
-        compare_run,
         resolve_accuracy,
         save_recording,
         simulate,
-        simulate_batch,
     )
     from ab_sim.api.sizing import size
+    from ab_sim.batch.simulate import simulate_batch
+    from ab_sim.design.basin import basin
+    from ab_sim.design.derivatives import metric_sensitivities, sensitivities
+    from ab_sim.design.sweep import open_sweep
     from ab_sim.drive.drive import Drive
     from ab_sim.drive.trajectory import Trajectory
     from ab_sim.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
     from ab_sim.recording import Recording, open_recording
+    from ab_sim.reports.compare import compare_recording
     from ab_sim.scene.load import load_scene
     from ab_sim.scene.model import Scene
     from ab_sim.scene_files import scene_names
+    from ab_sim.studies.accuracy_cost import accuracy_cost
+    from ab_sim.studies.effect_cost import effect_cost
 
 __version__ = "0.1.0"
 
@@ -72,14 +77,14 @@ __all__ = [
     "follow_floquet",
     "identify",
     "load_scene",
-    "merit_sensitivities",
-    "merits_of",
+    "metric_sensitivities",
+    "metrics_of",
     "modes",
     "open_recording",
     "open_sweep",
     "recovery",
     "register_effect",
-    "register_merit",
+    "register_metric",
     "register_stepper",
     "resolve_accuracy",
     "results",
@@ -97,33 +102,38 @@ __all__ = [
     "write_fmu",
 ]
 
-# No name of it but `results` may be that of a module beside this one: importing that module would
-# put it in the name's place (`ab_sim.accuracy` is a package). A test looks.
+# Except `results`, no name may equal that of a module in this package: importing that module would
+# replace the public name (`ab_sim.accuracy` is a package). A test checks this.
 _MODULES = {
+    "analysis.comparison": ("compare_run",),
+    "analysis.metrics.of_run": ("metrics_of",),
+    "analysis.metrics.registered": ("register_metric",),
     "api.c_code": ("write_c", "write_fmu"),
-    "api.costs": ("accuracy_cost", "compare_recording", "effect_cost"),
-    "api.derivatives": ("merit_sensitivities", "sensitivities"),
-    "api.design": ("open_sweep", "robust", "sweep", "tune"),
+    "api.design": ("robust", "sweep", "tune"),
     "api.identification": ("identify",),
     "api.extensions": ("register_effect", "register_stepper"),
-    "api.maps": ("basin", "stability_map"),
-    "api.merits": ("merits_of", "register_merit"),
+    "api.maps": ("stability_map",),
     "api.resting": ("branches", "equilibria", "floquet", "follow_floquet", "modes", "recovery"),
     "api.runs": (
-        "compare_run",
         "resolve_accuracy",
         "save_recording",
         "simulate",
-        "simulate_batch",
     ),
     "api.sizing": ("size",),
+    "batch.simulate": ("simulate_batch",),
+    "design.basin": ("basin",),
+    "design.derivatives": ("metric_sensitivities", "sensitivities"),
+    "design.sweep": ("open_sweep",),
     "drive.drive": ("Drive",),
     "drive.trajectory": ("Trajectory",),
     "errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),
     "recording": ("Recording", "open_recording"),
+    "reports.compare": ("compare_recording",),
     "scene.load": ("load_scene",),
     "scene.model": ("Scene",),
     "scene_files": ("scene_names",),
+    "studies.accuracy_cost": ("accuracy_cost",),
+    "studies.effect_cost": ("effect_cost",),
 }
 """Module of each public name."""
 
@@ -137,7 +147,7 @@ if not TYPE_CHECKING:
         for module, names in _MODULES.items():
             if name in names:
                 found = getattr(import_module(f"ab_sim.{module}"), name)
-                globals()[name] = found  # asked for once only
+                globals()[name] = found  # so that this is called only once
                 return found
         if name.startswith("__"):
             raise AttributeError(f"module 'ab_sim' has no attribute {name!r}")

@@ -1,23 +1,23 @@
 """Folder of results that are kept between runs, which no other user can change."""
 
-import grp
 import os
-import pwd
 import stat
 import tempfile
 from pathlib import Path
+
+import platformdirs
 
 
 def cache_folder() -> Path | None:
     """Return the folder of results, created if missing; None if there is no safe place.
 
-    It is below ``$XDG_CACHE_HOME``, else ``~/.cache``; below the system's folder for temporary
-    files if another user could write there.
+    It is in the user's folder for caches (Linux: ``$XDG_CACHE_HOME``, else ``~/.cache``); in the
+    system's folder for temporary files if another user could write there.
     """
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.expanduser("~/.cache")
-    for base in (Path(home), Path(tempfile.gettempdir(), f"cache-{os.getuid()}")):
+    home = platformdirs.user_cache_path("ab_sim", appauthor=False)
+    for base in (home, *_among_temporary_files()):
         try:
-            folder = base.joinpath("ab_sim", "results").resolve()
+            folder = base.joinpath("results").resolve()
             for part in (*reversed(folder.parents), folder):
                 if not part.exists():
                     part.mkdir(mode=0o700, exist_ok=True)
@@ -28,12 +28,21 @@ def cache_folder() -> Path | None:
     return None
 
 
+def _among_temporary_files() -> list[Path]:
+    """Return a folder of this user's among the temporary files, where users have numbers."""
+    if os.name != "posix":
+        return []
+    return [Path(tempfile.gettempdir(), f"cache-{os.getuid()}", "ab_sim")]
+
+
 def _is_ours_alone(folder: Path) -> bool:
     """Return whether no other user can write there, or replace the folder.
 
     The content of the folder is trusted. Links were resolved before; each part must still be a
-    folder, so no link has replaced one.
+    folder, so no link has replaced one. Windows keeps a user's folder for caches from others.
     """
+    if os.name != "posix":
+        return os.access(folder, os.W_OK)
     me = os.getuid()
     own, *above = [part.lstat() for part in (folder, *folder.parents)]
     return (
@@ -57,6 +66,11 @@ def _others_write(status: os.stat_result) -> bool:
 
 def _is_private(group: int) -> bool:
     """Return whether this is the user's private group, which has no other members."""
+    try:
+        import grp
+        import pwd
+    except ImportError:
+        return False
     try:
         me, members = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
     except KeyError:

@@ -3,7 +3,7 @@
 Python runs signal handlers in the main thread, between two of its own instructions. While LLVM
 compiles, that is seconds too late, and an exception raised there surfaces at an arbitrary place: in
 an import, or in a callback that prints it and continues. So the handlers here do nothing. Python's
-C code writes the signal's number to a pipe, and a thread that reads the pipe acts on it.
+C code writes the signal's number to a socket, and a thread that reads it acts on it.
 """
 
 import contextlib
@@ -11,6 +11,7 @@ import ctypes
 import math
 import os
 import signal
+import socket
 import sys
 import threading
 import time
@@ -23,7 +24,9 @@ SHOW_CURSOR = b"\x1b[?25h"
 ONE_WISH = 1.0
 """Time after the first signal in which further ones count as the same request [s]: Ctrl-C reaches a
 program from its terminal, and again from the launch that started it."""
-KEPT = [signal.SIGINT, signal.SIGHUP]
+_CLOSED = getattr(signal, "SIGHUP", None)
+"""Signal of a closing terminal; Windows has none."""
+KEPT = [number for number in (signal.SIGINT, _CLOSED) if number is not None]
 """Signals that ``kept_from_children`` blocks."""
 _stopping: threading.Event | None = None
 _watching = _leaving = False
@@ -38,14 +41,14 @@ def watch() -> None:
     if _watching:
         return
     _watching = True
-    outlet, inlet = os.pipe()
-    os.set_blocking(inlet, False)
-    signal.set_wakeup_fd(inlet, warn_on_full_buffer=False)
+    outlet, inlet = socket.socketpair()  # Windows writes signals to sockets only
+    inlet.setblocking(False)
+    signal.set_wakeup_fd(inlet.detach(), warn_on_full_buffer=False)
     # Background jobs of a shell ignore SIGINT, but a sender of SIGINT means it. A process that
     # ignores SIGHUP (nohup) is respected.
     numbers = [signal.SIGINT, signal.SIGTERM]
-    if signal.getsignal(signal.SIGHUP) is not signal.SIG_IGN:
-        numbers.append(signal.SIGHUP)
+    if _CLOSED is not None and signal.getsignal(_CLOSED) is not signal.SIG_IGN:
+        numbers.append(_CLOSED)
     for number in numbers:
         signal.signal(number, _leave_to_the_thread)
     thread = threading.Thread(target=_obey, args=(outlet,), name="signals", daemon=True)
@@ -75,6 +78,9 @@ def kept_from_children() -> Iterator[None]:
     process another thread takes the signals, so that none is lost. A signal to such a process waits
     until it calls ``heed``.
     """
+    if not hasattr(signal, "pthread_sigmask"):  # Windows, which has other means
+        yield
+        return
     before = signal.pthread_sigmask(signal.SIG_BLOCK, KEPT)
     try:
         yield
@@ -84,7 +90,8 @@ def kept_from_children() -> Iterator[None]:
 
 def heed() -> None:
     """Accept the signals that ``kept_from_children`` has blocked for this process."""
-    signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
+    if hasattr(signal, "pthread_sigmask"):
+        signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
 
 
 def leave(code: int) -> NoReturn:
@@ -96,7 +103,8 @@ def leave(code: int) -> NoReturn:
     for stream in (sys.stdout, sys.stderr):
         with contextlib.suppress(OSError):  # the reader may have gone
             stream.flush()
-    ctypes.CDLL(None).fflush(None)  # ROS logs through C
+    if os.name == "posix":
+        ctypes.CDLL(None).fflush(None)  # ROS logs through C
     os._exit(code)
 
 
@@ -108,7 +116,7 @@ def leave_at_exit() -> None:
 
 @contextlib.contextmanager
 def left_at_exit() -> Iterator[None]:
-    """End the process at once behind what is within it, if that has called ``leave_at_exit``."""
+    """End the process right after the ``with`` block if that has called ``leave_at_exit``."""
     code = 0
     try:
         yield
@@ -121,7 +129,7 @@ def left_at_exit() -> Iterator[None]:
 
 
 def _exit_code_of(error: BaseException) -> int:
-    """Return the exit code that Python would give, and print what it would print."""
+    """Return the exit code of an error as Python would, and print the same text."""
     if isinstance(error, SystemExit) and isinstance(error.code, int | None):
         return error.code or 0
     if isinstance(error, SystemExit):
@@ -135,10 +143,10 @@ def _leave_to_the_thread(*_: object) -> None:
     pass
 
 
-def _obey(outlet: int) -> None:
+def _obey(outlet: socket.socket) -> None:
     first = -math.inf
     while True:
-        number = os.read(outlet, 1)[0]
+        number = outlet.recv(1)[0]
         if time.monotonic() - first < ONE_WISH:
             continue
         stopping = _stopping

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from pandas import DataFrame
 
 DRAWERS = "ab_sim.figures.result_figures"
-"""Module with a function for each ``_picture`` of a result."""
+"""Module that draws each ``_picture`` of a result."""
 ROWS = 8
 """Largest number of rows of a table in a notebook; the others are counted."""
 
@@ -45,7 +45,7 @@ class Presented:
     """Base class of results that can be displayed; not created by users."""
 
     _picture: ClassVar[str] = ""
-    """Name of the function of ``ab_sim.figures.result_figures`` that draws it."""
+    """Name in ``ab_sim.figures.result_figures.DRAWN``, or ``module:function``."""
     _rows: ClassVar[int] = ROWS
 
     def _facts(self) -> Mapping[str, str]:
@@ -95,15 +95,9 @@ class Presented:
         return data_frame(self._columns())
 
 
-class _Draws(Protocol):
-    def __call__(self, *results: object) -> Figure: ...
-
-
 def drawn(picture: str, *results: object) -> Figure:
-    """Return the figure of a function of ``DRAWERS``, or of another module: ``module:function``."""
-    module, _, name = picture.rpartition(":")
-    draw = cast(_Draws, getattr(import_module(module or DRAWERS), name))
-    return draw(*results)
+    """Return the figure of a result's ``_picture``."""
+    return cast("Figure", import_module(DRAWERS).figure_of(picture, *results))
 
 
 def data_frame(columns: Columns) -> DataFrame:

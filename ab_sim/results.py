@@ -1,7 +1,7 @@
 """The types of results of the calls of ``ab_sim``, and of their parts, for annotations."""
 
 from ab_sim.accuracy import WorkPrecision
-from ab_sim.analysis import Comparison, Merits, OfflineRun
+from ab_sim.analysis import Comparison, Metrics, OfflineRun
 from ab_sim.analysis.equilibria import Equilibria, RestingState
 from ab_sim.analysis.floquet import Followed, Stability
 from ab_sim.analysis.maps.stability import StabilityMap
@@ -9,7 +9,8 @@ from ab_sim.analysis.modes import Mode, NaturalVibration
 from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.batch import Batch
-from ab_sim.design.derivatives import MeritSensitivities, Sensitivities
+from ab_sim.design.basin import Basin
+from ab_sim.design.derivatives import MetricSensitivities, Sensitivities
 from ab_sim.design.sizing.size import Sizing
 from ab_sim.design.spread import Spread
 from ab_sim.design.sweep import Sweep
@@ -19,7 +20,6 @@ from ab_sim.identification.result import Identification
 from ab_sim.recording import StoredRun
 from ab_sim.reports.compare import RecordingComparison
 from ab_sim.studies.accuracy_cost import AccuracyCost
-from ab_sim.studies.basin import Basin
 from ab_sim.studies.effect_cost import EffectCost
 
 __all__ = [
@@ -33,8 +33,8 @@ __all__ = [
     "Equilibria",
     "Followed",
     "Identification",
-    "MeritSensitivities",
-    "Merits",
+    "MetricSensitivities",
+    "Metrics",
     "Mode",
     "Observation",
     "OfflineRun",

@@ -36,7 +36,7 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
 
     Raises:
         NotOfSources: a module has no source file, or the file was changed after this process began
-            and may not be what it has imported.
+            and may differ from the imported version.
     """
     found: dict[str, ModuleSource] = {}
     own = frozenset(module.partition(".")[0] for module in modules)
@@ -164,8 +164,15 @@ def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
 
 @functools.cache
 def _process_start() -> float:
-    """Return the start of the process [s since the epoch], rounded up to a clock tick."""
-    fields = Path("/proc/self/stat").read_text().rpartition(")")[2].split()
+    """Return the start of the process [s since the epoch], rounded up to a clock tick.
+
+    psutil's is up to a second early on Linux: it adds to the time of boot in whole seconds.
+    """
+    if not (status := Path("/proc/self/stat")).exists():
+        import psutil
+
+        return psutil.Process().create_time()
+    fields = status.read_text().rpartition(")")[2].split()
     ticks = os.sysconf("SC_CLK_TCK")
     age = time.clock_gettime(time.CLOCK_BOOTTIME) - (float(fields[19]) + 1.0) / ticks
     return time.time() - age

@@ -12,7 +12,6 @@ from concurrent.futures import Future, ThreadPoolExecutor
 from multiprocessing import resource_tracker
 from multiprocessing.connection import Connection
 from multiprocessing.process import BaseProcess
-from types import TracebackType
 from typing import TypeVar, cast
 
 from ab_sim.errors import AbSimError
@@ -48,8 +47,8 @@ class Workers:
     more than one needs the usual ``if __name__ == "__main__":``.
 
     ``concurrent.futures.ProcessPoolExecutor`` starts processes while it waits for others; if one is
-    killed meanwhile, it fails or hangs. Here each process has a pipe of its own, whose end shows
-    that the process has ended.
+    killed meanwhile, it fails or hangs. Here each process has its own pipe, whose end shows that
+    the process has ended.
 
     Args:
         count: number of processes; 1: no other process.
@@ -64,12 +63,7 @@ class Workers:
     def __enter__(self) -> "Workers":
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         for process in self._processes:
             process.terminate()
         if self._threads is not None:

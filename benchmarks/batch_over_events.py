@@ -2,8 +2,8 @@
 
     python benchmarks/batch_over_events.py [--out docs] [--repeats 7] [--many RUNS]
 
-writes batch-over-events.json. "One by one": a scene, a Drive and its merits for each run;
-"batch": the whole call of `simulate_batch` with the same merits, which are those that a sweep has.
+writes batch-over-events.json. "One by one": a scene, a Drive and its metrics for each run;
+"batch": the whole call of `simulate_batch` with the same metrics, which are those that a sweep has.
 Both in this process, in turns; the ratio is that of each turn. Steps are 1 ms, as the scenes say;
 values are drawn at random. Kernels are made before. Accelerometers are left out: their noise takes
 as long either way.
@@ -28,12 +28,12 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.analysis.merits import merits_of  # noqa: E402
+from ab_sim.analysis.metrics import metrics_of  # noqa: E402
 from ab_sim.batch import Batch, simulate_batch  # noqa: E402
 from ab_sim.batch.prepared_run import steps_of  # noqa: E402
 from ab_sim.batch.variations import each_run, varied_scene  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.design.sweep import DEFAULT_MERITS  # noqa: E402
+from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
@@ -93,14 +93,14 @@ def one_by_one(scene: Scene, columns: Columns) -> int:
     for number, variation in enumerate(each_run(columns)):
         own = varied_scene(scene, variation, number)
         drive = Drive(own)
-        merits_of(drive.advance(steps_of(own)), own, DEFAULT_MERITS).report()
+        metrics_of(drive.advance(steps_of(own)), own, DEFAULT_METRICS).report()
         events += drive.events
     return events
 
 
 def batch(scene: Scene, columns: Columns) -> Batch:
     """Run and judge side by side."""
-    done = simulate_batch(scene, columns, merits=DEFAULT_MERITS)
+    done = simulate_batch(scene, columns, metrics=DEFAULT_METRICS)
     assert not any(done.failures) and done.in_lanes == len(done)
     return done
 
@@ -188,7 +188,7 @@ def main() -> None:
     asked = parser.parse_args()
     report: dict[str, Any] = {
         **conditions(),
-        "merits": DEFAULT_MERITS,
+        "metrics": DEFAULT_METRICS,
         "repeats": asked.repeats,
         "rows": compare(asked.repeats),
     }

@@ -1,17 +1,17 @@
-"""CPU time of many judged runs, from parameters to merits, in that of their kernel alone.
+"""CPU time of many judged runs, from parameters to metrics, in that of their kernel alone.
 
     python benchmarks/batch_overhead.py [--out docs] [--repeats 7] [--runs 10000] [--million]
 
 writes batch-overhead.json. The runs are the thesis' start-up with a hold, two balls, no friction,
 6 s, with values drawn at random for the balls' mass, drag and stiffness. "Whole" is the CPU time of
-a call of `simulate_batch` with the merits that a sweep has, "kernel" what of it goes into taking
+a call of `simulate_batch` with the metrics that a sweep has, "kernel" what of it goes into taking
 steps and writing samples down; their ratio is taken within each call, the kinds of calls in turns.
 
 - arrays: values as an array for each key
 - mappings: values as a mapping for each run
 - own scenes: a key varies that has to be seen to scene by scene, the speed at the start; a tenth
   of the runs
-- samples, too: samples are kept beside merits; a tenth of the runs
+- samples, too: samples are kept beside metrics; a tenth of the runs
 
 ``--million`` runs a million of them once, at 6 ms, whose error is below 1e-6 rad (see
 batch-throughput.json): two processes, half of the runs each.
@@ -34,7 +34,7 @@ from rich.console import Console  # noqa: E402
 
 from ab_sim.batch import Batch, simulate_batch  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.design.sweep import DEFAULT_MERITS  # noqa: E402
+from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
@@ -63,27 +63,27 @@ def drawn(runs: int, seed: int = 1) -> dict[str, np.ndarray]:
 def arrays(scene: Scene, runs: int) -> Callable[[], Batch]:
     """Values as arrays."""
     values = drawn(runs)
-    return lambda: simulate_batch(scene, values, merits=DEFAULT_MERITS)
+    return lambda: simulate_batch(scene, values, metrics=DEFAULT_METRICS)
 
 
 def mappings(scene: Scene, runs: int) -> Callable[[], Batch]:
     """Values as mappings."""
     lists = {key: values.tolist() for key, values in drawn(runs).items()}
     rows = [dict(zip(lists, row, strict=True)) for row in zip(*lists.values(), strict=True)]
-    return lambda: simulate_batch(scene, rows, merits=DEFAULT_MERITS)
+    return lambda: simulate_batch(scene, rows, metrics=DEFAULT_METRICS)
 
 
 def own_scenes(scene: Scene, runs: int) -> Callable[[], Batch]:
     """A key varies that has to be seen to scene by scene."""
     values = drawn(runs // 10)
     values["start.speed"] = np.random.default_rng(2).uniform(0.0, 1.0, runs // 10)
-    return lambda: simulate_batch(scene, values, merits=DEFAULT_MERITS)
+    return lambda: simulate_batch(scene, values, metrics=DEFAULT_METRICS)
 
 
 def with_samples(scene: Scene, runs: int) -> Callable[[], Batch]:
     """Samples are kept, every hundredth."""
     values = drawn(runs // 10)
-    return lambda: simulate_batch(scene, values, every=100, merits=DEFAULT_MERITS, samples=True)
+    return lambda: simulate_batch(scene, values, every=100, metrics=DEFAULT_METRICS, samples=True)
 
 
 KINDS = {
@@ -134,7 +134,7 @@ def part_of_a_million(seed: int) -> tuple[float, float, float, int]:
     """One process' share: CPU time of the call and of the kernel [s], peak memory [B], failures."""
     call = scene_of(STEPS[-1]), drawn(MILLION // PROCESSES, seed)
     begin = time.process_time()
-    batch = simulate_batch(*call, merits=DEFAULT_MERITS)
+    batch = simulate_batch(*call, metrics=DEFAULT_METRICS)
     whole = time.process_time() - begin
     return whole, batch.integration_seconds, peak_memory(), sum(map(bool, batch.failures))
 
@@ -176,7 +176,7 @@ def main() -> None:
         "scene": SCENE,
         "changes": CHANGES,
         "ranges": RANGES,
-        "merits": DEFAULT_MERITS,
+        "metrics": DEFAULT_METRICS,
         "runs": asked.runs,
         "repeats": asked.repeats,
         "goal": GOAL,

@@ -6,66 +6,62 @@ from page_parts import table
 
 
 def knowledge(report: dict[str, Any]) -> list[str]:
-    """Of identification_knowledge.py."""
-    rows = [
-        [each["case"], ", ".join(_short(name) for name in each["fit"]), _unknown(each["unknown"]),
-         f"{each['right']} of {len(each['drives'])}"]
-        for each in report["cases"]
-    ]  # fmt: skip
+    """Return the part on identification_knowledge.py."""
+    unknown: dict[str, list[str]] = {}
+    for each in report["cases"]:
+        unknown.setdefault(_unknown(each["unknown"]), []).append(_plain(each["case"]))
+    known = unknown.pop("-", [])
+    rows = [["; ".join(cases), values] for values, cases in unknown.items()]
     drives = [drive for each in report["cases"] for drive in each["drives"]]
-    missed = sum(len(drive["not_named"]) > 0 for drive in drives)
-    wrong = sum(len(drive["wrongly"]) > 0 for drive in drives)
     right = sum(each["right"] for each in report["cases"])
     return [
         "## What cannot be known",
-        "Written by `python benchmarks/identification_knowledge.py`, from "
-        f"`identification-knowledge.json` of {report['conditions']['date'][:16]} UTC. For each "
-        "case theory says which changes of the numbers leave the recordings as they are; random "
-        "drives are asked as `identify` asks. Right: as many directions as theory has, all numbers "
-        "in them named, and no other.",
-        table(["recorded", "asked for", "cannot be known", "right"], rows),
-        f"{right} of {len(drives)} right: something is not named in {missed}, and something is "
-        f"named wrongly in {wrong}.",
+        "Some recordings do not determine all values. Values joined by *with* can change together "
+        "and leave the recordings as they are.",
+        table(["recorded", "cannot be known"], rows),
+        f"Everything requested can be known from: {'; '.join(known)}.",
+        f"`identify` named the same values as theory for {right} of {len(drives)} random drives "
+        "(`python benchmarks/identification_knowledge.py`, "
+        "[identification-knowledge.json](identification-knowledge.json), "
+        f"{report['conditions']['date'][:10]}).",
     ]  # fmt: skip
 
 
 def faults(report: dict[str, Any]) -> list[str]:
-    """Of identification_faults.py."""
+    """Return the part on identification_faults.py."""
     cases = report["cases"]
-    rows = [
-        [each["fault"] or "none", each["read"], each["outcome"], *_told(each)] for each in cases
-    ]
-    counts = {
-        kind: sum(each["outcome"] == kind for each in cases)
-        for kind in ("identified", "refused", "flagged", "wrong")
-    }
+    rows = [[each["fault"] or "none", each["read"], each["outcome"], _told(each)] for each in cases]
+    wrong = sum(each["outcome"] == "wrong" for each in cases)
     return [
         "## A drive that breaks while it is recorded",
-        "Written by `python benchmarks/identification_faults.py`, from "
-        f"`identification-faults.json` of {report['conditions']['date'][:16]} UTC. Nodes ran as "
-        f"processes, the faults came {report['at']:g} s after the start, and the live recorder's "
-        "recording or bag was identified, which shows the drive as it is; or what the sensors said "
-        "in their messages. The fit also had a sound recording without balls. No note of the "
-        "recorder was needed for what is told here; where it noted a fault, its text and time are "
-        "among the notes.",
-        table(["fault", "read from", "outcome", "verdict", "sign"], rows),
-        ", ".join(f"{kind} {count}" for kind, count in counts.items())
-        + ". Wrong would be a value more than six of its own standard deviations off, and the "
-        "verdict that it fits.",
+        f"Faults were injected {report['at']:g} s after the start of a live drive. A recording or "
+        "bag shows the drive itself; messages show what its sensors report "
+        "(`python benchmarks/identification_faults.py`, "
+        "[identification-faults.json](identification-faults.json), "
+        f"{report['conditions']['date'][:10]}).",
+        table(["fault", "read from", "outcome", "report"], rows),
+        f"{wrong} of {len(cases)} were wrong: a value more than six standard deviations off, and "
+        "the verdict *fits*.",
     ]
 
 
-def _told(case: dict[str, Any]) -> tuple[str, str]:
-    """The verdict, and what is said of the fault itself."""
+def _plain(case: str) -> str:
+    """Return the name of a case for the page."""
+    case = case.replace("the same, ", "with and without balls, ")
+    return case.replace("asked for", "requested").replace("not known", "unknown")
+
+
+def _told(case: dict[str, Any]) -> str:
+    """Return the report's text on the fault, up to its advice."""
     says = [text.partition(": ")[2] if ": " in text else text for text in case["says"]]
     if case["outcome"] == "refused":
-        return "-", says[0]
-    known = ("fits until", "drifts by", "would explain it", "times the fitted ones")
-    signs = [text for text in says if any(word in text for word in known)]
+        return says[0].partition("; ")[0]
     if case["outcome"] == "identified":
         most = max(abs(each) for each in case["deviations_off"].values())
-        return case["verdict"], f"all values within {most:.2g} standard deviations"
-    return case["verdict"], "; ".join(signs) or "none"
+        return f"fits; all values within {most:.2g} standard deviations"
+    known = ("fits until", "drifts by", "would explain it", "times the fitted ones")
+    signs = [text.partition(": ")[0] for text in says if any(word in text for word in known)]
+    return "; ".join(signs) or "none"
 
 
 def _short(key: str) -> str:

@@ -1,6 +1,8 @@
 """A drive with all that runs beside it, each a process of its own; for realtime.py."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 import tempfile
@@ -11,7 +13,6 @@ from typing import Any
 
 import numpy as np
 from heard import Ear, Pace, delays, missing, recovered, spread
-from recorder import cpu, end, resident, start
 
 SCENE, STEP, RATE = "five-balls-8000-rpm", 1e-3, 1000.0
 NODES = ("drive_sim", "profile_controller", "recorder")
@@ -44,6 +45,31 @@ while not ended.wait(max(begin + wakes * period - time.monotonic(), 0.0)):
     wakes += math.floor(late / period) + 1
 np.save(sys.argv[2], np.array(rows))
 """
+
+
+def start(node: str, parameters: dict[str, str]) -> subprocess.Popen[bytes]:
+    """Start a node as a quiet process."""
+    settings = [part for key, value in parameters.items() for part in ("-p", f"{key}:={value}")]
+    command = [sys.executable, "-m", f"ab_sim.nodes.{node}", "--ros-args", *settings]
+    return subprocess.Popen([*command, "--log-level", "warn"])
+
+
+def end(process: subprocess.Popen[bytes]) -> int:
+    """Press Ctrl-C, and return the exit code."""
+    process.send_signal(signal.SIGINT)
+    return process.wait(60.0)
+
+
+def cpu(process: subprocess.Popen[bytes]) -> float:
+    """Return the CPU time of a process without its children [s]."""
+    fields = Path(f"/proc/{process.pid}/stat").read_text().rpartition(")")[2].split()
+    return (int(fields[11]) + int(fields[12])) / os.sysconf("SC_CLK_TCK")
+
+
+def resident(process: subprocess.Popen[bytes]) -> float:
+    """Return the memory of a process [MB]."""
+    pages = int(Path(f"/proc/{process.pid}/statm").read_text().split()[1])
+    return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 
 class Bench:

@@ -3,7 +3,7 @@
 cosmic-ray says what can be changed in a file, one place at a time. Each such mutant is served to a
 process of its own, which runs the tests of its room until one fails. Nothing on disk is changed:
 formulas are traced as they are in the process, and what is translated from its source is read from
-the mutant. docs/mutations.md says what survived, and why.
+the mutant.
 
     .venv/bin/pip install cosmic-ray==8.7.0
     .venv/bin/python benchmarks/mutations.py --json out/mutations.json [ROOM ...]
@@ -29,7 +29,7 @@ from cosmic_ray.ast import ast_nodes, get_ast
 from cosmic_ray.mutating import mutate_code
 from cosmic_ray.plugins import get_operator, operator_names
 
-DECK = "tests/analysis/test_deck.py::test_merits_of_a_deck"
+DECK = "tests/analysis/test_deck.py::test_metrics_of_a_deck"
 ROOMS = {
     "equations": (
         "ab_sim/equations/*.py",
@@ -45,7 +45,7 @@ ROOMS = {
         ],
     ),
     "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),
-    "merits": ("ab_sim/analysis/merits/watches.py", ["tests/analysis/test_merits.py", DECK]),
+    "metrics": ("ab_sim/analysis/metrics/watches.py", ["tests/analysis/test_metrics.py", DECK]),
     "command_path": ("ab_sim/nodes/command_path.py", ["tests/nodes/test_command_path.py"]),
     "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),
     "inbox": ("ab_sim/nodes/inbox.py", ["tests/nodes/test_inbox.py"]),

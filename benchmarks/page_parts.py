@@ -37,8 +37,3 @@ def spread(value: dict[str, float], scale: float = 1.0, digits: int = 3) -> str:
 def error(value: dict[str, Any]) -> str:
     """A bound, where the reference tells no more."""
     return ("at most " if value["at_most"] else "") + f"{value['value']:.1e}"
-
-
-def left_out_list(each: list[dict[str, str]]) -> str:
-    """What was not measured, and why."""
-    return "\n".join(f"- Left out: {one['method']}: {one['reason']}." for one in each)

@@ -1,4 +1,4 @@
-"""What every test may use."""
+"""Fixtures and settings for all tests."""
 
 import signal
 from collections.abc import Callable, Iterator
@@ -9,26 +9,25 @@ from hypothesis import HealthCheck, settings
 from matplotlib.figure import Figure
 
 from ab_sim.scene import Scene, check_scene
-from tests.domains import own_domain
 
-# Assertions explain themselves outside of test files, too, if this comes before their first import.
+# Rewrite the assertions of these helpers, too; this must come before their first import.
 pytest.register_assert_rewrite("tests.effects", "tests.nodes.fleet", "tests.overlap")
 
-# Hypothesis allows an example 0.2 s, and some seconds for making the first ones, by the wall's
-# clock: a busy machine takes longer now and then.
+# By default, Hypothesis limits each example to 0.2 s, and the generation of the first examples to a
+# few seconds, by the wall clock. On a busy machine, tests would fail at random.
 settings.register_profile(
     "by no clock", deadline=None, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("by no clock")
 
-# Programs that tests start inherit what is ignored, and nohup ignores this one; a handler they do
-# not inherit.
-if signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
+# nohup ignores SIGHUP, and child processes inherit ignored signals. They do not inherit handlers,
+# so an empty handler restores the default for them.
+if hasattr(signal, "SIGHUP") and signal.getsignal(signal.SIGHUP) is signal.SIG_IGN:
     signal.signal(signal.SIGHUP, lambda *_: None)
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Files that would be waited for in the end come first."""
+    """Run long tests first, so that no worker is left with one at the end."""
     items.sort(key=lambda item: item.get_closest_marker("long") is None)
 
 
@@ -36,7 +35,7 @@ SceneMaker = Callable[..., Scene]
 
 
 def merge(base: dict[str, Any], changes: dict[str, Any]) -> dict[str, Any]:
-    """``base`` with ``changes`` laid over it, section by section; None removes a key."""
+    """Return ``base`` updated with ``changes``, section by section; None removes a key."""
     merged = dict(base)
     for key, value in changes.items():
         if value is None:
@@ -64,14 +63,14 @@ THESIS: dict[str, Any] = {
     "solver": {"stepper": "rk8", "step": 0.001},
     "duration": 6.0,
 }
-"""The thesis' drive without friction, accelerating for ten seconds."""
+"""Drive of the thesis without friction, accelerating for six seconds."""
 
 ProfileMaker = Callable[..., dict[str, Any]]
 
 
 @pytest.fixture
 def with_hold() -> ProfileMaker:
-    """Makes a start-up with a variable-speed period, at constant speed unless told otherwise."""
+    """Return a function for a start-up with a variable-speed period, by default constant speed."""
 
     def make(target_speed: float = 400.0, **period: float) -> dict[str, Any]:
         return {
@@ -85,11 +84,11 @@ def with_hold() -> ProfileMaker:
 
 @pytest.fixture
 def scene() -> SceneMaker:
-    """Makes the thesis' scene without friction, with changes given as nested mappings."""
+    """Return a function for the thesis' scene without friction, with nested changes."""
 
     def make(**changes: Any) -> Scene:
         merged = merge(THESIS, changes)
-        if "ball_contact" not in merged["effects"]:  # numbers in tests are of balls that start at 0
+        if "ball_contact" not in merged["effects"]:  # tests expect balls that start at 0
             at_zero = {"ball_angles": [0.0] * merged["balls"]["count"]}
             merged["start"] = {**at_zero, **merged.get("start", {})}
         return check_scene(merged, "test")
@@ -99,14 +98,16 @@ def scene() -> SceneMaker:
 
 @pytest.fixture
 def domain() -> Iterator[int]:
-    """A DDS domain of the test's own."""
+    """Yield a DDS domain that no other test uses."""
+    from tests.domains import own_domain  # it imports fcntl, which Windows lacks
+
     with own_domain() as number:
         yield number
 
 
 @pytest.fixture
 def drawn(monkeypatch: pytest.MonkeyPatch) -> list[Figure]:
-    """Figures as they are written, for a look at what they consist of."""
+    """Return the list of figures that are saved, for tests of their contents."""
     figures: list[Figure] = []
     write = Figure.savefig
 

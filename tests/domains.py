@@ -1,4 +1,4 @@
-"""DDS domains for tests: of tests that run at once, by whomever, no two have the same."""
+"""DDS domains for tests; concurrent tests, also of other users, never share one."""
 
 import fcntl
 import itertools
@@ -10,13 +10,16 @@ from pathlib import Path
 from typing import TextIO
 
 LAST = 100
-"""Up to here all their ports keep clear of those that Linux hands out by itself."""
+"""Largest domain whose ports are all below Linux's range of ephemeral ports."""
 _numbers = itertools.count(os.getpid())
 
 
 @contextmanager
 def own_domain() -> Iterator[int]:
-    """A domain that is nobody else's meanwhile; the next one is another, as some may linger."""
+    """Yield a domain that no other test uses meanwhile.
+
+    Successive calls yield different domains, as participants of the last one may still exist.
+    """
     for _ in range(LAST):
         number = 1 + next(_numbers) % LAST
         if (lock := _taken(number)) is not None:
@@ -27,10 +30,10 @@ def own_domain() -> Iterator[int]:
 
 
 def _taken(number: int) -> TextIO | None:
-    """What holds a domain until it is closed; None if another has it."""
+    """Lock a domain until the returned file is closed; return None if it is locked already."""
     try:
         lock = (Path(tempfile.gettempdir()) / f"ab_sim-domain-{number}").open("w")
-    except PermissionError:  # another user's
+    except PermissionError:  # it belongs to another user
         return None
     try:
         fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)

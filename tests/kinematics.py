@@ -1,4 +1,4 @@
-"""Where a URDF puts its links: read and multiplied out here, by no code of the package's."""
+"""Poses of a URDF's links, computed independently of the package's code."""
 
 from collections.abc import Mapping
 from xml.etree import ElementTree as Xml
@@ -21,7 +21,7 @@ def numbers(text: str) -> np.ndarray:
 
 
 class Tree:
-    """The links of a URDF; they make up one tree, or this fails."""
+    """Links of a URDF, which must form one tree."""
 
     def __init__(self, text: str) -> None:
         robot = Xml.fromstring(text)
@@ -37,11 +37,11 @@ class Tree:
         assert {used.get("name") for used in robot.iter("material")} == materials
 
     def of_kind(self, kind: str) -> list[str]:
-        """Names of joints."""
+        """Return the names of the joints of a kind."""
         return [name for name, joint in self.joints.items() if joint.get("type") == kind]
 
     def place(self, link: str, joints: Mapping[str, float], floating: Mapping[str, Pose]) -> Pose:
-        """A link's pose on the root's axes: angles [rad] of joints, and poses of floating ones."""
+        """Return a link's pose on the root's axes, for joint angles [rad] and floating poses."""
         if link == self.root:
             return np.eye(4)
         joint = self._above[link]
@@ -59,5 +59,5 @@ class Tree:
         return parent @ fixed @ moved
 
     def spheres(self, link: str) -> list[float]:
-        """Radii of a link's spheres."""
+        """Return the radii of a link's spheres."""
         return [float(ball.get("radius")) for ball in self.links[link].iter("sphere")]

@@ -1,4 +1,4 @@
-"""Balls in contact never overlap: an invariant of every run, measured as the reference does."""
+"""Invariant of every run: balls in contact never overlap, measured as by the reference."""
 
 import numpy as np
 
@@ -10,9 +10,9 @@ from tests.reference.of_scene import plant_of
 
 
 def least_gap(drive: Drive, run: Trajectory) -> float:
-    """The smallest gap at any sample, as a part of the balls' distance in contact.
+    """Return the smallest gap of all samples, relative to the balls' distance in contact.
 
-    Infinite where balls can pass each other.
+    It is infinite if balls can pass each other.
     """
     scene = drive.scene
     if "ball_contact" not in scene.effects or scene.balls.count < 2 or not len(run):
@@ -27,5 +27,5 @@ def least_gap(drive: Drive, run: Trajectory) -> float:
 
 
 def assert_apart(drive: Drive, run: Trajectory, within: float = 1e-9) -> None:
-    """No two balls overlap by more than a part ``within`` of their distance, at any sample."""
+    """Assert that no balls overlap by more than ``within`` times their distance in any sample."""
     assert least_gap(drive, run) >= -within

@@ -1,11 +1,11 @@
-"""One turn for ball angles, in tables and in pictures."""
+"""Ball angles are within one turn, in tables and in pictures."""
 
 import math
 
 import numpy as np
 import pytest
 
-from ab_sim.analysis.merits.wording import angles_text
+from ab_sim.analysis.metrics.wording import angles_text
 from ab_sim.conventions import in_one_turn
 from ab_sim.figures.curves import in_degrees
 

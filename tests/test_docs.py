@@ -1,4 +1,4 @@
-"""Code that pages show runs; files and commands that they name are there."""
+"""Code on documentation pages runs; files and commands named there exist."""
 
 import re
 import shlex
@@ -29,8 +29,8 @@ RUN = {
     "c", "check", "compare", "effects", "equilibria", "export", "import", "modes", "report", "run",
     "scenes", "sensors", "state", "urdf",
 }  # fmt: skip
-"""Commands of ab-sim that are run. Of the others, which take long, show something, or ask nodes,
-the words are parsed, and tests of their own run them."""
+"""Commands of ab-sim that are run. Others take long, open a window, or need nodes: their arguments
+are parsed here, and other tests run them."""
 
 
 def blocks(page: str, language: str) -> list[str]:
@@ -44,7 +44,7 @@ def with_blocks(language: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What pages say that the reader has by then."""
+    """Create the files that pages assume the reader to have."""
     folder = tmp_path_factory.mktemp("files")
     (folder / "my-drive.yaml").write_text(blocks("docs/tutorials/own-drive.md", "yaml")[0])
     (folder / "my-scene.yaml").write_text(blocks("docs/howto/scene.md", "yaml")[0])
@@ -56,7 +56,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def there(files: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A copy of them, as the working directory."""
+    """Copy these files to a new working directory."""
     folder = tmp_path / "reader"
     shutil.copytree(files, folder)
     monkeypatch.chdir(folder)
@@ -113,7 +113,7 @@ def test_commands_run_or_are_such(page: str, there: Path) -> None:
 
 
 def command(line: str) -> str:
-    """Run a line, or see that it can be; returns what was printed."""
+    """Run a command line, or only parse it if it is not in ``RUN``; return its output."""
     inner = re.search(r"\$\((.*?)\)", line)
     if inner:
         line = line.replace(inner[0], command(inner[1]).strip())
@@ -183,7 +183,7 @@ def ab_sim_command(words: list[str]) -> str:
     while hasattr(parsed, "commands"):
         context = parsed.context_class(parsed, info_name="ab-sim", parent=context)
         parsed, rest = parsed.commands[rest[0]], rest[1:]
-    parsed.make_context(name, list(rest), parent=context)  # refuses what it does not know
+    parsed.make_context(name, list(rest), parent=context)  # refuses unknown arguments
     if name not in RUN:
         return ""
     done = invoke(*words)

@@ -1,4 +1,4 @@
-"""The documentation site: it is built without a warning, is whole, and has what the code says."""
+"""Documentation site: it builds without warnings, is complete, and agrees with the code."""
 
 import html
 import re
@@ -23,7 +23,7 @@ EXAMPLES = sorted((DOCS / "gallery" / "examples").glob("*.py"))
 
 
 class Links(HTMLParser):
-    """Files that a page of the site needs or leads to."""
+    """Parser that collects the files that a page of the site needs or links to."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -36,7 +36,7 @@ class Links(HTMLParser):
 
 
 class Words(HTMLParser):
-    """What a page says, but for code."""
+    """Parser that collects the text of a page without code."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -58,7 +58,7 @@ class Words(HTMLParser):
 
 @pytest.fixture(scope="module")
 def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The documentation as `make docs` builds it: a warning is an error."""
+    """Build the documentation as `make docs` does, with warnings as errors."""
     for package in ("sphinx", "myst_parser", "sphinx_design", "sphinx_gallery", "furo"):
         pytest.importorskip(package, reason="the site needs ab_sim[docs], for Python 3.11 or newer")
     folder = tmp_path_factory.mktemp("site")
@@ -75,7 +75,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_the_site_is_whole(site: Path) -> None:
-    """It needs no network and no server: all that its pages load lies in it, and links end."""
+    """Pages need no network and no server: the site has all files that they load or link to."""
     for page in site.rglob("*.html"):
         links = Links()
         links.feed(page.read_text(encoding="utf-8"))
@@ -116,7 +116,7 @@ def test_a_newcomers_words_are_in_the_index_of_the_search(site: Path) -> None:
 
 @pytest.mark.parametrize("script", EXAMPLES, ids=[script.stem for script in EXAMPLES])
 def test_an_example_has_run_and_has_its_picture(script: Path, site: Path) -> None:
-    assert re.fullmatch(r"plot_\d_\w+\.py", script.name)  # what sphinx-gallery runs, and its order
+    assert re.fullmatch(r"plot_\d_\w+\.py", script.name)  # sphinx-gallery runs these, in this order
     page = (site / f"examples/{script.stem}.html").read_text(encoding="utf-8")
     assert f'src="../_images/sphx_glr_{script.stem}_001.png"' in page
     (download,) = re.findall(rf'href="\.\./(_downloads/\w+/{script.stem}\.py)"', page)
@@ -154,7 +154,7 @@ def test_the_equation_of_each_effect_is_typeset(site: Path) -> None:
 
 
 def test_no_page_scrolls_sideways_or_is_cut_off(site: Path) -> None:
-    """On a telephone's screen and on a desk's."""
+    """Check the screens of a telephone and of a desktop computer."""
     pytest.importorskip("playwright", reason="needs a browser")
     from tests.viewing.browser import browser
 

@@ -1,4 +1,4 @@
-"""One name for one thing: classes, modules, and what the glossary says of them."""
+"""Names of classes and modules are unique, and agree with the glossary."""
 
 import ast
 import functools
@@ -13,10 +13,10 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ab_sim"
 GLOSSARY = ROOT / "docs" / "glossary.md"
 
-# Commands and figures are named for their subject, on purpose.
+# Modules of commands and figures are named after their subject on purpose.
 NAMED_FOR_A_SUBJECT = {"cli", "figures", "studies"}
-# Sections of a scene have the names of its keys, as rooms have that deal with them; the others are
-# what their room is about.
+# Classes of a scene's sections have the names of its keys, and so do packages on these topics. The
+# other classes are the main subject of their package.
 SECTIONS = {"Accuracy", "Balanced", "Balls", "Deck", "Race", "Scene", "Spindle"}
 
 
@@ -89,7 +89,7 @@ def test_what_the_walk_through_the_packages_names_is_there() -> None:
 
 
 def resolved(name: str) -> bool:
-    """Whether a module, or what is in one, has this name."""
+    """Return whether a module, or an object in a module, has this name."""
     parts = name.split(".")
     for end in range(len(parts), 0, -1):
         try:
@@ -101,7 +101,7 @@ def resolved(name: str) -> bool:
 
 
 def modules_by_tail() -> dict[str, list[Path]]:
-    """Modules by each end of their dotted names: ``drive.steps`` is also ``steps``."""
+    """Return modules by each suffix of their dotted names: ``drive.steps`` is also ``steps``."""
     found = defaultdict(list)
     for path in [*PACKAGE.rglob("*.py"), *(ROOT / "ab_msgs_py").rglob("*.py")]:
         parts = path.relative_to(ROOT).with_suffix("").parts
@@ -113,7 +113,7 @@ def modules_by_tail() -> dict[str, list[Path]]:
 
 @functools.cache
 def names_in(path: Path) -> set[str]:
-    """What a module defines or imports, at any depth."""
+    """Return the names that a module defines or imports, at any depth."""
     names: set[str] = set()
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.FunctionDef | ast.ClassDef):
@@ -126,7 +126,7 @@ def names_in(path: Path) -> set[str]:
 
 
 def test_what_docstrings_name_in_a_module_is_there() -> None:
-    """``module.name`` between double back-ticks, but for keys of scenes and files."""
+    """Check each ``module.name`` in double backticks, except keys of scenes and files."""
     modules, keys, missing, seen = modules_by_tail(), set(Scene.model_fields), [], 0
     for path in PACKAGE.rglob("*.py"):
         for name in re.findall(r"``([A-Za-z_][\w.]*\.\w+)``", path.read_text(encoding="utf-8")):

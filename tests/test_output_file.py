@@ -1,4 +1,4 @@
-"""Outputs are tried by writing before any work is done, and nothing that is there suffers."""
+"""Outputs are test-written before any work is done, and existing files are not damaged."""
 
 import os
 import subprocess
@@ -11,7 +11,7 @@ from ab_sim.errors import InputError
 from ab_sim.output_file import check_can_be_made, check_writable, write_whole
 
 NO_FILES = Path("/proc")
-"""Takes none from anybody, whatever its rights say."""
+"""Folder in which nobody can create files, regardless of its permissions."""
 
 
 def test_what_is_there_stays_as_it_is(tmp_path: Path) -> None:
@@ -47,7 +47,7 @@ def test_links_in_a_circle_are_refused(tmp_path: Path) -> None:
 
 
 def test_a_full_disk_is_found_before_the_run(tmp_path: Path) -> None:
-    """One that would diverge, which is exit code 3."""
+    """Use a run that would diverge with exit code 3, if it were started."""
     diverges = ("rotor.eccentricity=1", "race.radius=0.002", "effects.rolling_friction=")
     run = ("run", "thesis-baseline", *(word for each in diverges for word in ("--set", each)))
     limited = "import resource, sys; resource.setrlimit(resource.RLIMIT_FSIZE, (0, 0));"

@@ -1,4 +1,4 @@
-"""The public face: its names, how fast it is there, its types, its examples, what results show."""
+"""Public API: names, import time, types, examples, and display of results."""
 
 import ast
 import builtins
@@ -19,7 +19,7 @@ import pytest
 from matplotlib.figure import Figure
 
 import ab_sim
-from ab_sim.analysis.merits import merit
+from ab_sim.analysis.metrics import metric
 from ab_sim.integrate import registry as steppers
 from ab_sim.presentation import Presented
 from ab_sim.scene import registry as effects
@@ -34,11 +34,11 @@ SLOW = {
 
 @pytest.fixture(autouse=True)
 def registries(monkeypatch: pytest.MonkeyPatch) -> None:
-    """What examples register is known while they run, and to no other test."""
+    """Restore the registries after each test, so that examples do not affect other tests."""
     monkeypatch.setattr(effects, "_effects", effects.effect_classes())
     steppers.steppers()
     monkeypatch.setattr(steppers, "_families", dict(steppers._families))
-    monkeypatch.setattr(merit, "_merits", dict(merit._merits))
+    monkeypatch.setattr(metric, "_metrics", dict(metric._metrics))
 
 
 def public(name: str) -> object:
@@ -46,7 +46,7 @@ def public(name: str) -> object:
 
 
 def in_a_process(program: str) -> str:
-    """What a program prints that has imported nothing yet."""
+    """Return the output of a program in a new process."""
     environment = {**os.environ, "PYTHONPATH": str(Path(ab_sim.__file__).parents[1])}
     return subprocess.run(
         [sys.executable, "-c", program],
@@ -55,7 +55,7 @@ def in_a_process(program: str) -> str:
 
 
 def test_importing_it_imports_nothing_that_takes_long() -> None:
-    """3 ms; what it imports is told, not timed: a busy machine is as slow as it likes."""
+    """Check the imported modules instead of the time (3 ms), which varies on a busy machine."""
     loaded = in_a_process("import sys; import ab_sim; print(*sys.modules)").split()
     assert len(loaded) < 120
     assert not SLOW & {name.partition(".")[0] for name in loaded}
@@ -115,7 +115,7 @@ def test_a_name_that_is_not_there_names_the_close_ones() -> None:
 
 
 def functions(name: str) -> Iterator[tuple[str, FunctionType]]:
-    """A public function; or of a class its public methods, properties and how it is made."""
+    """Return a public function, or a class's public methods, properties and constructor."""
     found = public(name)
     if isinstance(found, FunctionType):
         yield name, found
@@ -133,7 +133,7 @@ def functions(name: str) -> Iterator[tuple[str, FunctionType]]:
 
 
 def test_no_public_signature_is_untyped() -> None:
-    """No ``Any``, however deep, in what is taken and given; nothing without a type."""
+    """Check that parameters and results have types, without ``Any`` at any depth."""
     open_ends, seen = [], 0
     for name in NAMES + TYPES:
         for where, function in functions(name):
@@ -155,15 +155,15 @@ def hints_of(function: FunctionType) -> dict[str, object]:
 
 
 def vague(hint: object) -> bool:
-    """Whether it is Any, or made of it; a type variable, by its bound."""
+    """Return whether a type is or contains Any; a type variable counts as its bound."""
     if hint is typing.Any:
         return True
     if isinstance(hint, typing.TypeVar):
         return vague(hint.__bound__)
     parts = typing.get_args(hint)
-    if typing.get_origin(hint) is np.dtype:  # what an ArrayLike may hold, as numpy says it
+    if typing.get_origin(hint) is np.dtype:  # numpy's own annotation of ArrayLike
         return False
-    if typing.get_origin(hint) is np.ndarray:  # its shape is always open
+    if typing.get_origin(hint) is np.ndarray:  # the type of its shape is always Any
         parts = parts[1:]
     return any(vague(x) for part in parts for x in (part if isinstance(part, list) else [part]))
 
@@ -209,7 +209,7 @@ def test_types_of_results_say_what_they_are(name: str) -> None:
 
 @pytest.fixture(scope="module")
 def shown() -> dict[str, Presented]:
-    """A result of each kind that is soon there."""
+    """Compute one result of each kind that takes little time."""
     scene = ab_sim.load_scene("nsc-case-1")
     short = ab_sim.load_scene("thesis-hold", ["duration=0.1", "name=a <b> & $c$"])
     run = ab_sim.simulate(short)
@@ -268,7 +268,7 @@ def test_a_notebook_shows_figures_without_being_told_how(shown: dict[str, Presen
 def test_results_become_data_frames(
     kind: str, shown: dict[str, Presented], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """With a stand-in for pandas, which need not be installed."""
+    """Use a substitute for pandas, which need not be installed."""
 
     class DataFrame(dict):
         def __init__(self, columns: dict[str, object]) -> None:
@@ -323,7 +323,7 @@ def test_an_effect_may_be_registered_after_scenes_were_checked() -> None:
 
 
 def test_an_effect_whose_method_is_misspelt_is_refused() -> None:
-    """Nothing would call it, and the effect would do nothing."""
+    """Otherwise the method would never be called, and the effect would have no effect."""
 
     class Push(typing.NamedTuple):
         force: float

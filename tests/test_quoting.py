@@ -1,4 +1,4 @@
-"""Text from outside: what a terminal would obey is written out, and long values are cut."""
+"""Text from outside: control characters are escaped, and long values are shortened."""
 
 import os
 import pty
@@ -57,7 +57,7 @@ def test_a_name_is_one_line() -> None:
 
 
 def test_pictures_show_names_as_they_are(tmp_path: Path) -> None:
-    """No formula, which might be a wrong one; and an SVG that can be read."""
+    """Names are not parsed as formulas, which might be invalid, and the SVG is valid."""
     figure = Figure()
     axes = figure.subplots()
     axes.loglog([1e-3, 1.0], [1.0, 1e3], label=f"{RED} $x$")
@@ -70,7 +70,7 @@ def test_pictures_show_names_as_they_are(tmp_path: Path) -> None:
 
 
 def on_a_terminal(*arguments: str, cwd: Path) -> bytes:
-    """What a command says on a terminal that is told to have no colours."""
+    """Return the output of a command on a terminal without colours."""
     ours, its = pty.openpty()
     command = [sys.executable, "-m", "ab_sim", *arguments]
     environment = os.environ | {"TERM": "dumb", "COLUMNS": "200"}
@@ -80,7 +80,7 @@ def on_a_terminal(*arguments: str, cwd: Path) -> bytes:
         while True:
             try:
                 part = os.read(ours, 4096)
-            except OSError:  # it has ended
+            except OSError:  # the command has exited
                 break
             if not part:
                 break
@@ -91,7 +91,7 @@ def on_a_terminal(*arguments: str, cwd: Path) -> bytes:
 
 
 def test_on_a_terminal(tmp_path: Path) -> None:
-    """Keys of a scene, names of files, and what a recording says of itself."""
+    """Use keys of a scene, names of files, and a recording's description."""
     (tmp_path / "key.yaml").write_text('"\\e[31mkey": 1\n' + find_scene("no-ball").read_text())
     shutil.copy(find_scene("no-ball"), tmp_path / f"{RED}.yaml")
     told = load_scene("no-ball").as_mapping()

@@ -1,7 +1,7 @@
-"""One way through the house: what a room imports lies before it, and no module imports in circles.
+"""Layering: packages import only from lower ones, and modules do not import each other in cycles.
 
-Imports for type checkers only count, too, and so do those within functions: they put off what takes
-long, and change no direction.
+Imports for type checkers and imports within functions count, too. The latter are only deferred to
+save time at start-up.
 """
 
 import ast
@@ -20,11 +20,13 @@ ORDER = (
     (
         "cache_folder",
         "conventions",
+        "file_locks",
         "interruption",
         "limited_yaml",
         "output_file",
         "palette",
         "presentation",
+        "progress",
         "stored_numbers",
     ),
     ("control", "scene_files", "sources", "tracing", "workers"),
@@ -51,15 +53,15 @@ ORDER = (
     ("cli",),
     ("__main__",),
 )
-"""Rooms, left to right; those in a group do not know each other."""
+"""Packages from the lowest to the highest; those in one group do not import each other."""
 PLACE = {room: place for place, rooms in enumerate(ORDER) for room in rooms}
 PLACES = ("ab_sim", "ab_msgs_py", "benchmarks", "docs", "tests", "tools")
-"""Where our own files are."""
+"""Folders of the project's own files."""
 HOUSE = Path(ab_sim.__file__).parent
 
 
 def modules() -> dict[str, Path]:
-    """Every module of the package by its name."""
+    """Return every module of the package by its name."""
     names = {}
     for path in HOUSE.rglob("*.py"):
         parts = path.relative_to(HOUSE.parent).with_suffix("").parts
@@ -68,7 +70,7 @@ def modules() -> dict[str, Path]:
 
 
 def imports(name: str, path: Path) -> Iterator[str]:
-    """What a module imports of the package, by its full name."""
+    """Return the full names of the package's modules that a module imports."""
     package = name if path.name == "__init__.py" else name.rpartition(".")[0]
     ahead: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
     while ahead:
@@ -86,9 +88,9 @@ def imports(name: str, path: Path) -> Iterator[str]:
 MODULES = modules()
 
 
-@functools.cache  # not on import: every process of the tests imports this file
+@functools.cache  # computed at the first call, as every test process imports this file
 def all_imports() -> dict[str, set[str]]:
-    """What each module imports of the package."""
+    """Return the imports from the package, by module."""
     return {
         name: {found for found in imports(name, path) if found.startswith("ab_sim.")}
         for name, path in MODULES.items()
@@ -129,8 +131,9 @@ def test_the_page_lists_every_package_from_the_top() -> None:
 
 
 def test_no_circles_within_a_room() -> None:
-    """Modules can be put in a line, each after all that it imports."""
-    # The package's face names what it hands out, for type checkers; all may ask it for its version.
+    """Modules can be sorted so that each comes after all that it imports."""
+    # ab_sim/__init__.py imports the public names, for type checkers; every module may import its
+    # version from it.
     ahead = {name: all_imports()[name] & MODULES.keys() for name in MODULES if name != "ab_sim"}
     while free := [name for name, wanted in ahead.items() if not wanted & ahead.keys() - {name}]:
         for name in free:
@@ -139,14 +142,14 @@ def test_no_circles_within_a_room() -> None:
 
 
 def test_the_messages_know_nobody() -> None:
-    """``ab_msgs_py`` serves programs that have no simulator."""
+    """``ab_msgs_py`` is for programs without the simulator."""
     package = HOUSE.parent / "ab_msgs_py"
     for path in package.glob("*.py"):
         assert not any(found.startswith("ab_sim") for found in imports("ab_msgs_py.any", path))
 
 
 def test_no_file_is_longer_than_five_hundred_lines() -> None:
-    """A longer one may be two ideas: in the package, its tests, the gallery and the benchmarks."""
+    """Files in the package, its tests, the gallery and the benchmarks have one subject each."""
     root = HOUSE.parent
     files = [p for place in PLACES for p in (root / place).rglob("*.py")]
     long = {str(p.relative_to(root)): n for p in files if (n := len(p.open().readlines())) > 500}

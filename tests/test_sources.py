@@ -1,4 +1,4 @@
-"""What a kernel is made of: own sources by content, packages of others by version."""
+"""Sources of a kernel: own modules by content, other packages by version."""
 
 from importlib import metadata
 from pathlib import Path
@@ -19,7 +19,7 @@ def test_a_package_counts_by_the_version_of_the_distribution_that_has_it() -> No
 
 
 def test_another_environment_that_links_the_same_files_changes_nothing() -> None:
-    """As uv does while results are computed: the time of the file itself changes, as here."""
+    """uv links files into other environments meanwhile, which changes a file's ctime, as here."""
     file = Path(yaml.__file__)
     file.chmod(file.stat().st_mode)
     assert DRIVE in sources([DRIVE])

@@ -1,4 +1,4 @@
-"""Work over several processes: in order, with its errors, and when a process is killed."""
+"""Work in several processes: order of results, errors, and killed processes."""
 
 import contextlib
 import multiprocessing
@@ -51,7 +51,7 @@ def blocked(_: int) -> tuple[int, set[int]]:
 
 
 def test_ctrl_c_is_left_to_this_process() -> None:
-    """From their first instruction on: a terminal sends it to all, while they import, too."""
+    """Workers block Ctrl-C from their first instruction on, as a terminal sends it to all."""
     with Workers(2) as each:
         found = dict(each.each(blocked, range(40), chunk=1))
     assert not found.pop(os.getpid()) & {signal.SIGINT, signal.SIGHUP}
@@ -86,7 +86,7 @@ def test_the_end_does_not_wait_for_long_work() -> None:
 def test_processes_that_are_killed_while_others_start(
     after: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Where a process is gone before the next one starts, as when a whole group gets a signal."""
+    """Kill each process before the next one starts, as a signal to the whole group does."""
     started = workers.multiprocessing.get_context("spawn").Process.start
 
     def start_and_kill(process: workers.BaseProcess) -> None:

@@ -1,22 +1,22 @@
-"""Waiting for what another process or thread does."""
+"""Wait for a condition that another process or thread fulfils."""
 
 import time
 from collections.abc import Callable
 
 PATIENCE = 280.0
-"""s; what another process has not done by then, on a busy machine too, it never will."""
+"""Time [s] after which an action of another process counts as failed, even on a busy machine."""
 
 
 def until(
     condition: Callable[[], object], what: str, deadline: float = 60.0, every: float = 0.02
 ) -> None:
-    """Look again and again whether a condition is true.
+    """Wait until a condition is true; fail after a deadline.
 
     Args:
-        condition: may end the wait by an error of its own.
-        what: is said if it has not become true.
-        deadline: s, by which it has to.
-        every: s between two looks, which may take their time from what is waited for.
+        condition: function that returns whether to stop waiting; its errors end the wait.
+        what: message of the failure.
+        deadline: longest time to wait [s].
+        every: time between two calls of the condition [s]; calls may slow the other process down.
     """
     end = time.monotonic() + deadline
     while not condition():

@@ -2,14 +2,13 @@
 
 from ab_sim.accuracy.resolve import resolve_accuracy
 from ab_sim.accuracy.search import cheapest
-from ab_sim.accuracy.trials import Run, Tell, Timed
+from ab_sim.accuracy.trials import Run, Timed
 from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, share_of
 
 __all__ = [
     "SAFETY",
     "WorkPrecision",
     "Run",
-    "Tell",
     "Timed",
     "cheapest",
     "resolve_accuracy",

@@ -4,9 +4,10 @@ import time
 
 from ab_sim.accuracy.deviation import Samples
 from ab_sim.accuracy.search import cheapest
-from ab_sim.accuracy.trials import Tell, Timed
+from ab_sim.accuracy.trials import Timed
 from ab_sim.accuracy.work_precision import WorkPrecision
 from ab_sim.drive import Drive
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 
@@ -14,7 +15,7 @@ def resolve_accuracy(
     scene: Scene,
     period: float | None = None,
     commanded: bool = False,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> tuple[Scene, WorkPrecision | None]:
     """Return the scene with the cheapest solver that delivers its requested accuracy.
 

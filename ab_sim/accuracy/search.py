@@ -26,7 +26,7 @@ takes some milliseconds each for a start-up of seconds.
 import math
 
 from ab_sim.accuracy.deviation import Deviation, deviation, rounding
-from ab_sim.accuracy.trials import Run, Tell, Trials, Tried
+from ab_sim.accuracy.trials import Run, Trials, Tried
 from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
 from ab_sim.errors import SceneError, exact
@@ -34,6 +34,7 @@ from ab_sim.integrate.choose import STIFF, USUAL, limiting, top_speed
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import parameters_of, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 ALIKE = 1.15
@@ -65,7 +66,7 @@ def cheapest(
     run: Run,
     period: float | None = None,
     commanded: bool = False,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> tuple[Scene, WorkPrecision]:
     """Return the scene with the cheapest solver that delivers its requested accuracy.
 
@@ -91,7 +92,7 @@ class _Search:
         run: Run,
         period: float | None,
         commanded: bool,
-        tell: Tell | None,
+        tell: Progress | None,
     ) -> None:
         assert scene.accuracy is not None
         self.scene, self.asked = scene, scene.accuracy

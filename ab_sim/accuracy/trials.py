@@ -9,6 +9,7 @@ from typing import NamedTuple
 from ab_sim.accuracy.deviation import MOST_SAMPLES, Samples
 from ab_sim.errors import DivergedError, SceneError, exact
 from ab_sim.integrate.stepper import Stepper
+from ab_sim.progress import Progress
 from ab_sim.scene.load import with_solver
 from ab_sim.scene.model import Scene
 
@@ -33,8 +34,6 @@ class Timed(NamedTuple):
     """CPU time of the steps [s]."""
 
 
-Tell = Callable[[str, int, int], None]
-"""Progress callback: current setting, CPU time spent, CPU time allowed [s]."""
 Run = Callable[[Scene, int, int], Timed]
 """Function of a scene, a number of steps and a stride: run and keep every stride-th sample."""
 
@@ -84,7 +83,7 @@ class Trials:
         run: Run,
         longest: Mapping[str, float],
         period: float | None,
-        tell: Tell | None = None,
+        tell: Progress | None = None,
     ) -> None:
         self.scene, self._run, self._longest, self._tell = scene, run, longest, tell
         reach = min(max(longest.values()), LONGEST)

@@ -1,8 +1,8 @@
 """Offline runs of a scene, alone or compared, with their metrics and further analyses."""
 
 from ab_sim.analysis.compared import Compared, Comparison
-from ab_sim.analysis.comparison import compare, without_balls, without_period
-from ab_sim.analysis.merits import Merits, merits_of, merits_of_pieces
+from ab_sim.analysis.comparison import compare_run, without_balls, without_period
+from ab_sim.analysis.metrics import Metrics, metrics_of, metrics_of_pieces
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
 from ab_sim.analysis.startup import (
@@ -15,13 +15,13 @@ from ab_sim.drive.driving_forces import driving_forces
 __all__ = [
     "Compared",
     "Comparison",
-    "Merits",
+    "Metrics",
     "OfflineRun",
-    "compare",
+    "compare_run",
     "driving_forces",
     "first_passage_of_opposite",
-    "merits_of",
-    "merits_of_pieces",
+    "metrics_of",
+    "metrics_of_pieces",
     "peak_whirl",
     "replay",
     "run_scene",

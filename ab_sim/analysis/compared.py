@@ -4,14 +4,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.merits.declared import Merits
-from ab_sim.analysis.merits.merit import Merit, reported_merits
+from ab_sim.analysis.metrics.declared import Metrics
+from ab_sim.analysis.metrics.metric import Metric, reported_metrics
 
 
 class Compared(NamedTuple):
     """Run for comparison."""
 
-    merits: Merits
+    metrics: Metrics
     time: np.ndarray
     """Times [s], shape (samples,)."""
     whirl: np.ndarray
@@ -40,34 +40,34 @@ class Comparison(NamedTuple):
         }
         return {name: run for name, run in named.items() if run is not None}
 
-    def relative_whirl(self, merits: Merits) -> float | None:
+    def relative_whirl(self, metrics: Metrics) -> float | None:
         """Return a run's final whirl relative to the run without balls; None if unavailable."""
-        return self.relative(Merits.final_whirl, merits)
+        return self.relative(Metrics.final_whirl, metrics)
 
-    def relative(self, merit: Merit[float], merits: Merits) -> float | None:
+    def relative(self, metric: Metric[float], metrics: Metrics) -> float | None:
         """Return a metric relative to the run without balls; None if unavailable."""
         alone = self.without_balls
-        if not isinstance(alone, Compared) or alone.merits.of(merit) == 0:
+        if not isinstance(alone, Compared) or alone.metrics.of(metric) == 0:
             return None
-        return merits.of(merit) / alone.merits.of(merit)
+        return metrics.of(metric) / alone.metrics.of(metric)
 
-    def report(self, merits: Merits, eccentricity: float) -> dict[str, object]:
-        """Return JSON-able values, to be added to those of the run with ``merits``."""
+    def report(self, metrics: Metrics, eccentricity: float) -> dict[str, object]:
+        """Return JSON-able values, to be added to those of the run with ``metrics``."""
         runs: dict[str, Any] = {
             "without_variable_speed_period": self.without_period,
             "without_balls": self.without_balls,
         }
         for name, run in runs.items():
             if isinstance(run, Compared):
-                runs[name] = {**run.merits.report(eccentricity), **self._shares(run.merits)}
+                runs[name] = {**run.metrics.report(eccentricity), **self._shares(run.metrics)}
             elif run is not None:
                 runs[name] = {"failure": run}
-        return {**self._shares(merits), **runs}
+        return {**self._shares(metrics), **runs}
 
-    def _shares(self, merits: Merits) -> dict[str, float | None]:
+    def _shares(self, metrics: Metrics) -> dict[str, float | None]:
         """Return the metrics relative to the run without balls, by key."""
         return {
-            merit.relative.key: self.relative(merit, merits)
-            for merit in reported_merits()
-            if merit.relative is not None
+            metric.relative.key: self.relative(metric, metrics)
+            for metric in reported_metrics()
+            if metric.relative is not None
         }

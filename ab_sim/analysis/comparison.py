@@ -12,14 +12,33 @@ from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 
-def compare(
+def compare_run(
     run: OfflineRun, progress: Callable[[Drive, Trajectory], None] | None = None
 ) -> Comparison:
-    """Repeat a run without its variable-speed period, and without its balls.
+    """Run again without the balls, and without the variable-speed period.
 
-    Args:
-        run: reference run; the others use its duration, stepper and step.
-        progress: as in ``run_scene``.
+    Parameters
+    ----------
+    run : OfflineRun
+        Run to compare with. The others have the same duration, stepper and step.
+    progress : callable, optional
+        Called with the drive and its newest samples, as each run advances.
+
+    Returns
+    -------
+    Comparison
+        ``without_balls`` (they and their mass are taken out) and ``without_period``: time [s],
+        whirl [m], speed [rad/s], each of shape (samples,), and metrics; a text with the reason if
+        one could not run; None if the scene has nothing to leave out.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
+    >>> beside = ab_sim.compare_run(run)
+    >>> round(beside.relative_whirl(run.metrics), 1)  # with balls, in that without
+    3.1
+    >>> picture = run.plot(beside)  # what `ab-sim run --plot` draws
     """
     period = balls = None
     if run.variable_speed_period is not None:
@@ -69,4 +88,4 @@ def _beside(
     except AbSimError as error:
         return str(error)
     path = from_rest(other.trajectory, other.scene)
-    return Compared(other.merits, path["time"].copy(), path.whirl, path["speed"].copy())
+    return Compared(other.metrics, path["time"].copy(), path.whirl, path["speed"].copy())

@@ -2,7 +2,7 @@
 
 from ab_sim.dynamics.assemble import start_discrete_state, system_of
 from ab_sim.dynamics.system import has_motor
-from ab_sim.errors import SceneError
+from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.integrate.vector_field import VectorField
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
@@ -17,6 +17,19 @@ def last_speed(scene: Scene) -> float:
         return scene.profile.target_speed
     profile = SpeedSchedule.of_scene(scene)
     return float(profile.speed(profile.end))
+
+
+def as_speed(speed: float | None, scene: Scene) -> float:
+    """Return a constant speed [rad/s]; None: the final speed of the scene.
+
+    Raises:
+        InputError: not a number, or too fast.
+    """
+    if speed is None:
+        return last_speed(scene)
+    if not abs(speed) <= FASTEST:
+        raise InputError(f"speed = {exact(speed)}: must be a number within +-{FASTEST:g} rad/s")
+    return float(speed)
 
 
 def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:

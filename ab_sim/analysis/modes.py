@@ -18,7 +18,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 
 import ab_sim
 from ab_sim.dynamics.assemble import linearised, system_of
-from ab_sim.dynamics.linearised import Linearised
+from ab_sim.dynamics.linearised import MATTERS, Linearised
 from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.model import Scene
 
@@ -27,8 +27,6 @@ SPEEDS = 201
 """Number of spindle speeds in a Campbell diagram."""
 STRAIGHT = 0.01
 """Amount of whirl below which motion counts as straight: an ellipse 200 times as long as wide."""
-MATTERS = 0.1
-"""Least fraction of the energy for which a coordinate is listed as moving."""
 ZERO = 1e-7
 """Threshold of zero eigenvalues relative to the largest: a double zero is rounded to this."""
 EQUAL = 1e-9

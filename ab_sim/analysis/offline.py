@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ab_sim
-from ab_sim.accuracy import Tell, WorkPrecision, resolve_accuracy
+from ab_sim.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
-from ab_sim.analysis.merits import LAST, Merits, merits_of
+from ab_sim.analysis.metrics import LAST, Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
 from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun
@@ -23,6 +23,7 @@ from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Columns, Presented, drawn, ends, number
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -50,7 +51,7 @@ class OfflineRun(Presented):
     """Number of located events: reversals, sticking, release, impacts, limits of the motor."""
     steps_with_unresolved_events: int
     """Number of steps with too many events to locate all of them."""
-    merits: Merits
+    metrics: Metrics
     """Metrics of the run."""
     work_precision: WorkPrecision | None
     """Data of the solver choice, if an accuracy was requested."""
@@ -79,8 +80,8 @@ class OfflineRun(Presented):
     def _facts(self) -> dict[str, str]:
         length, symbol = self.scene.whirl_unit
         time = self.trajectory["time"]
-        final = self.merits.final_whirl / length
-        changing = "" if self.merits.settled else " and changing"
+        final = self.metrics.final_whirl / length
+        changing = "" if self.metrics.settled else " and changing"
         return {
             "scene": self.scene.name,
             "samples": str(len(self.trajectory)),
@@ -90,8 +91,8 @@ class OfflineRun(Presented):
                 if self.aborted is not None
                 else {f"W/{symbol} at the end": number(final) + changing}
             ),
-            "residual unbalance": number(self.merits.residual_unbalance),
-            "verdict": self.merits.verdict,
+            "residual unbalance": number(self.metrics.residual_unbalance),
+            "verdict": self.metrics.verdict,
             "stepper": self.stepper,
         }
 
@@ -119,7 +120,7 @@ class OfflineRun(Presented):
     def report(self) -> dict[str, object]:
         """Return all results as JSON-able values in SI units.
 
-        See ``ab-sim run --help`` and ``ab-sim merits``.
+        See ``ab-sim run --help`` and ``ab-sim metrics``.
         """
         duration = float(self.trajectory["time"][-1])
         return {
@@ -127,9 +128,9 @@ class OfflineRun(Presented):
                 _sample(observation) | once
                 for observation, once in zip(self.samples, self._once_per_turn(), strict=True)
             ],
-            **self.merits.report(self.scene.rotor.eccentricity),
-            "peak_whirl": self.merits.peak_whirl,
-            "final_whirl": self.merits.final_whirl,
+            **self.metrics.report(self.scene.rotor.eccentricity),
+            "peak_whirl": self.metrics.peak_whirl,
+            "final_whirl": self.metrics.final_whirl,
             "final_stretch": LAST * duration,
             "variable_speed_period": self.variable_speed_period,
             "decisions": list(map(_decided, self.decisions)),
@@ -154,7 +155,7 @@ def run_scene(
     times: Sequence[float] = (),
     progress: Callable[[Drive, Trajectory], None] | None = None,
     parts: int = 100,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> OfflineRun:
     """Run a scene's profile from its start to its end.
 
@@ -207,7 +208,7 @@ def run_scene(
         drive.stepper.name,
         drive.events,
         drive.steps_with_unresolved_events,
-        merits_of(whole, drive.scene),
+        metrics_of(whole, drive.scene),
         work_precision,
         () if leader is None else tuple(leader.decisions),
         AdaptiveOutcome.of(leader) if isinstance(leader, AdaptiveRun) else None,

@@ -2,10 +2,10 @@
 
 from pathlib import Path
 
-from ab_sim.api.common import SceneLike, as_scene
 from ab_sim.c_code import writing
 from ab_sim.c_code.sources import sources_of
 from ab_sim.output_file import FMU, check_ending, check_writable
+from ab_sim.scene.load import SceneLike, as_scene
 
 
 def write_c(scene: SceneLike, folder: Path | str) -> list[Path]:

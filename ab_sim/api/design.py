@@ -5,7 +5,6 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
-from ab_sim.api.common import Progress, SceneLike, as_scene
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
@@ -16,13 +15,15 @@ from ab_sim.design.scores import Standard
 from ab_sim.design.search import Effort
 from ab_sim.design.spread import Spread
 from ab_sim.design.spread_runs import SpreadQuestion, run_spread
-from ab_sim.design.sweep import DEFAULT_MERITS, Sweep
+from ab_sim.design.sweep import DEFAULT_METRICS, Sweep
 from ab_sim.design.tolerances import Tolerance, tolerance_of
 from ab_sim.design.tune import DRAWS, RUNS, SHARE, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, Variable, range_, values, variable_of
 from ab_sim.design.work import Executor
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.quoting import short
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.workers import Workers
 
 Over = Mapping[str, str | Sequence[object]]
@@ -33,7 +34,7 @@ design, the two ends of a range."""
 def sweep(
     scene: SceneLike,
     over: Over,
-    merits: Iterable[str] = DEFAULT_MERITS,
+    metrics: Iterable[str] = DEFAULT_METRICS,
     *,
     design: str | None = None,
     seed: int = 0,
@@ -53,8 +54,8 @@ def sweep(
         By dotted key, its values: a list, or a text, ``"0.5 g..3 g:26"`` (evenly spaced),
         ``"log:0.1..10:20"`` or ``"0.001,0.002"``. All combinations are run. For a design, two
         numbers or a text, ``"0.1..10"`` or ``"log:0.1..10"``.
-    merits : iterable of str, optional
-        Names of numeric metrics; ``ab-sim merits`` lists them.
+    metrics : iterable of str, optional
+        Names of numeric metrics; ``ab-sim metrics`` lists them.
     design : str, optional
         ``"sobol:1024"``, a scrambled Sobol sequence, or ``"lhs:1000"``, a Latin hypercube, instead
         of a grid.
@@ -71,16 +72,16 @@ def sweep(
     Returns
     -------
     Sweep
-        ``table``, a pyarrow.Table with a row for each run: its number, the keys' values, merits,
+        ``table``, a pyarrow.Table with a row for each run: its number, the keys' values, metrics,
         ``outcome``, ``failure``; ``sweep["balls.mass"]``, a column as an array of shape (runs,);
-        ``best(merit)``, the number of a run; ``scene_of(run)``, to run it again.
+        ``best(metric)``, the number of a run; ``scene_of(run)``, to run it again.
 
     Raises
     ------
     SceneError
         The scene is not valid, or none of the first points gives a valid scene.
     InputError
-        A key, value, merit, design or address cannot be used, or another process computes the same
+        A key, value, metric, design or address cannot be used, or another process computes the same
         sweep.
     AbSimError
         A worker process has ended, or the cluster cannot be used; finished runs are kept.
@@ -103,7 +104,7 @@ def sweep(
     executor = _executor(workers, scheduler)
     variables = [_variable(key, given, design is not None) for key, given in _mapping(over).items()]
     points = points_of(variables, design, seed)
-    return sweeps.run_sweep(as_scene(scene), points, merits, executor, progress)
+    return sweeps.run_sweep(as_scene(scene), points, metrics, executor, progress)
 
 
 def tune(
@@ -160,8 +161,8 @@ def tune(
     Returns
     -------
     Tuning
-        ``values`` by key, ``best``, the merit there, and ``scene``, to run it; None and empty if no
-        run settled within all bounds. ``beside``, ``before``, ``active``: results near the best,
+        ``values`` by key, ``best``, the metric there, and ``scene``, to run it; None and empty if
+        no run settled within all bounds. ``beside``, ``before``, ``active``: results near the best,
         result of the original scene, and active bounds. ``runs``, a Sweep of all.
 
     Raises
@@ -169,7 +170,7 @@ def tune(
     SceneError
         The scene is not valid, or the middle of the ranges is not a valid scene.
     InputError
-        A key, range, merit or bound cannot be used; or another process runs the same search.
+        A key, range, metric or bound cannot be used; or another process runs the same search.
 
     Notes
     -----
@@ -204,7 +205,7 @@ def tune(
 def robust(
     scene: SceneLike,
     spread: Mapping[str, str | Sequence[str]] | None = None,
-    merits: Iterable[str] = DEFAULT_MERITS,
+    metrics: Iterable[str] = DEFAULT_METRICS,
     *,
     runs: int = 10_000,
     balanced: str | Iterable[str] = ("balanced",),
@@ -231,7 +232,7 @@ def robust(
         ``"uniform:5%"``, ``"discrete:V,V"``; ``"random"`` for ``start.ball_angles``. Options
         follow: ``low=NUMBER``, ``high=NUMBER``, ``per ball``, ``group=NAME``, separated by commas.
         A list combines several tolerances of one key.
-    merits : iterable of str, optional
+    metrics : iterable of str, optional
         Names of numeric metrics to report quantiles of.
     runs : int, default 10000
         Number of drives; with ``until``, the minimum.
@@ -260,7 +261,7 @@ def robust(
     Returns
     -------
     Spread
-        ``share``, of drives that balance, with Wilson's interval; ``quantiles`` by merit, with
+        ``share``, of drives that balance, with Wilson's interval; ``quantiles`` by metric, with
         those of order statistics; ``sobol.indices``, with bootstrap intervals; ``against``, the
         paired difference to another design; ``worst``; ``balanced``, booleans of shape (runs,);
         ``runs``, a ``Sweep`` with a row for each drive; ``scene_of(run)``, to run it again.
@@ -270,7 +271,7 @@ def robust(
     SceneError
         A scene is not valid, or none of the first draws gives a valid scene.
     InputError
-        A key, spread, merit, bound or number cannot be used, or another process computes the same
+        A key, spread, metric, bound or number cannot be used, or another process computes the same
         runs.
 
     Notes
@@ -297,7 +298,7 @@ def robust(
     bounds = [balanced] if isinstance(balanced, str) else balanced
     question = SpreadQuestion(
         runs,
-        tuple(merits),
+        tuple(metrics),
         tuple(bound_of(each) for each in bounds),
         seed,
         sobol,
@@ -305,35 +306,6 @@ def robust(
         None if against is None else as_scene(against),
     )
     return run_spread(as_scene(scene), tolerances, question, executors, progress)
-
-
-def open_sweep(path: Path | str) -> Sweep:
-    """Read a file of ``Sweep.write`` or ``ab-sim sweep --parquet``.
-
-    Parameters
-    ----------
-    path : str or Path
-        A Parquet file.
-
-    Returns
-    -------
-    Sweep
-        The sweep as it was written.
-
-    Raises
-    ------
-    InputError
-        The file cannot be read, or has another content; the message has file and reason.
-
-    Examples
-    --------
-    >>> import ab_sim
-    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
-    >>> ab_sim.sweep(scene, {"balls.mass": [0.001, 0.002]}).write("balls.parquet")
-    >>> ab_sim.open_sweep("balls.parquet")
-    <Sweep: scene thesis-hold, runs 2, grid 2, ...>
-    """
-    return sweeps.open_sweep(path)
 
 
 def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Variable:

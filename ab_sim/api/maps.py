@@ -1,12 +1,12 @@
 """Calls that repeat an analysis over many values of two parameters."""
 
+from ab_sim.analysis.held_speed import as_speed
 from ab_sim.analysis.maps import stability
 from ab_sim.analysis.maps.plane import COUNT, Axis, Plane, axis
 from ab_sim.analysis.maps.stability import COARSE, StabilityMap
-from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
 from ab_sim.errors import InputError
-from ab_sim.studies import basin as basins
-from ab_sim.studies.basin import Basin
+from ab_sim.progress import Progress
+from ab_sim.scene.load import SceneLike, as_scene
 
 Range = tuple[str, float, float] | tuple[str, float, float, int]
 """Dotted key of a scene or ``speed``, first value, last value, and number of values (default
@@ -76,47 +76,6 @@ def stability_map(
         raise InputError(f"{first.key}: is on both axes; a map needs two parameters")
     plane = Plane(own, as_speed(speed, own), first, second)
     return stability.stability_map(plane, coarse, tell=progress)
-
-
-def basin(
-    scene: SceneLike,
-    count: int = 12,
-    *,
-    progress: Progress | None = None,
-) -> Basin:
-    """Map the start angles of two balls from which a run balances: ``ab-sim stability --basin``.
-
-    Parameters
-    ----------
-    scene : Scene, str or Path
-        With an unbalance and at least two balls; only their start angles vary. Its
-        ``balanced.residual_unbalance`` is the criterion of balance, as in every run.
-    count : int, default 12
-        Number of angles of either ball, over a turn from -pi; from 2 to 1000.
-    progress : callable, optional
-        Called with the present work, the number of finished runs and the total.
-
-    Returns
-    -------
-    Basin
-        ``labels``, integers of shape (count, count), rows by the second ball's angle; ``ends`` with
-        residual unbalance and final whirl [m]; ``shares`` of the starts by label.
-
-    Raises
-    ------
-    SceneError
-        Fewer than two balls, no unbalance, or further balls that start together.
-    InputError
-        ``count`` cannot be used.
-
-    Examples
-    --------
-    >>> import ab_sim
-    >>> found = ab_sim.basin(ab_sim.load_scene("thesis-hold", ["duration=0.1"]), count=3)
-    >>> found.labels.shape, found.shares
-    ((3, 3), {0: 1.0})
-    """
-    return basins.basin(as_scene(scene), count, tell=progress)
 
 
 def _axis(given: Range) -> Axis:

@@ -7,14 +7,15 @@ from numpy.typing import ArrayLike
 
 from ab_sim.analysis.equilibria import Equilibria, equilibria_of, kept_branches
 from ab_sim.analysis.floquet import STARTS, Followed, follow, held_speed, solutions_of
+from ab_sim.analysis.held_speed import as_speed
 from ab_sim.analysis.modes import NaturalVibration, vibration_of
 from ab_sim.analysis.recovery import RecoveryOverDrag, recovery_over_drag
 from ab_sim.analysis.recovery.over_drag import DRAGS
 from ab_sim.analysis.recovery.response import BAND
-from ab_sim.api.common import Progress, SceneLike, as_scene, as_speed
 from ab_sim.api.results import BranchesOverSpeed, PeriodicSolutions
 from ab_sim.errors import InputError
-from ab_sim.scene.load import changed_scene
+from ab_sim.progress import Progress
+from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
 
 SPEEDS = 120

@@ -1,19 +1,18 @@
 """Calls that run scenes."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ab_sim import accuracy, analysis, batch
+from ab_sim import accuracy, analysis
 from ab_sim.accuracy import WorkPrecision
-from ab_sim.analysis import Comparison, OfflineRun
-from ab_sim.api.common import Progress, SceneLike, as_scene
-from ab_sim.batch import Batch
-from ab_sim.batch.variations import Variations
+from ab_sim.analysis import OfflineRun
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.scene import Scene
+from ab_sim.scene.load import SceneLike, as_scene
 
 ROWS = 10_000
 """Number of rows of a recorded block."""
@@ -42,9 +41,9 @@ def simulate(
     -------
     OfflineRun
         ``trajectory`` with every step, the start included; ``samples``, one Observation for each of
-        ``times``; ``merits``: final and peak whirl [m], residual unbalance, settling; ``decisions``
-        of a profile that decides while it runs; ``adaptive``: estimates of an adaptive start-up's
-        controller.
+        ``times``; ``metrics``: final and peak whirl [m], residual unbalance, settling;
+        ``decisions`` of a profile that decides while it runs; ``adaptive``: estimates of an
+        adaptive start-up's controller.
 
     Raises
     ------
@@ -68,7 +67,7 @@ def simulate(
     <OfflineRun: scene thesis-hold, ...>
     >>> run.trajectory.ball_angles.shape, len(run.samples)
     ((201, 2), 2)
-    >>> run.merits.peak_whirl < 1e-4
+    >>> run.metrics.peak_whirl < 1e-4
     True
     """
     own = as_scene(scene)
@@ -79,99 +78,6 @@ def simulate(
             progress(drive.time, end)
 
     return analysis.run_scene(own, times, tell)
-
-
-def compare_run(run: OfflineRun) -> Comparison:
-    """Run again without the balls, and without the variable-speed period.
-
-    Parameters
-    ----------
-    run : OfflineRun
-        Run to compare with. The others have the same duration, stepper and step.
-
-    Returns
-    -------
-    Comparison
-        ``without_balls`` (they and their mass are taken out) and ``without_period``: time [s],
-        whirl [m], speed [rad/s], each of shape (samples,), and merits; a text with the reason if
-        one could not run; None if the scene has nothing to leave out.
-
-    Examples
-    --------
-    >>> import ab_sim
-    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.2"]))
-    >>> beside = ab_sim.compare_run(run)
-    >>> round(beside.relative_whirl(run.merits), 1)  # with balls, in that without
-    3.1
-    >>> picture = run.plot(beside)  # what `ab-sim run --plot` draws
-    """
-    return analysis.compare(run)
-
-
-def simulate_batch(
-    scene: SceneLike,
-    variations: Variations,
-    *,
-    every: int = 1,
-    progress: Callable[[int, int], None] | None = None,
-    merits: Iterable[str] | None = None,
-    samples: bool | None = None,
-) -> Batch:
-    """Run a scene once for each variation, eight at a time if possible.
-
-    Parameters
-    ----------
-    scene : Scene, str or Path
-        Scene that the runs have in common; a requested accuracy is measured with it unchanged.
-    variations : sequence of mappings, or mapping of arrays
-        For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
-        Any key may vary. Or by dotted key a list or an array with a value for each run.
-    every : int, default 1
-        Keep every ``every``-th step.
-    progress : callable, optional
-        Called with the number of finished runs and the total.
-    merits : iterable of str, optional
-        Keys of metrics of each run (`ab-sim merits` lists them), computed from all of its steps.
-    samples : bool, optional
-        Whether to keep samples; default: only without metrics. Without samples, a run takes memory
-        only while it is judged.
-
-    Returns
-    -------
-    Batch
-        ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
-        ended early, the reason; ``merits``, by key an array over the runs; ``failures``, and why
-        runs were ``aborted``, of which the final merits say nothing.
-
-    Raises
-    ------
-    SceneError
-        A variation is not a valid scene; named by its number, from 0.
-    InputError
-        There is no variation, ``every`` is not a number of steps, a metric does not exist, or the
-        samples do not fit into memory.
-
-    Notes
-    -----
-    Runs of a batch are those of a ``Drive`` to the bit, and their merits those of ``merits_of``.
-
-    Examples
-    --------
-    >>> import ab_sim
-    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=0.1"])
-    >>> masses = [{"balls.mass": mass} for mass in (0.9e-3, 1.0e-3, 1.1e-3)]
-    >>> batch = ab_sim.simulate_batch(scene, masses, every=10)
-    >>> [len(run.trajectory) for run in batch.runs]
-    [20, 20, 20]
-    >>> batch
-    <Batch: scene ..., runs 3, in lanes 3, ...>
-    >>> judged = ab_sim.simulate_batch(
-    ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, merits=["final_whirl_over_e"]
-    ... )
-    >>> judged.merits["final_whirl_over_e"].round(2), judged.runs
-    (array([...]), ())
-    """
-    return batch.simulate_batch(as_scene(scene), variations, every, progress, merits, samples)
 
 
 def resolve_accuracy(

@@ -70,11 +70,11 @@ def further_sensor(name: str, namespace: str) -> Topic | None:
 
 
 NUMBER = COMMAND._replace(name="recording/", qos=Qos())
-"""In bags only: numbers of `Recording.scalar`, each on a topic with its name."""
-THINNED = BLOCK._replace(name="recording/thinned", qos=Qos())
+"""Topics of bags only: numbers of `Recording.scalar`, each on a topic with its name."""
+DECIMATED = BLOCK._replace(name="recording/decimated", qos=Qos())
 """Topic of bags only: for a block of a decimated run, just before it, the number of rows left out
 by intent up to each row, and the rule of decimation. The layout is that of a block."""
-THINNED_CHANNELS = ("step", "time", "left_out", "every", "around")
+DECIMATED_CHANNELS = ("step", "time", "left_out", "every", "around")
 NOTE = "recording."
 """Prefix of the logger of log messages that hold an entry of `Recording.event`."""
 

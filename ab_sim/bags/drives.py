@@ -12,7 +12,7 @@ import numpy as np
 from ab_msgs_py import Block, Health, Level, Topic, topics
 from ab_msgs_py.samples import Event
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NOTE, NUMBER, THINNED
+from ab_sim.bags.contract import DECIMATED, NOTE, NUMBER
 from ab_sim.bags.messages import decoded
 from ab_sim.bags.reader import Message
 from ab_sim.recording import Recording, drawable
@@ -55,15 +55,15 @@ class BagConverter(IgnoredMessages):
         self.rows = self.missing = 0
         self._namespace, self._kinds, self._out = namespace, kinds, out
         self._recording: Recording | None = None
-        self._is_thinned = False  # what the recording is made of
+        self._is_decimated = False  # whether the recording consists of decimated blocks
         self._description: dict[str, Any] = {}
         self._time = 0  # newest [ns]
         self._levels: dict[str, Level] = {}
-        self._left_out = np.empty((0, len(contract.THINNED_CHANNELS)))  # of the next block
+        self._left_out = np.empty((0, len(contract.DECIMATED_CHANNELS)))  # of the next block
         self._pending: list[tuple[Any, ...]] = []  # noted before there were samples
         self._write: dict[Topic, Callable[[Any], None]] = {
             topics.DESCRIPTION: self._describe,
-            THINNED: self._thinned,
+            DECIMATED: self._decimated,
             topics.BLOCK: self._block,
             topics.CLOCK: self._clock,
             topics.COMMAND: self._command,
@@ -98,10 +98,10 @@ class BagConverter(IgnoredMessages):
             self._close()
             self._description = description
 
-    def _thinned(self, block: Block) -> None:
+    def _decimated(self, block: Block) -> None:
         channels, rule = checked_block(block)
-        if channels != contract.THINNED_CHANNELS:
-            raise ValueError(f"must have the channels {contract.THINNED_CHANNELS}")
+        if channels != contract.DECIMATED_CHANNELS:
+            raise ValueError(f"must have the channels {contract.DECIMATED_CHANNELS}")
         counts, every, around = rule[:, 2], rule[:, 3], rule[:, 4]
         whole = (counts == np.rint(counts)).all() and (counts >= 0).all()
         if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
@@ -121,8 +121,8 @@ class BagConverter(IgnoredMessages):
             self._open(channels)
         assert self._recording is not None
         left_out, self._left_out = self._left_out, self._left_out[:0]
-        thinned = self._is_thinned and np.array_equal(left_out[:, 0], samples[:, 0])
-        self._recording.block(channels, samples, left_out[:, 2] if thinned else None)
+        decimated = self._is_decimated and np.array_equal(left_out[:, 0], samples[:, 0])
+        self._recording.block(channels, samples, left_out[:, 2] if decimated else None)
         self._time = max(self._time, round(1e9 * samples[-1, 1]))
 
     def _clock(self, time: int) -> None:
@@ -180,11 +180,11 @@ class BagConverter(IgnoredMessages):
             path = self._out.with_stem(f"{self._out.stem}-{count}")
         self.files.append(path)
         drawn = drawable(self._description, channels)
-        self._is_thinned = len(self._left_out) > 0
+        self._is_decimated = len(self._left_out) > 0
         rule: dict[str, Any] = {}
-        if self._is_thinned:
+        if self._is_decimated:
             every, around = self._left_out[0, 3:].tolist()
-            rule = {"every": int(every), "around": around, "thinned": True}
+            rule = {"every": int(every), "around": around, "decimated": True}
         self._recording = Recording(
             path, description=self._description, drawn=drawn, index=False, **rule
         )

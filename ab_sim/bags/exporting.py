@@ -14,7 +14,7 @@ from ab_msgs_py import Block, Topic, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import Event
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NOTE, NUMBER, THINNED, offered_qos
+from ab_sim.bags.contract import DECIMATED, NOTE, NUMBER, offered_qos
 from ab_sim.bags.messages import encoded, prefilled
 from ab_sim.bags.writer import BagWriter
 from ab_sim.drive.driving_forces import driving_forces
@@ -126,10 +126,10 @@ class _Samples:
         begin = nanoseconds(extent.first[1])
         yield self._message(begin, -1, topics.DESCRIPTION, dict(self._run.description))
         channels = self._run.channels
-        thinned = self._run.every > 1
-        for block in self._run.blocks((*channels, LEFT_OUT) if thinned else None, rows=_ROWS):
+        decimated = self._run.every > 1
+        for block in self._run.blocks((*channels, LEFT_OUT) if decimated else None, rows=_ROWS):
             rows = Trajectory(channels, block[:, : len(channels)])
-            counts = block[:, -1] if thinned else None
+            counts = block[:, -1] if decimated else None
             yield from heapq.merge(
                 self._blocks(rows, counts), self._states(rows), key=lambda message: message[:2]
             )
@@ -143,8 +143,10 @@ class _Samples:
             if left_out is not None:
                 counts = left_out[first : first + _BLOCK]
                 rule = np.tile((self._run.every, self._run.around), (len(counts), 1))
-                thinning = np.column_stack([samples[:, :2], counts, rule])
-                yield self._message(time, 0, THINNED, Block(contract.THINNED_CHANNELS, thinning))
+                decimation = np.column_stack([samples[:, :2], counts, rule])
+                yield self._message(
+                    time, 0, DECIMATED, Block(contract.DECIMATED_CHANNELS, decimation)
+                )
             yield self._message(time, 1, topics.BLOCK, Block(rows.channels, samples))
 
     def _states(self, rows: Trajectory) -> Iterator[TimedMessage]:

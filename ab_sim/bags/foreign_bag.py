@@ -205,7 +205,7 @@ class ForeignBag(IgnoredMessages):
         self._add(_EVERY + names[0], names, sample.time, [*sample.place])
 
     def _channels(self, frame: str, kind: str) -> tuple[str, ...]:
-        """Channels of the sensor with that frame; none if it is that of the housing."""
+        """Return the channels of the sensor with a frame; none for the housing's frame."""
         if frame in ("", frame_of(self._namespace, HOUSING)):
             return ()
         sensor = re.sub(r"[^a-z0-9_]", "_", frame.rpartition("/")[2].lower())

@@ -10,7 +10,7 @@ from typing import NamedTuple
 from ab_msgs_py import Topic, topics
 from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
 from ab_sim.bags import contract
-from ab_sim.bags.contract import NUMBER, THINNED
+from ab_sim.bags.contract import DECIMATED, NUMBER
 from ab_sim.bags.drives import BagConverter
 from ab_sim.bags.foreign_bag import ForeignBag
 from ab_sim.bags.reader import Bag
@@ -31,7 +31,7 @@ class ImportedBag(NamedTuple):
     ignored: dict[str, tuple[int, str]]
     """By topic: number of unusable messages, and the error of the last one."""
     complete: bool
-    """Whether the bag was finished; if not, its readable part was used."""
+    """True if the bag was finished; if not, its readable part was used."""
     notes: list[str]
     """Sensors of a bag without blocks whose values are held between their stamps."""
 
@@ -45,19 +45,19 @@ def import_bag(
 ) -> ImportedBag:
     """Convert a bag to recordings.
 
-    With ``vibration/block`` they are to the bit what a recorder that had listened would have
-    written. Without, there is one with a row at every stamp of the sensor with most samples on
-    ``vibration``, ``whirl``, ``imu/data_raw`` and ``displacement``; it also has the other sensors,
-    joints and commands. Joints are interpolated, the others as last heard until then. Where
-    positions are unknown nothing is drawn.
+    With ``vibration/block``, the recordings are equal to those of a live recorder, to the bit.
+    Without it, there is one recording with a row at every stamp of the sensor with most samples on
+    ``vibration``, ``whirl``, ``imu/data_raw`` and ``displacement``. It also has the other sensors,
+    joints and commands. Joints are interpolated; other values are the last ones received. Where
+    positions are unknown, nothing is drawn.
 
     Args:
-        path: of the bag, see `Bag`.
-        out: the .rrd file, replaced if there is one; of several ones the first, and the others are
-            called ``-2`` and so on and replace nothing.
-        namespace: of the drive; None: of the only one there is.
-        progress: called with the number of messages done, and of all.
-        rows_of: channel of a sensor whose stamps make the rows instead, without blocks.
+        path: path of the bag, see `Bag`.
+        out: .rrd file of the first recording; an existing one is replaced. Files of further
+            recordings get the endings ``-2`` and so on, and replace no others.
+        namespace: namespace of the drive; None: that of the only drive.
+        progress: function that is called with the number of messages done, and of all.
+        rows_of: channel of a sensor whose stamps give the rows instead, without blocks.
 
     Raises:
         InputError: the bag has no drive in the namespace, or several drives and no namespace was
@@ -137,7 +137,7 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
             wanted[name] = NUMBER
         if further := contract.further_sensor(name, namespace):
             wanted[name] = further
-    wanted[THINNED.within(namespace)] = THINNED
+    wanted[DECIMATED.within(namespace)] = DECIMATED
     found = {name: kind for name, kind in wanted.items() if name in bag.topics}
     for name, kind in found.items():
         if bag.topics[name].type != kind.type_name:

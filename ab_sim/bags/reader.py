@@ -73,7 +73,7 @@ class Bag:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self.complete = True
-        """Whether its writer finished the bag."""
+        """True if the writer finished the bag."""
         self._reader: Any = self._open()
         self.topics: dict[str, BagTopic] = {}
         for connection in self._reader.connections:

@@ -9,14 +9,17 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import NamedTuple
 
+import psutil
+
 from ab_sim.bags.metadata import METADATA, is_unfinished
 from ab_sim.bags.reader import Bag
-from ab_sim.bags.unfinished_bag import is_being_written, is_finished, torn_bytes, written_by
+from ab_sim.bags.unfinished_bag import is_finished, torn_bytes, written_by
 from ab_sim.bags.writer import BagWriter
 from ab_sim.errors import RecordingError
+from ab_sim.file_locks import is_being_written
 
 _LIBRARY = "rosbags"
-_UNFINISHED = ".mending-"
+_UNFINISHED = ".repairing-"
 _PROGRESS_EVERY = 1000  # messages
 
 
@@ -48,7 +51,7 @@ def repair_bag(
         RecordingError: there is no bag, it was not written by ab_sim, it is still being written, or
             the new file cannot be written.
     """
-    file, cannot = _file_of(Path(path)), f"cannot mend the bag {path}: "
+    file, cannot = _file_of(Path(path)), f"cannot repair the bag {path}: "
     try:
         if is_being_written(file):
             raise RecordingError(
@@ -85,7 +88,7 @@ def _remove_leftovers(folder: Path) -> None:
     """Remove what repairs that were killed have left in a bag's folder."""
     for room in folder.glob(f"{_UNFINISHED}*"):
         number = room.name.removeprefix(_UNFINISHED).partition("-")[0]
-        if number.isdecimal() and not Path("/proc", number).exists():
+        if number.isdecimal() and not psutil.pid_exists(int(number)):
             shutil.rmtree(room, ignore_errors=True)
 
 
@@ -93,7 +96,7 @@ def _file_of(path: Path) -> Path:
     files = [path] if path.is_file() else sorted(path.glob("*.mcap"))
     if len(files) != 1 or files[0].suffix != ".mcap":
         raise RecordingError(
-            f"cannot mend the bag {path}: must be a folder with one .mcap file in it, or that file"
+            f"cannot repair the bag {path}: must be a folder with one .mcap file, or that file"
         )
     return files[0]
 

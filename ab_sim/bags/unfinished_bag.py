@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import fcntl
 import io
 import struct
 from pathlib import Path
@@ -26,23 +25,6 @@ def is_finished(path: Path) -> bool:
         return False
     kind, length, summary, *_ = _FOOTER.unpack(last[: _FOOTER.size])
     return (kind, length) == (2, 20) and summary > 0
-
-
-def is_being_written(path: Path) -> bool:
-    """Return whether another process has the file open for writing, if the system can tell."""
-    with path.open("rb") as file:
-        try:  # `BagWriter` holds a lock
-            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
-        except BlockingIOError:
-            return True
-        try:  # other programs hold none; Linux refuses a lease on a file that is open for writing
-            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_RDLCK)
-            fcntl.fcntl(file, fcntl.F_SETLEASE, fcntl.F_UNLCK)
-        except BlockingIOError:
-            return True
-        except OSError:
-            pass  # a file of another user, or a file system without leases
-    return False
 
 
 def written_by(path: Path) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import contextlib
-import fcntl
 import os
 from functools import partial
 from pathlib import Path
@@ -24,6 +23,7 @@ from ab_sim.bags.messages import TYPES
 from ab_sim.bags.metadata import METADATA, initial_metadata
 from ab_sim.bags.unfinished_bag import END
 from ab_sim.errors import RecordingError
+from ab_sim.file_locks import lock
 from ab_sim.output_file import write_whole
 
 _CHECKSUM = 201
@@ -145,7 +145,7 @@ class BagWriter:
         storage = self._writer.storage
         assert isinstance(storage, McapWriter)
         storage.path = storage.path.rename(self.path / name)
-        fcntl.flock(storage.bio, fcntl.LOCK_EX)  # `repair_bag` finds this lock
+        lock(storage.bio, wait=True)  # `repair_bag` finds this lock
 
     def _check_usable(self) -> None:
         if self._error:

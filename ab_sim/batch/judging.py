@@ -5,9 +5,9 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ab_sim.analysis.merits.judging import JudgedRuns
-from ab_sim.analysis.merits.merit import merits_named
-from ab_sim.analysis.merits.of_run import merits_of_runs
+from ab_sim.analysis.metrics.judging import JudgedRuns
+from ab_sim.analysis.metrics.metric import metrics_named
+from ab_sim.analysis.metrics.of_run import metrics_of_runs
 from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
 from ab_sim.batch.run_columns import Split
@@ -30,7 +30,7 @@ class JudgedPart(NamedTuple):
 
     runs: np.ndarray
     """Indices of the runs."""
-    merits: dict[str, list[Any]]
+    metrics: dict[str, list[Any]]
     """Metrics by key as in reports; None for failed runs."""
     failures: list[str]
     """Reason of each run's early end; empty if complete."""
@@ -122,8 +122,8 @@ def _in_lanes(
         failures = [first.failure_after(steps) for steps in sound.tolist()]
         good = np.flatnonzero(sound >= first.steps)
         runs, kept = source.judged(which[good]), room.of(good)
-        merits = _reported(runs, first.channels, keys, *kept)
-        spread = {key: _spread(values, good, len(which)) for key, values in merits.items()}
+        metrics = _reported(runs, first.channels, keys, *kept)
+        spread = {key: _spread(values, good, len(which)) for key, values in metrics.items()}
         yield JudgedPart(
             numbers[begin : begin + most], spread, failures, [""] * len(failures), True, seconds
         )
@@ -171,11 +171,11 @@ def _one_by_one(
     most = _at_once(group[0])
     for begin in range(0, len(group), most):
         done = run_prepared(group[begin : begin + most], every=1)
-        merits = _of_runs(done.runs, keys)
+        metrics = _of_runs(done.runs, keys)
         failures, lanes = [run.failure for run in done.runs], done.in_lanes > 0
         aborts = [run.aborted for run in done.runs]
         part = numbers[begin : begin + most]
-        yield JudgedPart(part, merits, failures, aborts, lanes, done.integration_seconds)
+        yield JudgedPart(part, metrics, failures, aborts, lanes, done.integration_seconds)
 
 
 def run_and_judge(
@@ -194,7 +194,7 @@ def run_and_judge(
         Finished runs; reported metrics of each run by key, None for failed runs.
     """
     runs: list[Any] = [None] * len(prepared)
-    merits: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
+    metrics: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
     seconds, done, in_lanes = 0.0, 0, 0
     for members in grouped(prepared).values():
         most = _at_once(prepared[members[0]])
@@ -204,14 +204,14 @@ def run_and_judge(
             found = _of_runs(part.runs, keys)
             for at, i in enumerate(chosen):
                 run = part.runs[at]
-                runs[i] = run._replace(trajectory=run.trajectory.thinned(every))
+                runs[i] = run._replace(trajectory=run.trajectory.decimated(every))
                 for key in keys:
-                    merits[key][i] = found[key][at]
+                    metrics[key][i] = found[key][at]
             seconds, done = seconds + part.integration_seconds, done + len(chosen)
             in_lanes += part.in_lanes
             if progress is not None:
                 progress(done, len(prepared))
-    return DoneRuns(tuple(runs), in_lanes, seconds), merits
+    return DoneRuns(tuple(runs), in_lanes, seconds), metrics
 
 
 def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
@@ -241,9 +241,11 @@ def _reported(
     """Return metrics as in reports."""
     if not len(runs):
         return {key: [] for key in keys}
-    found = merits_of_runs(runs, channels, samples, keys, whirl)
+    found = metrics_of_runs(runs, channels, samples, keys, whirl)
     e = runs.numbers.eccentricity
-    return {merit.key: merit.all_as_reported(found[merit.key], e) for merit in merits_named(keys)}
+    return {
+        metric.key: metric.all_as_reported(found[metric.key], e) for metric in metrics_named(keys)
+    }
 
 
 def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:

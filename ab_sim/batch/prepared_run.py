@@ -151,8 +151,8 @@ class PreparedRun:
     def trajectory(self, samples: np.ndarray, stride: int) -> Trajectory:
         """Return every ``stride``-th sample; sensors are computed from all samples first."""
         if not self.scene.pickups:
-            return Trajectory(self.channels, samples).thinned(stride)
-        return RowReader(self.scene, self.system).trajectory(samples).thinned(stride)
+            return Trajectory(self.channels, samples).decimated(stride)
+        return RowReader(self.scene, self.system).trajectory(samples).decimated(stride)
 
 
 def grouped(prepared: Sequence[PreparedRun]) -> dict[Any, list[int]]:

@@ -31,7 +31,7 @@ class Batch(Presented):
     """
     variations: Sequence[Mapping[str, object]] = ()
     """Varied values by dotted key, for each run."""
-    merits: Mapping[str, np.ndarray] = field(default_factory=dict)
+    metrics: Mapping[str, np.ndarray] = field(default_factory=dict)
     """Requested metrics by key as in reports, shape (runs,).
 
     Numbers are floats, NaN for null and for failed runs; other values are None there. Metrics of an
@@ -60,7 +60,7 @@ class Batch(Presented):
             last = [float(path.whirl[-1]) for path in kept]
             facts["until"] = number(max(path["time"][-1] for path in kept), "s")
             facts["W at the end"] = ends(min(last), max(last), "m")
-        for key, values in self.merits.items():
+        for key, values in self.metrics.items():
             known = values[np.isfinite(values)] if values.dtype == float else values[:0]
             if len(known):
                 facts[key] = ends(known.min(), known.max(), "")
@@ -82,7 +82,7 @@ class Batch(Presented):
                 "peak_whirl": Column("m", [float(whirl.max(initial=0.0)) for whirl in whirls]),
                 "whirl": Column("m", [_last(whirl) for whirl in whirls]),
             }
-        columns |= {key: Column(None, values) for key, values in self.merits.items()}
+        columns |= {key: Column(None, values) for key, values in self.metrics.items()}
         columns |= {"aborted": Column(None, self.aborted)} if any(self.aborted) else {}
         return columns | {"failure": Column(None, self.failures)}
 

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, overload
 
 import numpy as np
 
-from ab_sim.analysis.merits.judging import JudgedRuns, RunNumbers, limits_of
+from ab_sim.analysis.metrics.judging import JudgedRuns, RunNumbers, limits_of
 from ab_sim.batch.lane_group import LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun, StepPlanKey
 from ab_sim.dynamics.assemble import of_ball

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.merits.merit import MeritKind, merits_named
+from ab_sim.analysis.metrics.metric import MetricKind, metrics_named
 from ab_sim.batch.judging import judged_parts, run_and_judge
 from ab_sim.batch.prepared_run import PreparedRun, kernel_stride, steps_of
 from ab_sim.batch.result import Batch
@@ -16,6 +16,7 @@ from ab_sim.batch.variations import Variations, by_key, each_run, varied, varied
 from ab_sim.errors import InputError, SceneError
 from ab_sim.quoting import short
 from ab_sim.scene import Scene
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.stepping.side_by_side import LANES
 
 MOST_VALUES = 500_000_000
@@ -23,44 +24,79 @@ MOST_VALUES = 500_000_000
 
 
 def simulate_batch(
-    scene: Scene,
+    scene: SceneLike,
     variations: Variations,
     every: int = 1,
+    *,
     progress: Callable[[int, int], None] | None = None,
-    merits: Iterable[str] | None = None,
+    metrics: Iterable[str] | None = None,
     samples: bool | None = None,
 ) -> Batch:
-    """Run a scene's profile once for each variation, for the scene's duration.
+    """Run a scene once for each variation, eight at a time if possible.
 
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene that the runs have in common; a requested accuracy is measured with it unchanged.
+    variations : sequence of mappings, or mapping of arrays
+        For each run values by dotted key, SI or a text with a unit, ``"2 g"``; None removes a key.
+        Any key may vary. Or by dotted key a list or an array with a value for each run.
+    every : int, default 1
+        Keep every ``every``-th step.
+    progress : callable, optional
+        Called with the number of finished runs and the total.
+    metrics : iterable of str, optional
+        Keys of metrics of each run (`ab-sim metrics` lists them), computed from all of its steps.
+    samples : bool, optional
+        Whether to keep samples; default: only without metrics. Without samples, a run takes memory
+        only while it is judged.
+
+    Returns
+    -------
+    Batch
+        ``runs`` in the order of the variations, each with its scene, its Trajectory and, if it
+        ended early, the reason; ``metrics``, by key an array over the runs; ``failures``, and why
+        runs were ``aborted``, of which the final metrics say nothing.
+
+    Raises
+    ------
+    SceneError
+        A variation is not a valid scene; named by its number, from 0.
+    InputError
+        There is no variation, ``every`` is not a number of steps, a metric does not exist, or the
+        samples do not fit into memory.
+
+    Notes
+    -----
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, are computed
     eight side by side with vector instructions. A run with an event in a step (friction, contact, a
     motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``) are
-    computed one by one. All results are bit-identical to those of a Drive.
+    computed one by one. Runs of a batch are those of a ``Drive`` to the bit, and their metrics
+    those of ``metrics_of``.
 
-    Args:
-        scene: common scene of the runs; a requested accuracy is resolved with it, without
-            variations.
-        variations: for each run, values by dotted key, e.g. ``{"balls.mass": 0.002,
-            "effects.viscous_drag.coefficient": 2.0}``, SI or a text with a unit, ``"2 g"``; None
-            removes a key. Any key may vary. Or by dotted key a list or an array with a value for
-            each run.
-        every: keep every ``every``-th step.
-        progress: called with (runs done, runs).
-        merits: keys of metrics, computed from every step; None for no metrics.
-        samples: whether to keep samples; None keeps them if no metrics are requested.
-
-    Raises:
-        SceneError: a variation is not a valid scene, or cannot be run with its solver; the message
-            contains its number, from 0.
-        InputError: there are no variations, ``every`` is invalid, a metric is unknown, or the
-            samples need too much memory.
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=0.1"])
+    >>> masses = [{"balls.mass": mass} for mass in (0.9e-3, 1.0e-3, 1.1e-3)]
+    >>> batch = ab_sim.simulate_batch(scene, masses, every=10)
+    >>> [len(run.trajectory) for run in batch.runs]
+    [20, 20, 20]
+    >>> batch
+    <Batch: scene ..., runs 3, in lanes 3, ...>
+    >>> judged = ab_sim.simulate_batch(
+    ...     scene, {"balls.mass": [0.9e-3, 1.0e-3, 1.1e-3]}, metrics=["final_whirl_over_e"]
+    ... )
+    >>> judged.metrics["final_whirl_over_e"].round(2), judged.runs
+    (array([...]), ())
     """
+    scene = as_scene(scene)
     each = each_run(variations)
-    keep = merits is None if samples is None else samples
-    keys = [merit.key for merit in merits_named(merits or ())]
+    keep = metrics is None if samples is None else samples
+    keys = [metric.key for metric in metrics_named(metrics or ())]
     _check_every(every, keep)
     if not keep:
-        return _merits_only(scene, each, keys, progress)
+        return _metrics_only(scene, each, keys, progress)
     scenes = varied(scene, each)
     # Runs with a requested accuracy have an unknown number of steps until it is resolved.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
@@ -79,7 +115,7 @@ def simulate_batch(
     return Batch(*done, each, columns, failures, aborted, done.runs[0].scene.name)
 
 
-def _merits_only(
+def _metrics_only(
     scene: Scene,
     variations: Sequence[Mapping[str, object]],
     keys: Sequence[str],
@@ -98,7 +134,7 @@ def _merits_only(
     failures, aborted, columns = [""] * count, [""] * count, _empty_columns(keys, count)
     seconds, done, in_lanes = 0.0, 0, 0
     for part in judged_parts(split, prepared, keys):
-        _fill_in(columns, part.runs, part.merits)
+        _fill_in(columns, part.runs, part.metrics)
         for run, *whys in zip(part.runs.tolist(), part.failures, part.aborts, strict=True):
             failures[run], aborted[run] = whys
         seconds, done = seconds + part.seconds, done + len(part.runs)
@@ -110,24 +146,24 @@ def _merits_only(
 
 
 def _empty_columns(keys: Sequence[str], runs: int) -> dict[str, np.ndarray]:
-    """Return columns of metrics before any run; see ``Batch.merits``."""
+    """Return columns of metrics before any run; see ``Batch.metrics``."""
     return {
-        merit.key: np.full(runs, np.nan)
-        if merit.kind is MeritKind.NUMBER
+        metric.key: np.full(runs, np.nan)
+        if metric.kind is MetricKind.NUMBER
         else np.full(runs, None, object)
-        for merit in merits_named(keys)
+        for metric in metrics_named(keys)
     }
 
 
 def _fill_in(
-    columns: Mapping[str, np.ndarray], runs: np.ndarray, merits: Mapping[str, Sequence[Any]]
+    columns: Mapping[str, np.ndarray], runs: np.ndarray, metrics: Mapping[str, Sequence[Any]]
 ) -> None:
     """Write metrics of some runs into the columns."""
     for key, column in columns.items():
         if column.dtype == float:
-            column[runs] = np.array(merits[key], float)  # NaN for None
+            column[runs] = np.array(metrics[key], float)  # NaN for None
         else:
-            for run, value in zip(runs.tolist(), merits[key], strict=True):
+            for run, value in zip(runs.tolist(), metrics[key], strict=True):
                 column[run] = value
 
 

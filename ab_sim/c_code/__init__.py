@@ -1,12 +1,12 @@
-"""A drive as C99: its equations, a loop of fixed steps, and the same as an FMU (FMI 3.0).
+"""Export of a drive as C99 (its equations and a loop of fixed steps) or as an FMU (FMI 3.0).
 
-suitable      which scenes it can be made of; errors that say what to do of others
-parameters    the constants of a scene as fields of a struct, with units
+suitable      scenes that can be exported; errors with remedies for others
+parameters    constants of a scene as fields of a struct, with units
 equations     functions of a model's expressions as C
-declarations  what of a scene stands in header and source beside these
+declarations  other declarations in header and source that depend on the scene
 templates     files from templates, which are in template_files
 sources       header and source, example and check
-model_description   what an FMU's XML files say
-fmu           the archive
-writing       files written: all of them or none
+model_description   XML files of an FMU
+fmu           archive of an FMU
+writing       writing of files: all of them or none
 """

@@ -150,7 +150,7 @@ def _binary(sources: dict[str, str]) -> bytes | None:
             said = next((line for line in made.stderr.splitlines() if "error" in line), "")
             raise InputError(
                 f"{compiler}: cannot build the FMU's binary: {said or made.stderr.strip()}; "
-                "mend the compiler, or hide it from PATH for an FMU of sources alone"
+                "repair the compiler, or hide it from PATH for an FMU of sources alone"
             )
         return (folder / "fmu.so").read_bytes()
 

@@ -45,13 +45,13 @@ class DriveParameter(NamedTuple):
     units: tuple[str, ...] = ()
     """Units along its last axis, if they differ."""
     is_start: bool = False
-    """Whether it is used at the start only."""
+    """True if the parameter is used at the start only."""
     least: float | None = None
     """Lower bound from its effect."""
 
     @property
     def is_of_balls(self) -> bool:
-        """Whether each ball has one."""
+        """True if each ball has a value."""
         return self.is_start or self.inputs[0] in GIVEN
 
     @property

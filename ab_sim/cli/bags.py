@@ -1,26 +1,57 @@
-"""`ab-sim export --mcap`, `ab-sim import` and `ab-sim replay`."""
+"""Commands that convert recordings and bags: `ab-sim export`, `import`, `replay` and `repair`."""
 
-import math
 import re
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 
 from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag, repair_bag
+from ab_sim.cli.checks import check_positive, require_ros
 from ab_sim.cli.outputs import people, say_written
-from ab_sim.cli.progress import progress_bar
-from ab_sim.cli.ros import require_ros
-from ab_sim.errors import InputError
-from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
-from ab_sim.recording import open_recording
-from ab_sim.recording.export import Part
+from ab_sim.cli.progress import Tell, progress_bar
+from ab_sim.cli.recording_commands import (
+    ExportOptions,
+    ImportOptions,
+    RepairOptions,
+    ReplayOptions,
+)
+from ab_sim.cli.runner import Command, Outcome
+from ab_sim.errors import AbSimError, InputError
+from ab_sim.output_file import (
+    CSV,
+    PARQUET,
+    RECORDING,
+    check_ending,
+    check_folder,
+    check_writable,
+)
+from ab_sim.recording import StoredRun, open_recording
+from ab_sim.recording import export as formats
 
 _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
-def export_bag_command(
-    recording: Path, mcap: Path, namespace: str, rate: float | None, part: Part
-) -> None:
+def export_command(given: ExportOptions) -> Command | None:
+    """Write a recording as a bag, and return the command that writes it as tables.
+
+    Raises:
+        InputError: options exclude each other or cannot be used.
+        RecordingError: see `open_recording` and `export_bag`.
+    """
+    names = given.channels and tuple(name.strip() for name in given.channels.split(","))
+    part = formats.Part(given.begin, given.end, given.every, names or None)
+    if given.mcap is None:
+        if (given.namespace, given.rate) != (None, None):
+            raise InputError("--namespace, --rate: apply to a bag; add --mcap FOLDER")
+    else:
+        _export_bag(given, given.mcap, part)
+        if given.parquet is None and given.csv is None:
+            return None
+    return _table_command(given, part)
+
+
+def _export_bag(given: ExportOptions, mcap: Path, part: formats.Part) -> None:
     """Write a recording as a bag.
 
     Raises:
@@ -28,17 +59,18 @@ def export_bag_command(
             part of the recording was requested.
         RecordingError: see `open_recording` and `export_bag`.
     """
-    if part != Part():
+    recording, namespace = given.recording, given.namespace or "/"
+    if part != formats.Part():
         raise InputError(
             "--from, --to, --every, --channels: a bag has the whole recording; give them with "
-            "--parquet or --csv, in a call of its own"
+            "--parquet or --csv, in another call"
         )
     check_folder(mcap, "--mcap")
     if mcap.exists():
-        raise InputError(f"--mcap {mcap}: is there already, and bags are not replaced")
+        raise InputError(f"--mcap {mcap}: exists already; name a new folder")
     check_writable(mcap, "--mcap")
-    rate = STATE_RATE if rate is None else rate
-    _check_positive(rate, "--rate", "messages a second")
+    rate = STATE_RATE if given.rate is None else given.rate
+    check_positive("--rate", rate, "messages a second")
     if not _NAMESPACE.fullmatch(namespace):
         raise InputError(f"--namespace {namespace}: must be words between slashes, e.g. /left")
     run = open_recording(recording)
@@ -56,7 +88,45 @@ def export_bag_command(
     say_written([mcap])
 
 
-def import_command(bag: Path, out: Path | None, namespace: str | None) -> None:
+def _table_command(given: ExportOptions, part: formats.Part) -> Command:
+    """Return the command that writes a recording's samples as tables."""
+    recording = given.recording
+    files = {formats.PARQUET: given.parquet, formats.CSV: given.csv}
+    wanted = {form: file for form, file in files.items() if file is not None}
+    if not wanted:
+        raise InputError(
+            "nothing to write: name a file with --parquet or --csv, or a bag with --mcap"
+        )
+
+    def work(tell: Tell) -> Outcome:
+        run = open_recording(recording)
+        whole = replace(part, hangs=_hangs(run))
+        channels, total = len(whole.names(run)), run.extent.rows
+        rows = formats.export(run, wanted, whole, lambda read: tell("samples", read, total))
+        torn = [f"{recording}: {remark}" for remark in run.remarks]
+        lines = [f"{rows} samples of {channels} channels", *torn]
+        return Outcome(lines, written=[*wanted.values()])
+
+    outputs = (given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv")
+    return Command(work, f"export {recording.name}", "nothing was written", outputs, aside=True)
+
+
+def _hangs(run: StoredRun) -> tuple[float, float] | None:
+    """Return x and y [m] of the recorded deck at rest, if known."""
+    if "z" not in run.channels:  # in the plane, displacements count from the rest position
+        return 0.0, 0.0
+    from ab_sim.analysis.rest import rest_of
+    from ab_sim.scene.load import check_scene
+
+    try:
+        scene = check_scene(run.description.get("scene") or {}, "the recording's scene")
+        x, y, _ = rest_of(scene).place.tolist()
+    except AbSimError:
+        return None
+    return None if scene.deck is None else (x, y)
+
+
+def import_command(given: ImportOptions) -> None:
     """Convert a bag to recordings.
 
     Raises:
@@ -64,15 +134,16 @@ def import_command(bag: Path, out: Path | None, namespace: str | None) -> None:
             named.
         RecordingError: see `import_bag`.
     """
+    bag, out = given.bag, given.out
     with Bag(bag):
         pass  # checked first: it is a bag
     file = out or Path(f"{bag.resolve().stem}.rrd")
     check_ending(file, RECORDING, "--out")
     check_writable(file, "--out")
     if out is None and file.exists():
-        raise InputError(f"{file} is there already: say by --out {file} that it be replaced")
+        raise InputError(f"{file}: exists already; to replace it, add --out {file}")
     with progress_bar(bag.name) as update:
-        made = import_bag(bag, file, namespace, lambda done, of: update("messages", done, of))
+        made = import_bag(bag, file, given.namespace, lambda done, of: update("messages", done, of))
     for topic, (count, reason) in made.ignored.items():
         people.print(f"ignored {count} messages on {topic}, the last one: {reason}")
     for note in made.notes:
@@ -84,42 +155,39 @@ def import_command(bag: Path, out: Path | None, namespace: str | None) -> None:
     say_written(made.files)
 
 
-def mend_command(bag: Path) -> None:
+def repair_command(given: RepairOptions) -> None:
     """Complete a bag in place.
 
     Raises:
         RecordingError: see `repair_bag`.
     """
+    bag = given.bag
     with progress_bar(bag.name) as update:
-        mended = repair_bag(bag, lambda done, of: update("messages", done, of))
-    if mended is None:
-        people.print(f"{bag} is complete: there is nothing to mend")
+        repaired = repair_bag(bag, lambda done, of: update("messages", done, of))
+    if repaired is None:
+        people.print(f"{bag} is complete: there is nothing to repair")
         return
-    lost = f"; {mended.lost} bytes at its end were torn and are lost" if mended.lost else ""
-    people.print(f"{mended.messages} messages{lost}")
+    lost = f"; {repaired.lost} bytes at its end were torn and are lost" if repaired.lost else ""
+    people.print(f"{repaired.messages} messages{lost}")
     say_written([bag])
 
 
-def replay_command(bag: Path, rate: float, namespace: str | None, paused: bool) -> None:
+def replay_command(given: ReplayOptions) -> None:
     """Publish a bag again and exit the process.
 
     Raises:
         InputError: ROS 2 is missing, or the rate is invalid.
         RecordingError: the bag cannot be read.
     """
-    _check_positive(rate, "--rate", "how many times as fast")
+    check_positive("--rate", given.rate, "playback speed factor")
     require_ros("to replay")
     from ab_sim.nodes.bag_replay import replay
 
-    replay(bag, namespace, rate, paused, lambda: _seconds_of(bag))
+    bag = given.bag
+    replay(bag, given.namespace, given.rate, given.start_paused, lambda: _seconds_of(bag))
 
 
 @contextmanager
 def _seconds_of(bag: Path) -> Iterator[Callable[[int, int], None]]:
     with progress_bar(bag.name) as update:
         yield lambda done, of: update("s", done, of)
-
-
-def _check_positive(value: float, said: str, meaning: str) -> None:
-    if not 0.0 < value < math.inf:
-        raise InputError(f"{said} {value:g}: {meaning}, must be more than 0 and finite")

@@ -1,21 +1,23 @@
-"""`ab-sim c`."""
-
-from pathlib import Path
+"""`ab-sim c` and `ab-sim urdf`."""
 
 from ab_sim.c_code.sources import NAMES, sources_of
 from ab_sim.c_code.writing import check_output, write_fmu, write_sources
 from ab_sim.cli.progress import Tell
+from ab_sim.cli.recording_commands import UrdfOptions
 from ab_sim.cli.runner import Command, Outcome
+from ab_sim.cli.scene_commands import COptions
+from ab_sim.drive.urdf import urdf_of
 from ab_sim.errors import InputError
 from ab_sim.output_file import FMU
 from ab_sim.scene import load_scene
 
 
-def c_command(scene_name: str, changes: list[str], out: Path | None, fmu: Path | None) -> Command:
+def c_command(given: COptions) -> Command:
     """Return the command that writes a scene's drive in C, or as an FMU."""
+    out, fmu = given.out, given.fmu
     if out is None and fmu is None:
         raise InputError("nothing to write: name a folder with --out, or an FMU with --fmu")
-    scene = load_scene(scene_name, changes)
+    scene = load_scene(given.scene, given.change)
     if out is not None:
         check_output(out, list(NAMES), "--out")
 
@@ -24,6 +26,7 @@ def c_command(scene_name: str, changes: list[str], out: Path | None, fmu: Path |
         if fmu is not None:
             made = write_fmu(sources, fmu, "--fmu")
             binary = made.binary or "none: there is no C compiler (cc)"
+            written.append(fmu)
             shown.append(f"FMU of {len(made.variables)} variables; binary for {binary}")
         if out is not None:
             written += write_sources(sources, out, "--out")
@@ -31,3 +34,8 @@ def c_command(scene_name: str, changes: list[str], out: Path | None, fmu: Path |
         return Outcome(shown, written=written)
 
     return Command(work, outputs=[(fmu, FMU, "--fmu")], aside=True)
+
+
+def print_urdf(given: UrdfOptions) -> None:
+    """Print a scene as a URDF."""
+    print(urdf_of(load_scene(given.scene, given.change)), end="")

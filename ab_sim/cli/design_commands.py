@@ -1,239 +1,273 @@
 """Commands for design decisions over many drives."""
 
-import typer
+from pathlib import Path
+from typing import Annotated, NamedTuple
 
-from ab_sim.cli.design_options import (
-    RobustAgainstOption,
-    RobustBalancedOption,
-    RobustMeritsOption,
-    RobustParquetOption,
-    RobustPlotOption,
-    RobustRunsOption,
-    RobustSeedOption,
-    RobustSobolOption,
-    RobustSpreadFromOption,
-    RobustSpreadOption,
-    RobustUntilOption,
-    RobustWorstOption,
-    SizeAccelerationOption,
-    SizeBallsOption,
-    SizeCriticalOption,
-    SizeDampingRatioOption,
-    SizeDensityOption,
-    SizeDragToleranceOption,
-    SizeFrictionArmOption,
-    SizeGradeOption,
-    SizeLeftOption,
-    SizeMassOption,
-    SizePlotOption,
-    SizeRaceRadiusOption,
-    SizeRaceWidthOption,
-    SizeRunsOption,
-    SizeSceneOption,
-    SizeSettleOption,
-    SizeShareOption,
-    SizeSpeedOption,
-    SizeUnbalanceOption,
-    SweepCsvOption,
-    SweepDesignOption,
-    SweepMeritsOption,
-    SweepOverOption,
-    SweepParquetOption,
-    SweepPlotOption,
-    SweepSeedOption,
-    TuneBestSceneOption,
-    TuneDrawsOption,
-    TuneMaximiseOption,
-    TuneMinimiseOption,
-    TuneParquetOption,
-    TunePlotOption,
-    TuneRunsOption,
-    TuneSeedOption,
-    TuneShareOption,
-    TuneSpreadOption,
-    TuneSubjectToOption,
-    TuneVaryOption,
-    UnitsOption,
+from typer import Option
+
+from ab_sim.cli.declare import Heading
+from ab_sim.cli.options import (
+    Changes,
+    Csv,
+    Json,
+    Parquet,
+    Plot,
+    SceneName,
+    Scheduler,
+    Seed,
+    Units,
+    Workers,
 )
-from ab_sim.cli.options import JsonOption, SceneArgument, SchedulerOption, SetOption, WorkersOption
 
-design_commands = typer.Typer()
+choose_a_design = Heading("Choose a design")
 
 
-@design_commands.command()
-def sweep(
-    scene: SceneArgument,
-    over: SweepOverOption,
-    change: SetOption = None,
-    design: SweepDesignOption = None,
-    seed: SweepSeedOption = 0,
-    merits: SweepMeritsOption = None,
-    workers: WorkersOption = None,
-    scheduler: SchedulerOption = None,
-    json: JsonOption = None,
-    parquet: SweepParquetOption = None,
-    csv: SweepCsvOption = None,
-    plot: SweepPlotOption = None,
-    units: UnitsOption = "",
-) -> None:
+@choose_a_design.declare("ab_sim.cli.size:size_command")
+class SizeOptions(NamedTuple):
+    """Size a balancer: balls, drag and start-up for given limits.
+
+    Numbers may have a unit; without one, they are in SI units. For each number of balls, the
+    command looks for the lightest balls with a drag window: enough drag that balls do not
+    circulate, and so little that the required share of drives is balanced in time. It takes the
+    widest window, and runs the start-up over drives that differ in unbalance, start angles and
+    drag. It adds a hold of the speed only if too few drives balance without one.
+
+    Runs that contradict a prediction are reported. If no balancer fits, the command prints reason
+    and remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims` (claim,
+    predicted, seen, verdict), `at_drags`, `runs` and the `scene`. Finished runs are kept.
+
+    Args:
+        mass MASS: Mass of everything that moves on the suspension, without balls, e.g. '100 g'.
+        critical SPEED: Critical speed without balls, e.g. '100 rad/s'.
+        speed SPEED: Running speed, above the critical speed, e.g. '200 rad/s'.
+        race_radius LENGTH: Inner radius of the wall that balls roll on, e.g. '12 mm'.
+        race_width LENGTH: Largest diameter of a ball, e.g. '4 mm'.
+        unbalance UNBALANCE: Largest unbalance, e.g. '0.3 g cm'; or LEAST..LARGEST, of which
+            rotors have any value alike.
+        grade GRADE: Balance grade of the rotors by ISO 21940-11, e.g. G6.3, instead of
+            --unbalance.
+        damping_ratio RATIO: Damping ratio of the suspension, c / (2 sqrt(k M)).
+        acceleration ACCELERATION: Angular acceleration of the start-up, e.g. '40 rad/s^2'.
+            Default: the running speed is reached within 1 s.
+        settle TIME: Time limit for balance, from reaching the running speed.
+        density DENSITY: Material of the balls: steel, ceramic, tungsten carbide; or a density,
+            '7.8 g/cm^3'.
+        balls FROM..TO: Numbers of balls to try, from 2 to 12.
+        share PERCENT: Share of drives that must be balanced in time.
+        left PERCENT: Largest residual unbalance, as a share of the largest unbalance.
+        drag_tolerance PERCENT: Tolerance of the drag of built drives.
+        friction_arm LENGTH: Arm of rolling friction in the runs, e.g. '0.1 um'.
+        runs N: Number of drives that check each prediction.
+        scene_file --scene FILE: Write the sized drive as a scene: .yaml.
+        plot: Draw drag windows, and predicted and observed shares: .png, .svg or .pdf.
+    """
+
+    mass: str
+    critical: str
+    speed: str
+    race_radius: str
+    race_width: str
+    unbalance: str | None = None
+    grade: str | None = None
+    damping_ratio: float = 0.05
+    acceleration: str | None = None
+    settle: str = "3 s"
+    density: str = "steel"
+    balls: str = "2..6"
+    share: str = "90%"
+    left: str = "10%"
+    drag_tolerance: str = "20%"
+    friction_arm: str = "0 m"
+    runs: int = 400
+    seed: Seed = 0
+    workers: Workers = None
+    scheduler: Scheduler = None
+    json: Json = None
+    scene_file: Path | None = None
+    plot: Plot = None
+
+
+@choose_a_design.declare("ab_sim.cli.sweep:sweep_command")
+class SweepOptions(NamedTuple):
     """Run a scene over ranges of its values, and judge each run.
 
     Finished runs are kept: after an interruption the same command continues; repeated, it answers
     at once. Results do not depend on the number of processes or machines.
 
-    A row has the run's number, the keys' values, the merits, `outcome` (settled; still changing,
-    where the final whirl still rises or falls; circulates, where balls go round the race; aborted,
-    where a start-up ran down to standstill; failed) and, of a run that was aborted or failed,
-    `failure`: why. Other runs are not affected, and its merits are null. Whirls are in e [m] of the
-    run, all else in SI units. The JSON has the rows by column in `runs`, `units`, `points`, which
-    the values follow from, `outcomes`, and the `scene`.
+    A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
+    changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
+    (a start-up ran down to standstill); or failed. Rows of aborted and failed runs have a reason in
+    `failure`, and no metrics; other runs are not affected. Whirls are in e [m] of the run, all else
+    in SI units. The JSON has the rows by column in `runs`, and `units`, `points` (the definition of
+    the values), `outcomes`, and the `scene`.
 
-    `ab_sim.open_sweep("FILE.parquet")` gives the result back; pandas, polars and DuckDB read the
+    `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
     file as it is.
+
+    Args:
+        over KEY=VALUES: Key to vary, and its values: KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT
+            (logarithmic steps) or KEY=V,V,...; with --design, KEY=FROM..TO. Any key of the scene,
+            in SI units or with a unit. Repeatable: all combinations are run.
+        design sobol:N|lhs:N: N points that fill the ranges, instead of a grid: a scrambled Sobol
+            sequence (N a power of 2) or a Latin hypercube.
+        metrics NAME,NAME,...: Metrics to compute; `ab-sim metrics` lists them. Default:
+            final_whirl_over_e, in_band_from, peak_whirl_over_e, residual_unbalance.
+        plot: Draw the metrics over one key, maps over two keys, or runs over pairs of keys: .png,
+            .svg or .pdf.
     """
-    from ab_sim.cli.sweep import SweepOptions, sweep_command
 
-    shared, files = (workers, scheduler), (parquet, csv)
-    given = SweepOptions(over, design, seed, merits, units)
-    sweep_command(scene, change or [], given, shared, files).run(json, plot)
+    scene: SceneName
+    over: list[str]
+    change: Changes = []
+    design: str | None = None
+    seed: Seed = 0
+    metrics: str | None = None
+    workers: Workers = None
+    scheduler: Scheduler = None
+    json: Json = None
+    parquet: Parquet = None
+    csv: Csv = None
+    plot: Plot = None
+    units: Units = ""
 
 
-@design_commands.command()
-def tune(
-    scene: SceneArgument,
-    vary: TuneVaryOption,
-    change: SetOption = None,
-    minimise: TuneMinimiseOption = None,
-    maximise: TuneMaximiseOption = None,
-    subject_to: TuneSubjectToOption = None,
-    spread: TuneSpreadOption = None,
-    draws: TuneDrawsOption = 32,
-    share: TuneShareOption = "90%",
-    runs: TuneRunsOption = 1000,
-    seed: TuneSeedOption = 0,
-    workers: WorkersOption = None,
-    scheduler: SchedulerOption = None,
-    json: JsonOption = None,
-    best_scene: TuneBestSceneOption = None,
-    parquet: TuneParquetOption = None,
-    plot: TunePlotOption = None,
-    units: UnitsOption = "",
-) -> None:
+@choose_a_design.declare("ab_sim.cli.tune:tune_command")
+class TuneOptions(NamedTuple):
     """Find the values with which a scene is best, within limits.
 
-    First by differential evolution over the whole ranges, then near the best that it has found
-    (Nelder and Mead). Only runs that settled count: that did not fail, whose balls do not circulate
-    and whose whirl does not still rise or fall. Where no run settled within all bounds it says so,
-    with exit code 1, and names no best.
+    Differential evolution searches the whole ranges; the method of Nelder and Mead then searches
+    near the best candidate. Only runs that settled count: not failed, no circulating balls, and a
+    final whirl that neither rises nor falls. If no run settled within all bounds, the command says
+    so, with exit code 1.
 
-    It shows the best values; the merit there, for the scene as it is, without its variable-speed
-    period, and with each key 5 % less and more; and which ends of ranges and bounds the best is at.
-    With --spread all of that is what a share of the drives reaches, each candidate having the same
-    draws; the candidates are then --runs over --draws. The JSON has `found`, `values`, `best`,
-    `active`, `beside`, `before`, the best `scene`, and all `runs` by column.
+    It prints the best values, and the metric there; for comparison the metric of the unchanged
+    scene, of the scene without its variable-speed period, and with each key 5 % less and more; and
+    the ends of ranges and the bounds that limit the best. With --spread, each candidate is judged
+    by the metric that a share of its drives reaches; all candidates have the same draws, and there
+    are --runs / --draws candidates. The JSON has `found`, `values`, `best`, `active`, `beside`,
+    `before`, the best `scene`, and all `runs` by column.
 
     The same seed gives the same answer. Finished runs are kept: after an interruption the same
     command continues.
+
+    Args:
+        vary KEY=FROM..TO: Key to choose, and its range; KEY=log:FROM..TO over orders of magnitude.
+            Keys with whole numbers, like balls.count, stay whole. Repeatable.
+        minimise METRIC: Metric to minimise; `ab-sim metrics` lists metrics.
+        maximise METRIC: Metric to maximise, instead of --minimise.
+        subject_to BOUND: Bound that must hold, e.g. 'final_whirl_over_e<0.2', balanced,
+            'not balls_circulate'. Repeatable.
+        spread KEY=SPREAD: Tolerance of a key of built drives, as in `ab-sim robust`, e.g.
+            balls.mass=5%. Repeatable.
+        draws N: Number of drives for each candidate, with --spread.
+        share PERCENT: Share of drives that must reach the metric, with --spread.
+        runs N: Approximate largest number of runs.
+        best_scene --scene FILE: Write the best scene: .yaml.
+        plot: Draw the metric of the candidates over each key: .png, .svg or .pdf.
     """
-    from ab_sim.cli.tune import Wanted, tune_command
 
-    wanted = Wanted(
-        vary, minimise, maximise, subject_to or [], spread or [], draws, share, runs, seed,
-        units,
-    )  # fmt: skip
-    shared, files = (workers, scheduler), (best_scene, parquet)
-    tune_command(scene, change or [], wanted, shared, files).run(json, plot)
+    scene: SceneName
+    vary: list[str]
+    change: Changes = []
+    minimise: str | None = None
+    maximise: str | None = None
+    subject_to: list[str] = []
+    spread: list[str] = []
+    draws: Annotated[int, Option(min=2)] = 32
+    share: str = "90%"
+    runs: int = 1000
+    seed: Seed = 0
+    workers: Workers = None
+    scheduler: Scheduler = None
+    json: Json = None
+    best_scene: Path | None = None
+    parquet: Parquet = None
+    plot: Plot = None
+    units: Units = ""
 
 
-@design_commands.command()
-def robust(
-    scene: SceneArgument,
-    spread: RobustSpreadOption = None,
-    spread_from: RobustSpreadFromOption = None,
-    change: SetOption = None,
-    runs: RobustRunsOption = 10_000,
-    until: RobustUntilOption = None,
-    balanced: RobustBalancedOption = None,
-    merits: RobustMeritsOption = None,
-    against: RobustAgainstOption = None,
-    sobol: RobustSobolOption = None,
-    seed: RobustSeedOption = 0,
-    worst: RobustWorstOption = None,
-    workers: WorkersOption = None,
-    scheduler: SchedulerOption = None,
-    json: JsonOption = None,
-    parquet: RobustParquetOption = None,
-    csv: SweepCsvOption = None,
-    plot: RobustPlotOption = None,
-    units: UnitsOption = "",
-) -> None:
-    """Estimate how many built drives balance, given tolerances.
+@choose_a_design.declare("ab_sim.cli.robust:robust_command")
+class RobustOptions(NamedTuple):
+    """Estimate the share of drives as built that balance.
 
-    Runs are independent random draws. The share has Wilson's interval, quantiles have that of order
-    statistics, first-order and total Sobol indices that of a bootstrap, differences of designs are
-    paired: Newcombe's interval. All are of 95 %. What the model itself gets wrong is in none.
+    Draws random drives, runs them, and reports the share that balances, quantiles of metrics, and
+    which tolerance causes most of the variation (Sobol indices). All intervals are 95 % confidence
+    intervals: Wilson's for the share, order statistics for quantiles, bootstrap for Sobol indices,
+    Newcombe's for paired differences of designs. Errors of the model itself are not included.
 
-    A draw of a run does not depend on how many there are: with more --runs, or a finer --until, the
-    command continues from the finished runs, which are kept even after an interruption. Results do
-    not depend on the number of processes.
+    Finished runs are kept: with more --runs, a finer --until, or after an interruption, the command
+    continues. Results do not depend on the number of processes.
 
-    The JSON has `share`, `quantiles` by merit, `sobol`, `worst`, `against`, the rows by column in
+    The JSON has `share`, `quantiles` by metric, `sobol`, `worst`, `against`, the rows by column in
     `runs`, and `balanced` for each. Whirls are in e [m] of the run, all else in SI units.
+
+    Args:
+        spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% (normal, around the
+            scene's value), '0.1 mm' (the same, with a unit), normal:MEAN,SD,
+            lognormal:MEDIAN,40%, uniform:LOW,HIGH, uniform:5%, discrete:V,V,...;
+            start.ball_angles=random. After a comma: low=NUMBER, high=NUMBER (limits), 'per ball',
+            group=NAME (one draw for the group). Repeatable, also for the same key.
+        spread_from FILE: Uncertainty of a fitted scene, from the JSON of `ab-sim identify`: its
+            values with their correlations, in addition to --spread.
+        runs N: Number of drives; with --until, the smallest number.
+        until PERCENT: Continue until the half-width of the share's interval is this, e.g. 0.1%.
+        balanced CONDITION: Condition for a balanced drive, in addition to a settled run, e.g.
+            'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
+        metrics NAME,NAME,...: Metrics to report quantiles of. Default: those of `ab-sim sweep`.
+        against SCENE: Another design to compare with, run with the same draws.
+        sobol N: Number of pairs of drives for the Sobol indices, a power of 2; costs N runs for
+            each spread or group. 0: no Sobol indices. Default: at most half as many extra runs as
+            --runs; no Sobol indices if that allows fewer than 128 pairs.
+        worst FOLDER: Write the ten worst runs as scenes to a folder.
+        plot: Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
     """
-    from ab_sim.cli.robust import RobustOptions, robust_command
 
-    shared = workers, scheduler
-    given = RobustOptions(
-        runs, seed, balanced or [], merits, sobol, until, against, shared, parquet, csv, worst,
-        units, spread_from,
-    )  # fmt: skip
-    robust_command(scene, change or [], spread or [], given).run(json, plot)
+    scene: SceneName
+    spread: list[str] = []
+    spread_from: Path | None = None
+    change: Changes = []
+    runs: Annotated[int, Option(min=1)] = 10_000
+    until: str | None = None
+    balanced: list[str] = []
+    metrics: str | None = None
+    against: str | None = None
+    sobol: Annotated[int | None, Option(min=0)] = None
+    seed: Seed = 0
+    worst: Path | None = None
+    workers: Workers = None
+    scheduler: Scheduler = None
+    json: Json = None
+    parquet: Parquet = None
+    csv: Csv = None
+    plot: Plot = None
+    units: Units = ""
 
 
-@design_commands.command()
-def size(
-    mass: SizeMassOption,
-    critical: SizeCriticalOption,
-    speed: SizeSpeedOption,
-    race_radius: SizeRaceRadiusOption,
-    race_width: SizeRaceWidthOption,
-    unbalance: SizeUnbalanceOption = None,
-    grade: SizeGradeOption = None,
-    damping_ratio: SizeDampingRatioOption = 0.05,
-    acceleration: SizeAccelerationOption = None,
-    settle: SizeSettleOption = "3 s",
-    density: SizeDensityOption = "steel",
-    balls: SizeBallsOption = "2..6",
-    share: SizeShareOption = "90%",
-    left: SizeLeftOption = "10%",
-    drag_tolerance: SizeDragToleranceOption = "20%",
-    friction_arm: SizeFrictionArmOption = "0 m",
-    runs: SizeRunsOption = 400,
-    seed: RobustSeedOption = 0,
-    workers: WorkersOption = None,
-    scheduler: SchedulerOption = None,
-    json: JsonOption = None,
-    scene: SizeSceneOption = None,
-    plot: SizePlotOption = None,
-) -> None:
-    """Size a balancer: balls, drag and start-up for given limits.
+@choose_a_design.declare("ab_sim.cli.sensitivity:sensitivity_command")
+class SensitivityOptions(NamedTuple):
+    """Compute how much each value of a scene changes the result.
 
-    Numbers may have their unit; without, they are SI. For each number of balls it looks for the
-    lightest ones with a drag window: above the drag up to which balls circulate, and such that the
-    wanted share of drives is balanced in time. The widest window is taken, and its start-up is run
-    over drives that differ in unbalance, start angles and drag; with a hold of the speed only if
-    too few balance without.
+    Each value is changed by a small amount up and down, and the runs are compared. Each derivative
+    has an uncertainty that covers the error of this method. If balls collide or stick, the
+    uncertainty may be large, or a metric not differentiable. Metrics that are not numbers, or are
+    the time of a sample, have no derivative.
 
-    Contradictions by runs are reported. If nothing can be sized, the command gives reason and
-    remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims` (claim,
-    predicted, seen, verdict), `at_drags`, `runs` and the `scene`. Finished runs are kept.
+    The JSON has `metrics`, by name each with value, unit, and `by` key: value and unit of the key,
+    derivative (unit per unit; null if the metric is not differentiable), uncertainty (null if
+    unknown) and elasticity (percent per percent; null without derivative or if the metric is 0).
+
+    Exit codes: 0 done, 2 bad input, 3 diverged.
+
+    Args:
+        of METRIC,...: Metrics to differentiate; `ab-sim metrics` lists them.
+        to KEY,...: Keys to change, e.g. balls.mass,rotor.eccentricity,start.ball_angles.0.
+            Default: all keys that act on the scene's motion.
+        plot: Draw percent per percent as bars with uncertainties: .png, .svg or .pdf.
     """
-    from ab_sim.cli.size import size_command
-    from ab_sim.design.sizing.specification import SpecificationTexts
 
-    given = SpecificationTexts(
-        mass, critical, speed, race_radius, race_width, unbalance, grade, damping_ratio,
-        acceleration, settle, density, balls, friction_arm=friction_arm,
-    )  # fmt: skip
-    shares = {"share": share, "left": left, "drag-tolerance": drag_tolerance}
-    size_command(given, shares, (runs, seed), (workers, scheduler), scene).run(json, plot)
+    scene: SceneName
+    change: Changes = []
+    of: str = "final_whirl_over_e"
+    to: Annotated[str | None, Option(show_default=False)] = None
+    json: Json = None
+    plot: Plot = None

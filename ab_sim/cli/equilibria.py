@@ -9,7 +9,13 @@ from typing import Any, Literal
 from rich.table import Table
 
 import ab_sim
-from ab_sim.analysis.coexisting import coexisting_circulation
+from ab_sim.analysis.circulating import Reach
+from ab_sim.analysis.circulating.reach import END, SWING
+from ab_sim.analysis.coexisting import (
+    Coexisting,
+    CoexistingCirculation,
+    coexisting_circulation,
+)
 from ab_sim.analysis.equilibria import (
     Equilibria,
     RestingState,
@@ -22,11 +28,11 @@ from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
-from ab_sim.cli.circulating import circulation_lines
-from ab_sim.cli.own_command import own_command
+from ab_sim.cli.analysis_commands import EquilibriaOptions, StabilityOptions
+from ab_sim.cli.checks import check_speed
+from ab_sim.cli.outputs import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
-from ab_sim.cli.speed import check_speed
 from ab_sim.conventions import NOTATION, in_one_turn
 from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
@@ -36,14 +42,14 @@ MOST_PLACES = 6
 """Largest number of places in a line of the table."""
 
 
-def equilibria_command(scene_name: str, changes: list[str], speed: float | None) -> Command:
+def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
     """Return the command that finds resting states of the balls, at a speed and over speeds."""
-    if speed is not None:
-        check_speed(speed)
-    scene = load_scene(scene_name, changes)
+    if given.speed is not None:
+        check_speed(given.speed)
+    scene = load_scene(given.scene, given.change)
 
     def work(tell: Tell) -> Outcome:
-        at = last_speed(scene) if speed is None else speed
+        at = last_speed(scene) if given.speed is None else given.speed
         tell("at one speed", 0, 1)
         found = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
@@ -73,7 +79,7 @@ def equilibria_command(scene_name: str, changes: list[str], speed: float | None)
             yield from circulation_lines(circulation, scene.balls.count, stable)
             if other := _other_motions(scene):
                 yield f"{other}; where runs do end says:"
-                yield WholeLine(f"  {_command(scene, scene_name, changes)}")
+                yield WholeLine(f"  {_command(scene, given.scene, given.change)}")
 
         drawn = scene, found, over_speed
         return Outcome(shown(), report, picture("ab_sim.figures.branches:branches_figure", *drawn))
@@ -215,3 +221,55 @@ def _over_speed(found: OverSpeed) -> Iterator[str]:
 def _ranges(ranges: Sequence[tuple[float, float]]) -> str:
     shown = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in ranges)
     return f"{shown} rad/s" if shown else "nowhere"
+
+
+def circulation_lines(
+    found: CoexistingCirculation, balls: int, stable: Sequence[str]
+) -> Iterator[str]:
+    """Yield lines on circulating balls.
+
+    Args:
+        found: result of the search at a speed.
+        balls: n.
+        stable: labels of the resting states that are stable at the speed.
+    """
+    if found.not_looked_for is not None:
+        if balls:
+            yield f"balls that circulate are not looked for: {found.not_looked_for}"
+        return
+    if found.states:
+        beside = "; ".join(f"{label}: stable" for label in stable)
+        said = f"coexisting with {beside}" if stable else "where no resting state is stable"
+        yield f"balls can also circulate, {said}:"
+        yield from (_line(each, balls) for each in found.states)
+    else:
+        yield f"no bunch of balls circulates at {found.speed:g} rad/s"
+    if len(found.numbers) < balls:
+        yield f"  looked for: bunches of {', '.join(map(str, found.numbers))} balls"
+    for each in found.elsewhere:
+        denied = ""
+        if each.low <= abs(found.speed) <= each.high:
+            denied = f"; at {found.speed:g} rad/s the full equations do not bear that out"
+        over = _range(each, "rad/s", "at spindle speeds")
+        yield f"  by the closed form, all {balls} can circulate {over}{denied}"
+
+
+def _line(found: Coexisting, balls: int) -> str:
+    reach = []
+    if found.over_speed is not None:
+        reach.append(_range(found.over_speed, "rad/s", "at spindle speeds"))
+    if found.over_drag is not None:
+        reach.append(_range(found.over_drag, "N s/m", "with drags"))
+    own = f"  {found.bunch.count} of {balls} at {found.speed:.4g} rad/s (stable)"
+    return "; ".join([own, *reach])
+
+
+def _range(found: Reach, unit: str, what: str) -> str:
+    """Return a range in words; ends of the known or searched range are marked as such."""
+    low = "" if found.low_end == END else f" from {found.low:.4g}"
+    high = "" if found.high_end == END else f" to {found.high:.4g}"
+    unknown = [
+        side for side, end in (("below", found.low_end), ("above", found.high_end)) if end == SWING
+    ]
+    said = f"{what}{low}{high} {unit}" if low or high else f"{what} of any size"
+    return f"{said} (not known {' and '.join(unknown)})" if unknown else said

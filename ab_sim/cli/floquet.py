@@ -17,9 +17,11 @@ from ab_sim.analysis.floquet import (
     solutions_of,
 )
 from ab_sim.analysis.floquet.follow import Case
+from ab_sim.cli.analysis_commands import FloquetOptions
 from ab_sim.cli.progress import Tell, progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture
 from ab_sim.conventions import NOTATION, in_one_turn
+from ab_sim.dynamics.assemble import free_coordinates, system_of
 from ab_sim.errors import InputError
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.scene import Scene, load_scene
@@ -31,11 +33,10 @@ MOST = 10_000
 """Largest number of values of a parameter."""
 
 
-def floquet_command(
-    scene_name: str, changes: list[str], speed: float | None, start: str, over: str | None
-) -> Command:
+def floquet_command(given: FloquetOptions) -> Command:
     """Return the command that finds motions that repeat each turn, and may follow them."""
-    scene = load_scene(scene_name, changes)
+    speed, start, over = given.speed, given.begin, given.over
+    scene = load_scene(given.scene, given.change)
     sweep = None if over is None else _sweep(scene, over, speed)
     if speed is None and over is not None and over.startswith(SPEED + "="):
         speed = float(sweep[2][-1]) if sweep is not None else None
@@ -52,7 +53,7 @@ def floquet_command(
 
         def shown() -> Iterator[Table | str]:
             yield solutions_table(scene, at, found)
-            yield from _notes(found)
+            yield from _notes(scene, found)
             yield from () if followed is None else _borders(followed)
 
         return Outcome(shown(), report, _draw(scene, found, followed))
@@ -139,7 +140,7 @@ def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table
     return table
 
 
-def _notes(found: list[Stability]) -> Iterator[str]:
+def _notes(scene: Scene, found: list[Stability]) -> Iterator[str]:
     if not found:
         yield (
             "no motion that repeats with every turn was found from any start: there may be none, "
@@ -163,7 +164,14 @@ def _notes(found: list[Stability]) -> Iterator[str]:
     if first.ball_turns.any():
         yield f"turns of the balls in the rotor, each turn: {first.ball_turns.tolist()}"
     if first.verdict == "undecided":
-        yield "undecided: the largest multiplier is 1 but for rounding; run the scene to see"
+        free = free_coordinates(system_of(scene))
+        if free:
+            yield (
+                f"undecided: no stiffness holds the deck along {', '.join(free)}, so multipliers "
+                "are 1 there; give it one"
+            )
+        else:
+            yield "undecided: the largest multiplier is 1 but for rounding; run the scene to see"
 
 
 def _borders(followed: Followed) -> Iterator[str]:

@@ -2,16 +2,15 @@
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from rich.table import Table
 
-from ab_sim.cli.outputs import write_scene
+from ab_sim.cli.checks import processes
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, plotted
-from ab_sim.cli.sharing import processes
-from ab_sim.errors import InputError, Interrupted
+from ab_sim.cli.recording_commands import IdentifyOptions
+from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
+from ab_sim.errors import Interrupted
 from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
 from ab_sim.identification.result import INTERRUPTED, Identification, share_words
@@ -24,67 +23,34 @@ MOST_NAMED = 3
 """Largest number of proposed recordings."""
 
 
-class IdentifyOptions(NamedTuple):
-    """Options of `ab-sim identify`."""
-
-    recordings: list[Path]
-    without_balls: list[Path]
-    hold_out: list[Path]
-    maps: list[Path]
-    fit: str
-    bounds: list[str]
-    signal: str | None
-    free: str | None
-    trial_masses: list[str]
-    seed: int
-    hold_open: bool
-    workers: int | None
-    out: Path | None
-    html: Path | None
-
-
-def identify_command(scene_name: str, changes: list[str], given: IdentifyOptions) -> Command:
-    """Return the command that identifies a drive's parameters from recordings.
-
-    Args:
-        scene_name, changes: see ``load_scene``.
-        given: the other options.
-    """
-    scene = load_scene(scene_name, changes)
-    keys = tuple(key.strip() for key in given.fit.split(",") if key.strip())
-    question = Question(keys, bounds_of(given.bounds), given.seed, given.hold_open)
-    free = tuple(part.strip() for part in (given.free or "").split(",") if part.strip())
+def identify_command(given: IdentifyOptions) -> Command:
+    """Return the command that identifies a drive's parameters from recordings."""
+    scene = load_scene(given.scene, given.change)
+    question = Question(_names(given.fit), bounds_of(given.bounds), given.seed, given.hold_open)
     files = Files(
-        given.recordings, given.without_balls, given.hold_out, given.maps, given.signal, free,
-        trial_masses_of(given.trial_masses),
+        given.recordings, given.without_balls, given.hold_out, given.map, given.signal,
+        _names(given.free or ""), trial_masses_of(given.trial_mass),
     )  # fmt: skip
-
-    shared = processes(given.workers)
+    workers = processes(given.workers)
 
     def work(tell: Tell) -> Outcome:
         recordings, held_out = read_files(files, scene)
-        found = run_identification(scene, recordings, question, held_out, tell, shared)
+        found = run_identification(scene, recordings, question, held_out, tell, workers)
 
-        def write_fitted() -> None:
-            if given.out is not None:
-                write_scene(found.scene_text(), given.out)
+        def write_page(file: Path) -> None:
+            from ab_sim.reports.identification import identification_page
 
-        def write_page() -> None:
-            if given.html is not None:
-                from ab_sim.reports.identification import identification_page
+            identification_page(found, file)
 
-                try:
-                    identification_page(found, given.html)
-                except OSError as error:
-                    raise InputError(
-                        f"--html {given.html}: cannot be written: {error.strerror}"
-                    ) from error
-
-        return Outcome(_shown(found), found.report, plotted(found), (write_fitted, write_page))
+        writes = {"--out": scene_writer(found.scene_text), "--html": write_page}
+        return Outcome(_shown(found), found.report, plotted(found), writes)
 
     outputs = ((given.out, SCENE, "--out"), (given.html, PAGE, "--html"))
-    left = "nothing was fitted yet"
-    return Command(work, scene.name, left, outputs)
+    return Command(work, scene.name, "nothing was fitted yet", outputs)
+
+
+def _names(text: str) -> tuple[str, ...]:
+    return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
 def _shown(found: Identification) -> Iterator[Table | str]:
@@ -121,9 +87,7 @@ def _parameter_table(found: Identification) -> Table:
 
 
 def _tried_table(found: Identification) -> Table:
-    table = Table(title="what is missing, tried one by one")
-    for name in ("tried", "explains", "z with it"):
-        table.add_column(name, justify="left" if name == "tried" else "right")
+    table = new_table("tried", "explains | z with it", title="missing effects, tried one by one")
     for each in found.tried:
         if each.failure:
             table.add_row(each.name, "-", each.failure)

@@ -35,6 +35,8 @@ READY = 90.0
 CONTROLLER, RECORDER = "profile_controller", "recorder"
 ANSWER = 10.0
 """Time for a service to answer, and for a node to exit [s]."""
+GLANCE = 0.02
+"""Time to wait for a message [s]."""
 SILENCE = 10.0
 """Time without a message from the drive before the run is aborted [s]."""
 
@@ -170,8 +172,8 @@ class LiveRun:
             Interrupted: the run was interrupted.
         """
         until = time.monotonic() + seconds
-        while (left := until - time.monotonic()) > 0:
-            self._listen(left)
+        while time.monotonic() < until:
+            self._listen()
         for name, process in self._processes.items():
             if process.poll() is not None:
                 raise AbSimError(
@@ -248,6 +250,7 @@ class LiveRun:
         self._node = rclpy.create_node("ab_sim")
         self._executor = SingleThreadedExecutor()
         self._executor.add_node(self._node)
+        self._context.callback(self._leave)
         topics.JOINT_STATES.subscription(self._node, self._hear_joints)
         topics.WHIRL.subscription(self._node, self._hear_whirl)
         topics.PROFILE_STATUS.subscription(self._node, self._hear_status)
@@ -304,11 +307,15 @@ class LiveRun:
                 "stop it, or use another domain: ROS_DOMAIN_ID=17 make demo"
             )
 
-    def _listen(self, seconds: float) -> None:
-        """Process the next message, waiting at most ``seconds``."""
+    def _listen(self) -> None:
+        """Process the next message, waiting at most `GLANCE`.
+
+        With another time-out each time, rclpy would begin with the first subscription each time,
+        and on a busy machine the others would never be read.
+        """
         if self._stopping.is_set():
             raise Interrupted("interrupted")
-        self._executor.spin_once(timeout_sec=seconds)
+        self._executor.spin_once(timeout_sec=GLANCE)
 
     def _spin_until(self, condition: Callable[[], bool], deadline: float) -> bool:
         end = time.monotonic() + deadline
@@ -343,7 +350,7 @@ class LiveRun:
                 end = time.monotonic() + 0.5  # its last message may still be in transit
             if time.monotonic() > end:
                 return
-            self._listen(0.02)
+            self._listen()
 
     def _log_of(self, name: str) -> str:
         text = (self._logs / f"{name}.log").read_text(errors="replace")
@@ -361,13 +368,15 @@ class LiveRun:
                 process.kill()
                 process.wait()
         self._processes.clear()
+        self._context.close()
+
+    def _leave(self) -> None:
         if rclpy.ok():
             self._executor.shutdown()
             if leave_graph(self._node):
                 rclpy.try_shutdown()
             else:
                 interruption.leave_at_exit()
-        self._context.close()
 
 
 def _end_with_parent() -> None:

@@ -6,19 +6,20 @@ from collections.abc import Iterator
 from rich.table import Table
 
 from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, NaturalVibration, moving, vibration_of
+from ab_sim.cli.analysis_commands import ModesOptions
+from ab_sim.cli.checks import check_speed
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
-from ab_sim.cli.speed import check_speed
 from ab_sim.scene import load_scene
 
 
-def modes_command(scene_name: str, changes: list[str], speed: float) -> Command:
+def modes_command(given: ModesOptions) -> Command:
     """Return the command that computes the deck's modes, at a speed and over speeds."""
-    check_speed(speed)
-    scene = load_scene(scene_name, changes)
+    check_speed(given.speed)
+    scene = load_scene(given.scene, given.change)
 
     def work(_: Tell) -> Outcome:
-        found = vibration_of(scene, speed)
+        found = vibration_of(scene, given.speed)
         draw = picture("ab_sim.figures.campbell:campbell_figure", found)
         return Outcome(_shown(found), found.report, draw)
 

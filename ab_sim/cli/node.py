@@ -4,18 +4,22 @@ import contextlib
 import json
 import math
 import re
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from ab_sim.cli.checks import require_ros
+from ab_sim.cli.node_commands import CommandOptions, GetOptions, ListOptions, SetOptions
 from ab_sim.cli.node_services import SERVICES, ServiceCommand
 from ab_sim.cli.outputs import PlainConsole, people
-from ab_sim.cli.ros import require_ros
 from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
 from ab_sim.limited_yaml import read_yaml
 from ab_sim.quoting import short, visible
 from ab_sim.scene.units import has_unit, in_si
+
+if TYPE_CHECKING:
+    from ab_sim.nodes.caller import Caller
 
 AGAIN = 0.5
 """Time after which an urgent request is repeated [s]."""
@@ -34,11 +38,10 @@ def call_service(
         Refused: the node refused; the text is its answer.
     """
     values = parameter_values(command, words)
-    node = _full_name(namespace, name, wait)
-    from ab_sim.nodes.caller import PARAMETERS, Caller
+    with _asking(namespace, name, wait) as (caller, node):
+        from ab_sim.nodes.caller import PARAMETERS
 
-    kind, request = command.request()
-    with Caller(wait) as caller, people.status(f"asking {node}"):
+        kind, request = command.request()
         needed = PARAMETERS if values else {}
         caller.wait_for_services(node, {command.service_name: kind, **needed}, command.urgent)
         before = caller.parameters([*values]) if values else {}
@@ -82,27 +85,26 @@ def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[
     return values
 
 
-def set_command(values: Sequence[str], namespace: str, name: str, wait: float) -> None:
+def set_command(given: SetOptions) -> None:
     """Set parameters of a node.
 
     Raises:
         InputError: bad input, or the node does not run.
         Refused: the node refused; the text is its answer.
     """
-    wanted = {}
-    for value in values:
-        key, equals, text = value.partition("=")
+    values = {}
+    for word in given.values:
+        key, equals, text = word.partition("=")
         if not equals or not key.strip():
-            raise InputError(f"{value!r}: must be NAME=VALUE, e.g. speed_factor=2.0")
-        if key.strip() in wanted:
+            raise InputError(f"{word!r}: must be NAME=VALUE, e.g. speed_factor=2.0")
+        if key.strip() in values:
             raise InputError(f"{key.strip()}: is given twice; keep one")
-        wanted[key.strip()] = value_of(text)
-    node = _full_name(namespace, name, wait)
-    from ab_sim.nodes.caller import PARAMETERS, Caller
+        values[key.strip()] = value_of(text)
+    with _asking(given.namespace, given.node, given.wait) as (caller, node):
+        from ab_sim.nodes.caller import PARAMETERS
 
-    with Caller(wait) as caller, people.status(f"asking {node}"):
         caller.wait_for_services(node, PARAMETERS)
-        caller.set(wanted)
+        caller.set(values)
     print("set")
 
 
@@ -121,34 +123,43 @@ def value_of(text: str) -> Any:
         raise InputError(f"{short(text)}: the value {error}") from error
 
 
-def get_command(names: Sequence[str], namespace: str, name: str, wait: float) -> None:
+def get_command(given: GetOptions) -> None:
     """Print parameters of a node.
 
     Raises:
         InputError: bad input, or the node does not run.
     """
-    node = _full_name(namespace, name, wait)
-    from ab_sim.nodes.caller import PARAMETERS, Caller
+    with _asking(given.namespace, given.node, given.wait) as (caller, node):
+        from ab_sim.nodes.caller import PARAMETERS
 
-    with Caller(wait) as caller, people.status(f"asking {node}"):
         caller.wait_for_services(node, PARAMETERS)
-        values = caller.parameters(names)
+        values = caller.parameters(given.names)
     for key, value in values.items():
         print(visible(f"{key}: {_written(value)}"))
 
 
-def speed_command(text: str, namespace: str, name: str, wait: float) -> None:
+@contextlib.contextmanager
+def _asking(namespace: str, name: str, wait: float) -> Iterator[tuple["Caller", str]]:
+    """Yield a service client and the full name of the node that it calls."""
+    node = _full_name(namespace, name, wait)
+    from ab_sim.nodes.caller import Caller
+
+    with Caller(wait) as caller, people.status(f"asking {node}"):
+        yield caller, node
+
+
+def speed_command(given: CommandOptions) -> None:
     """Command a drive's speed, and print the drive's reaction.
 
     Raises:
         InputError, CommandError: bad input, no drive is running, or the speed is beyond its limit.
         Refused: the drive does not follow commands now.
     """
-    speed = _speed(text)
-    node = _full_name(namespace, name, wait)
+    speed = _speed(given.speed)
+    node = _full_name(given.namespace, given.node, given.wait)
     from ab_sim.nodes.speed_caller import SpeedCaller
 
-    caller = SpeedCaller(wait)
+    caller = SpeedCaller(given.wait)
     with caller, people.status(f"commanding {node}"):
         accepted = caller.command(node, speed)
     limits, start = accepted.limits, accepted.before
@@ -187,17 +198,17 @@ def _speed(text: str) -> float:
     return speed
 
 
-def list_command(wait: float) -> None:
+def list_command(given: ListOptions) -> None:
     """Print the running nodes and their services.
 
     Raises:
         InputError: bad input, or no node is running.
     """
-    _check_wait(wait)
+    _check_wait(given.wait)
     require_ros("to ask nodes")
     from ab_sim.nodes.caller import Caller
 
-    with Caller(wait) as caller, people.status("listening"):
+    with Caller(given.wait) as caller, people.status("listening"):
         health = caller.collect_health()
         found, nobody = caller.nodes(), caller.no_nodes_text
     known = {each.service_name for each in SERVICES}

@@ -76,7 +76,7 @@ class ServiceArgument(NamedTuple):
     default: Any = ...
     """Default value; `...`: required, None: the parameter is left unchanged."""
     many: bool = False
-    """Whether it takes all remaining words, as a list."""
+    """True if it takes all remaining words, as a list."""
 
 
 class ServiceCommand(NamedTuple):
@@ -94,9 +94,9 @@ class ServiceCommand(NamedTuple):
     timeout: float = 10.0
     """Time to wait for the answer [s]."""
     restores_parameters: bool = False
-    """Whether the parameters get their former values after the call."""
+    """True if the parameters get their former values after the call."""
     urgent: bool = False
-    """Whether it is called without waiting for discovery, and repeated until there is an answer."""
+    """True if it is called without waiting for discovery, and repeated until there is an answer."""
 
     @property
     def service_name(self) -> str:
@@ -106,24 +106,24 @@ class ServiceCommand(NamedTuple):
 
 _SNAPSHOT = ServiceArgument("snapshot", "FILE", _file)
 SERVICES = (
-    ServiceCommand("pause", "Let simulated time stand still.", request=_on),
-    ServiceCommand("resume", "Let it go on.", service="pause", request=_off),
+    ServiceCommand("pause", "Stop simulated time.", request=_on),
+    ServiceCommand("resume", "Continue simulated time.", service="pause", request=_off),
     ServiceCommand(
         "step",
-        "Take N wake-ups while time stands still; without N, as many as the node's parameter "
-        "`steps` says. The answer is JSON.",
+        "Simulate N wake-ups while time is stopped, by default the node's parameter `steps`. The "
+        "answer is JSON.",
         arguments=(ServiceArgument("steps", "N", _whole, None),),
         timeout=600.0,
         restores_parameters=True,
     ),
-    ServiceCommand("reset", "Back to t = 0 and the start; commands are forgotten."),
-    ServiceCommand("reset-time", "Back to t = 0 in the present state."),
+    ServiceCommand("reset", "Return to t = 0 and the start state; discard all commands."),
+    ServiceCommand("reset-time", "Return to t = 0 in the present state."),
     ServiceCommand(
-        "reset-state", "Back to the start's state, and time goes on; commands are forgotten."
+        "reset-state", "Return to the start state, at the present time; discard all commands."
     ),
     ServiceCommand(
         "load-scene",
-        "Simulate another scene, from t = 0. It may have to be compiled first.",
+        "Simulate another scene from t = 0. Compiling it first may take some seconds.",
         arguments=(
             ServiceArgument("scene", "SCENE", _scene),
             ServiceArgument("changes", "KEY=VALUE", default=[""], many=True),
@@ -132,8 +132,8 @@ SERVICES = (
     ),
     ServiceCommand(
         "load-disc",
-        "Put in a disc of another eccentricity [m], its unbalance by an angle [rad] ahead of that "
-        "of the disc before.",
+        "Insert a disc of another eccentricity [m]; its unbalance is ahead of that of the disc "
+        "before by an angle [rad].",
         arguments=(
             ServiceArgument("disc_eccentricity", "ECCENTRICITY", _number),
             ServiceArgument("disc_angle", "ANGLE", _number, 0.0),
@@ -142,24 +142,30 @@ SERVICES = (
     ),
     ServiceCommand(
         "inject-faults",
-        "Break these from now on, instead of what is broken: 'ball_1 sticks', "
+        "Set the faults that act from now on, instead of the present ones: 'ball_1 sticks', "
         "'vibration drifts 0.1' ...",
         arguments=(ServiceArgument("faults", "FAULT", many=True),),
         timeout=300.0,
     ),
-    ServiceCommand("clear-faults", "Mend all of them.", timeout=300.0),
+    ServiceCommand("clear-faults", "Clear all faults.", timeout=300.0),
     ServiceCommand(
-        "save", "Save the present to a .json file.", arguments=(_SNAPSHOT,), service="save_snapshot"
+        "save",
+        "Save the present state to a .json file.",
+        arguments=(_SNAPSHOT,),
+        service="save_snapshot",
     ),
     ServiceCommand(
-        "restore", "Back to what a file holds.", arguments=(_SNAPSHOT,), service="restore_snapshot"
+        "restore",
+        "Return to the state in a file.",
+        arguments=(_SNAPSHOT,),
+        service="restore_snapshot",
     ),
     ServiceCommand(
         "emergency-stop",
-        "To standstill as fast as the spindle can; commands are ignored from then on.",
+        "Stop the spindle as fast as it can; ignore commands from then on.",
         urgent=True,
     ),
-    ServiceCommand("reset-emergency-stop", "Let commands be followed again."),
+    ServiceCommand("reset-emergency-stop", "Follow commands again after an emergency stop."),
     *(
         ServiceCommand(
             label,
@@ -169,9 +175,9 @@ SERVICES = (
             timeout=300.0,
         )
         for label, meaning in (
-            ("configure", "Load the scene of the node's parameters, and compile it."),
-            ("activate", "Let time go on, of a drive that is configured."),
-            ("deactivate", "Let it stand still, and answer no commands."),
+            ("configure", "Load and compile the scene of the node's parameters."),
+            ("activate", "Start simulated time of a configured drive."),
+            ("deactivate", "Stop simulated time, and answer no commands."),
             ("cleanup", "Unload the scene."),
             ("shutdown", "End the node."),
         )

@@ -1,6 +1,9 @@
-"""Destinations of a command's results, checked before any work is done."""
+"""Output of commands: consoles, files, and the name of `ab-sim` in hints."""
 
 import json
+import shlex
+import shutil
+import sys
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
@@ -45,18 +48,19 @@ people = PlainConsole(aside=True)
 """Console on standard error for people; results may go to standard output."""
 
 
-def check_files(*outputs: tuple[Path | None, Sequence[str], str]) -> list[Path]:
-    """Check the requested files with their endings and options, and return those that are given."""
-    files: list[Path] = []
+Output = tuple[Path | None, Sequence[str], str]
+"""A file to write, its allowed endings, and its option; a folder has no ending."""
+
+
+def check_files(*outputs: Output) -> None:
+    """Check the requested files before any work is done."""
     for path, endings, option in outputs:
-        if path is not None:
+        if path is not None and endings:
             check_ending(path, endings, option)
             check_writable(path, option)
-            files.append(path)
-    return files
 
 
-def say_written(files: list[Path]) -> None:
+def say_written(files: Iterable[Path]) -> None:
     """Print the names of the written files."""
     for file in files:
         people.print(f"wrote {file}")
@@ -78,13 +82,15 @@ def write_json(report: dict[str, Any], file: str) -> None:
         raise InputError(f"{file}: cannot be written: {error.strerror}") from error
 
 
-def write_scene(text: str, file: Path) -> None:
-    """Write a scene's text to the file of ``--scene``.
+def own_command() -> str:
+    """Return `ab-sim`, or its path, relative if it is below the working directory.
 
-    Raises:
-        InputError: the file cannot be written; the message has the reason.
+    The path is for environments that are not activated, in which a shell would not find the name.
     """
-    try:
-        write_whole(file, text.encode())
-    except OSError as error:
-        raise InputError(f"--scene {file}: cannot be written: {error.strerror}") from error
+    script = Path(sys.executable).with_name("ab-sim")
+    if (found := shutil.which("ab-sim")) and (not script.exists() or script.samefile(found)):
+        return "ab-sim"
+    if not script.exists():
+        return f"{shlex.quote(sys.executable)} -m ab_sim"
+    here = Path.cwd()
+    return shlex.quote(str(script.relative_to(here) if script.is_relative_to(here) else script))

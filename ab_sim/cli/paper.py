@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 import ab_sim
-from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.analysis_commands import PaperOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.errors import InputError
@@ -39,17 +39,15 @@ def gallery() -> ModuleType:
     return importlib.import_module("gallery")
 
 
-def papers_command() -> None:
-    """Print the list of papers."""
-    papers = Table("paper", "what it is about")
-    for name, about in gallery().PAPERS.items():
-        papers.add_row(name, about)
-    PlainConsole().print(papers)
-
-
-def paper_command(name: str, out: Path) -> Command:
-    """Return the command that computes a paper again and writes its pictures and page."""
+def paper_command(given: PaperOptions) -> Command:
+    """Return the command that lists the papers, or computes one and writes pictures and page."""
     papers = gallery()
+    name, out = given.name, given.out
+    if name is None:
+        table = Table("paper", "subject")
+        for paper_name, about in papers.PAPERS.items():
+            table.add_row(paper_name, about)
+        return Command(lambda _: Outcome([table], lambda: {"papers": dict(papers.PAPERS)}))
     papers.check_known(name)
     page = out / f"{name}.md"
 

@@ -1,153 +1,256 @@
-"""Commands for recordings: view, convert, repeat."""
+"""Commands for recordings, measurements and ROS 2 bags."""
 
+import math
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
-import typer
+from typer import Argument, Option
 
+from ab_sim.cli.declare import Heading
 from ab_sim.cli.options import (
-    BagNamespaceOption,
-    BagRateOption,
-    BeginOption,
-    ChannelsOption,
-    CsvOption,
-    EndOption,
-    EveryOption,
-    JsonOption,
-    McapOption,
-    ParquetOption,
-    SceneArgument,
-    SetOption,
+    Bag,
+    Changes,
+    Json,
+    Namespace,
+    Plot,
+    Recording,
+    SceneName,
+    Seed,
+    Workers,
 )
-from ab_sim.errors import InputError
 
-recording_commands = typer.Typer()
-
-RecordingArgument = Annotated[Path, typer.Argument(help="A recording: .rrd.", metavar="FILE")]
+recordings_and_measurements = Heading("Recordings and measurements")
+nodes_and_bags = Heading("ROS nodes and bags")
 
 
-@recording_commands.command()
-def export(
-    recording: RecordingArgument,
-    parquet: ParquetOption = None,
-    csv: CsvOption = None,
-    mcap: McapOption = None,
-    begin: BeginOption = float("-inf"),
-    end: EndOption = float("inf"),
-    every: EveryOption = 1,
-    channels: ChannelsOption = None,
-    namespace: BagNamespaceOption = None,
-    rate: BagRateOption = None,
-) -> None:
+@recordings_and_measurements.declare("ab_sim.cli.recordings:report_command")
+class ReportOptions(NamedTuple):
+    """Judge recorded runs side by side: table, picture or web page.
+
+    Shows speed, whirl, driving force, ball angles, tilt and motor torque over time, if recorded;
+    the deck's path, of the whole run and of the last turns; the spectrum of the vibration at the
+    end; and its amplitude over frequency and spindle speed. Curves keep every peak. Recordings may
+    have any length; the readable part of unfinished ones is used.
+
+    The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
+    missing, complete, events, metrics (see `ab-sim metrics`; null if the scene is not known),
+    vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null
+    for an offline run) and notes. Symbols, signs and angles: docs/conventions.md
+
+    Args:
+        recordings FILE...: Recordings: .rrd; several are shown side by side.
+        png FILE: Draw the runs: .png.
+        html FILE: Write a self-contained page with figures to zoom: .html.
+    """
+
+    recordings: Annotated[list[Path], Argument()]
+    png: Path | None = None
+    html: Path | None = None
+    json: Json = None
+
+
+@recordings_and_measurements.declare("ab_sim.cli.recordings:compare_command")
+class CompareOptions(NamedTuple):
+    """Run a recording's commands again, and compare each channel.
+
+    A recording of ab_sim is followed step by step, and gives the same bits with its own scene, run
+    live or offline. Other recordings are aligned by time: the scene begins at the first sample,
+    obeys each command from its time on, and is interpolated at the recorded times. They need the
+    channels step, time and command, and another channel that the scene has, too. A recording that
+    begins in the middle of a run is followed from the state of its first sample.
+
+    The JSON has `channels`, each with channel, unit, largest (difference), at (its time [s]), rms,
+    largest_relative and rms_relative (relative to the recorded range, recorded_from to
+    recorded_to), same_to_the_bit, and compared (samples); `not_compared`, each of the other
+    channels with its reason; `driven_by`, `aligned`, `samples`, `duration`, `same_to_the_bit` (all
+    compared channels) and `notes`. Symbols, signs and angles: docs/conventions.md
+
+    Args:
+        plot: Draw recorded, simulated and difference: .png, .svg or .pdf.
+    """
+
+    recording: Recording
+    scene: SceneName
+    change: Changes = []
+    json: Json = None
+    plot: Plot = None
+
+
+@recordings_and_measurements.declare("ab_sim.cli.identify:identify_command")
+class IdentifyOptions(NamedTuple):
+    """Fit a drive's parameters to recorded vibration and speed.
+
+    Recordings without balls are fitted first, then start angles of the balls from many random
+    starts on a growing part of each recording, then everything at once. Every number has its 95 %
+    interval. Values that no recording can determine, such as stiffness and mass separately, are
+    named, and keep the scene's value. The verdict says whether the scene fits, whether something is
+    missing in it, and which effect would explain that.
+
+    The same seed gives the same answer, with any number of --workers; these are started for long
+    searches only. Ctrl-C gives the best so far, marked as interrupted.
+
+    The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low, high, deviation, how,
+    at_bound, start, own; an infinite end is null), `covariance`, `correlation`, `profiles`,
+    `knowledge` (singular values, open directions), `residuals`, `tried_effects`, `held_out`,
+    `next_recordings`, `notes`, `runs`, `seed` and the `fitted_scene`. `ab-sim robust --spread-from`
+    reads it.
+
+    Exit codes: 0 done, for any verdict, 2 bad input, 130 interrupted.
+
+    Args:
+        recordings FILE...: Recordings of the drive: .rrd, .csv, .parquet, or a ROS bag's folder.
+        scene SCENE: Scene to start from: the drive as far as it is known.
+        fit KEY,KEY,...: Keys of the scene to fit, e.g. rotor.eccentricity.
+        bounds KEY=LOW..HIGH: Search range of a key. Default: within a factor of 10. Repeatable.
+        without_balls FILE: Further recording, made without balls; recordings of ab_sim say so
+            themselves. Repeatable.
+        hold_out FILE: Recording to predict instead of fit. Repeatable.
+        map FILE: Meanings of the columns of .csv and .parquet files, as YAML: one file for all
+            recordings, or one for each in their order.
+        signal displacement|acceleration|SENSOR: Signal of ab_sim's recordings to fit. Default: the
+            readings of the first sensor, else the deck's displacement.
+        free gain,bias,delay,disc_angle: Further unknowns of each recording to fit.
+        trial_mass NAME=MASS: Mass clamped to the deck for a recording, e.g. 'run-2=5 g'; it
+            determines the deck's mass. Repeatable.
+        hold_open: Hold or fit the values that the recordings cannot determine.
+        out FILE: Write the fitted scene: .yaml.
+        html FILE: Write a self-contained page: .html.
+        plot: Draw measured and fitted signals: .png, .svg or .pdf.
+    """
+
+    recordings: Annotated[list[Path], Argument()]
+    scene: Annotated[str, Option()]
+    fit: str
+    change: Changes = []
+    bounds: list[str] = []
+    without_balls: list[Path] = []
+    hold_out: list[Path] = []
+    map: list[Path] = []
+    signal: str | None = None
+    free: str | None = None
+    trial_mass: list[str] = []
+    seed: Seed = 0
+    hold_open: Annotated[bool, Option("--hold-open/--fit-open")] = True
+    workers: Workers = None
+    out: Path | None = None
+    html: Path | None = None
+    json: Json = None
+    plot: Plot = None
+
+
+@recordings_and_measurements.declare("ab_sim.cli.bags:export_command")
+class ExportOptions(NamedTuple):
     """Convert a recording to Parquet, CSV or a ROS 2 bag.
 
-    Each channel is a column, with its unit: in Parquet in the column's metadata, as `unit`, in CSV
-    in the header, as `x [m]`. A Parquet file has what was run, JSON, in its own metadata as
-    `ab_sim`. `whirl` [m], which is not recorded, is written as well: how far the deck's centre is,
-    across the shaft's axis, from where it hangs at rest (frames and signs: docs/conventions.md).
-    Recordings of any length are read in blocks; the readable part of unfinished ones is used.
+    Each channel is a column with its unit: in Parquet in the column's metadata, as `unit`; in CSV
+    in the header, as `x [m]`. The metadata of a Parquet file has the scene as JSON, in `ab_sim`.
+    The column `whirl` [m] is computed: the distance of the deck's centre from its rest position,
+    across the shaft's axis (frames and signs: docs/conventions.md). Recordings may have any length;
+    the readable part of unfinished ones is used.
 
-    A bag has the whole of it, as the messages that a live drive publishes, stamped with simulated
-    time: every sample in vibration/block, the state in joint_states, vibration, whirl and
+    A bag has the whole recording, as the messages that a live drive publishes, stamped with
+    simulated time: every sample in vibration/block, the state in joint_states, vibration, whirl and
     deck_pose, commands, the profile controller's state, events on /rosout. Foxglove and PlotJuggler
     open the .mcap file in the folder, `ros2 bag` the folder; `ab-sim import` makes the same
     recording of it.
+
+    Args:
+        parquet FILE: Write an Apache Parquet file: .parquet.
+        csv FILE: Write a table: .csv.
+        mcap FOLDER: Write a ROS 2 bag (rosbag2, MCAP).
+        begin --from T: Time of the first sample [s].
+        end --to T: Time of the last sample [s].
+        every N: Write only every Nth sample, beginning with the first.
+        channels NAME,NAME,...: Channels to write, in this order. Default: all.
+        namespace NAME: Namespace of the drive in the bag, e.g. /left. Default: none.
+        rate HZ: Messages of the state in the bag per second; vibration/block has all samples in any
+            case. Default: 250, the rate of a live drive.
     """
-    from ab_sim.cli.export import export_command
-    from ab_sim.recording.export import Part
 
-    names = None if channels is None else tuple(name.strip() for name in channels.split(","))
-    part = Part(begin, end, every, names)
-    if mcap is None and not (namespace is None and rate is None):
-        raise InputError("--namespace, --rate: go with --mcap, as they are of the bag")
-    if mcap is not None:
-        from ab_sim.cli.bags import export_bag_command
-
-        export_bag_command(recording, mcap, namespace or "/", rate, part)
-    if mcap is None or parquet is not None or csv is not None:
-        export_command(recording, parquet, csv, part).run()
+    recording: Recording
+    parquet: Path | None = None
+    csv: Path | None = None
+    mcap: Path | None = None
+    begin: float = -math.inf
+    end: float = math.inf
+    every: int = 1
+    channels: str | None = None
+    namespace: str | None = None
+    rate: float | None = None
 
 
-@recording_commands.command()
-def state(
-    recording: RecordingArgument,
-    time: Annotated[
-        float | None,
-        typer.Option("--at", metavar="T", help="At this time [s]. Default: its end."),
-    ] = None,
-) -> None:
+@recordings_and_measurements.declare("ab_sim.cli.recordings:print_state")
+class StateOptions(NamedTuple):
     """Print a recorded state as the section `start` of a scene.
 
-    A run goes on from there, also in another scene with as many balls:
-    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. A sample does not show whether
-    friction holds balls, and what a motor's speed loop and filters of sensors remember.
+    A run continues from there, also in another scene with the same number of balls:
+    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. A sample does not contain
+    whether friction holds balls, nor the memory of a motor's speed loop and of sensors' filters.
+
+    Args:
+        time --at T: Time of the state [s]. Default: the end of the recording.
     """
-    from ab_sim.cli.state import state_command
 
-    state_command(recording, time)
+    recording: Recording
+    time: float | None = None
 
 
-@recording_commands.command()
-def compare(
-    recording: RecordingArgument,
-    scene: SceneArgument,
-    change: SetOption = None,
-    json: JsonOption = None,
-    plot: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE", help="Draw recorded, simulated, difference: .png, .svg or .pdf."
-        ),
-    ] = None,
-) -> None:
-    """Run a recording's commands again, and compare each channel.
+@nodes_and_bags.declare("ab_sim.cli.bags:import_command")
+class ImportOptions(NamedTuple):
+    """Convert a ROS 2 bag to a recording.
 
-    A recording of ab_sim is followed step by step, and with its own scene gives the same bits, run
-    live or offline. Another one is aligned by time: the scene begins at its first sample, obeys
-    each command from its time on, and is interpolated at the recorded times. It needs the channels
-    step, time and command, and one more that the scene has, too. One that begins in the middle of
-    a run is followed from the state of its first sample.
+    From vibration/block it makes the recording that the recorder would have written, to the bit.
+    Otherwise it uses those of spindle/command, joint_states, vibration, whirl, imu/data_raw and
+    displacement that are in the bag, with a row for each stamp of the sensor with most samples; if
+    positions are unknown there are plots and no drawing. An unfinished bag is read as far as it
+    goes. A drive that was reset gives several recordings: FILE, FILE-2 and so on.
 
-    The JSON has `channels`, each with channel, unit, largest (difference), at (when [s]), rms,
-    largest_relative and rms_relative (in the range of what was recorded, recorded_from to
-    recorded_to), same_to_the_bit, and compared (samples); `not_compared`, each of the other
-    channels with its reason; `driven_by`, `aligned`, `samples`, `duration`, `same_to_the_bit` (of
-    all that were compared) and `notes`. Symbols, signs and angles: docs/conventions.md
+    Args:
+        out FILE: Recording to write: .rrd. Default: the bag's name, in this folder.
     """
-    from ab_sim.cli.compare import compare_command
 
-    compare_command(recording, scene, change or []).run(json, plot)
+    bag: Bag
+    out: Path | None = None
+    namespace: Namespace = None
 
 
-@recording_commands.command()
-def report(
-    recordings: Annotated[
-        list[Path], typer.Argument(help="Recordings: .rrd; several stand side by side.")
-    ],
-    png: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw the runs into a picture: .png.")
-    ] = None,
-    html: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="FILE",
-            help="Write one page with figures to zoom, which needs nothing else: .html.",
-        ),
-    ] = None,
-    json: JsonOption = None,
-) -> None:
-    """Judge recorded runs side by side: table, picture or web page.
+@nodes_and_bags.declare("ab_sim.cli.bags:replay_command")
+class ReplayOptions(NamedTuple):
+    """Publish a ROS 2 bag again, with its timing and QoS.
 
-    Speed, whirl, driving force, ball angles, tilt and motor torque over time, as far as there are;
-    the deck's path, of the whole run and of the last turns; the spectrum of the vibration at the
-    end; and its amplitude over frequency and spindle speed. Curves hold every peak. Recordings of
-    any length are read in blocks; the readable part of unfinished ones is used.
+    Commands are included: a drive that subscribes to spindle/command obeys them. drive_description
+    comes first; a recorder records the same samples.
 
-    The JSON has `runs`, each with recording, scene, begins and duration [s], samples, gaps,
-    missing, complete, events, merits (see `ab-sim merits`; null if what was run is not known),
-    vibration_of, vibration_rms [m/s^2], once_per_turn_share, real_time_factor (mean, least; null of
-    an offline run) and notes. Symbols, signs and angles: docs/conventions.md
+    Args:
+        rate FACTOR: Playback speed factor.
+        start_paused: Wait until the service replay/pause is called with false.
     """
-    from ab_sim.cli.report import report_command
 
-    report_command(recordings, png, html).run(json)
+    bag: Bag
+    rate: float = 1.0
+    namespace: Namespace = None
+    start_paused: Annotated[bool, Option("--start-paused")] = False
+
+
+@nodes_and_bags.declare("ab_sim.cli.bags:repair_command")
+class RepairOptions(NamedTuple):
+    """Repair a ROS 2 bag whose recorder was killed, in place.
+
+    All complete messages are kept, to the bit, and get the index and the counts that other programs
+    need. A new file is written next to the old one, and replaces it when it is complete. A bag that
+    is still being written is refused.
+    """
+
+    bag: Bag
+
+
+@nodes_and_bags.declare("ab_sim.cli.c:print_urdf")
+class UrdfOptions(NamedTuple):
+    """Print a scene as a URDF, for robot_state_publisher.
+
+    `drive_sim` publishes the same on the topic robot_description, for RViz. Joints have the names
+    that they have in joint_states; `drive_sim` publishes the deck's pose on tf.
+    """
+
+    scene: SceneName
+    change: Changes = []

@@ -13,6 +13,7 @@ from ab_sim.analysis.recovery import (
     recovery_over_drag,
 )
 from ab_sim.analysis.recovery.response import LONGEST
+from ab_sim.cli.analysis_commands import RecoveryOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
@@ -22,10 +23,10 @@ MOST = 1000
 """Largest number of drags."""
 
 
-def recovery_command(scene_name: str, changes: list[str], drags: str) -> Command:
+def recovery_command(given: RecoveryOptions) -> Command:
     """Return the command that computes the recovery from a scene's change of speed, over drags."""
-    values = drags_of(drags)
-    scene = load_scene(scene_name, changes)
+    values = drags_of(given.drags)
+    scene = load_scene(given.scene, given.change)
 
     def work(tell: Tell) -> Outcome:
         found = recovery_over_drag(scene, values, tell)
@@ -57,10 +58,11 @@ def drags_of(text: str) -> tuple[float, ...]:
 def recovery_table(found: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
     """Return the table for the scene's own drag and the others, with all balls or with one."""
     several = "1 ball" if balls == 1 else f"{balls} balls"
-    table = Table(
-        title=f"{found.scene}, {several}: from {found.from_speed:g} to {found.to_speed:g} rad/s, "
+    title = (
+        f"{found.scene}, {several}: from {found.from_speed:g} to {found.to_speed:g} rad/s, "
         f"settled within {1e3 * found.band:g} mm"
     )
+    table = Table(title=title)
     for name in ("drag [N s/m]", "settling [s]", "amplitude [mm]", "lambda_Rmax [1/s]"):
         table.add_column(name, justify="right")
     table.add_column("at rest")

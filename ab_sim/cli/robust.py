@@ -1,21 +1,18 @@
 """`ab-sim robust`."""
 
 import functools
-from collections.abc import Callable, Iterator, Sequence
-from functools import partial
-from pathlib import Path
-from typing import NamedTuple
+from collections.abc import Iterator, Sequence
 
 from rich.table import Table
 
-from ab_sim.cli.own_command import own_command
+from ab_sim.cli.checks import executor_of, outcome_notes, share_of, wanted_metrics
+from ab_sim.cli.design_commands import RobustOptions
+from ab_sim.cli.outputs import Output, own_command
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, WholeLine, plotted
-from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.words import outcome_notes, share_of, wanted_merits
+from ab_sim.cli.runner import Command, Outcome, WholeLine, Write, new_table, plotted
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.fitted_spread import fitted_tolerances
-from ab_sim.design.intervals import QuantileOfMerit
+from ab_sim.design.intervals import QuantileOfMetric
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
@@ -31,48 +28,21 @@ FINER = (0.01, 0.001)
 HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
 
 
-class RobustOptions(NamedTuple):
-    """Options of `ab-sim robust`."""
-
-    runs: int
-    seed: int
-    balanced: list[str]
-    merits: str | None
-    sobol: int | None
-    until: str | None
-    against: str | None
-    shared: tuple[int | None, str | None]
-    parquet: Path | None
-    csv: Path | None
-    worst: Path | None
-    units: str
-    spread_from: Path | None = None
-
-
-def robust_command(
-    scene_name: str, changes: list[str], spread: list[str], given: RobustOptions
-) -> Command:
-    """Return the command that runs drives with manufacturing tolerances.
-
-    Args:
-        scene_name, changes: see ``load_scene``.
-        spread: see ``tolerance_of``.
-        given: the other options.
-    """
+def robust_command(given: RobustOptions) -> Command:
+    """Return the command that runs drives with manufacturing tolerances."""
     shown_units(given.units)
-    executors = functools.partial(executor_of, *given.shared)
+    executors = functools.partial(executor_of, given.workers, given.scheduler)
     executors()
-    scene = load_scene(scene_name, changes)
+    scene = load_scene(given.scene, given.change)
     other = None if given.against is None else load_scene(given.against)
     if other is not None and other.name == scene.name:
-        scene = _named_by_file(scene, scene_name, *(f"--set {each}" for each in changes))
+        scene = _named_by_file(scene, given.scene, *(f"--set {each}" for each in given.change))
         other = _named_by_file(other, str(given.against))
     tolerances = [] if given.spread_from is None else fitted_tolerances(given.spread_from)
-    tolerances += [tolerance_of(each) for each in spread]
-    merits = wanted_merits(given.merits)
+    tolerances += [tolerance_of(each) for each in given.spread]
     question = SpreadQuestion(
         runs=given.runs,
-        merits=merits,
+        metrics=wanted_metrics(given.metrics),
         criterion=tuple(map(bound_of, given.balanced)) or DEFAULT_CRITERION,
         seed=given.seed,
         pairs=given.sobol,
@@ -84,20 +54,17 @@ def robust_command(
 
     def work(tell: Tell) -> Outcome:
         found = run_spread(scene, tolerances, question, executors, tell)
-        written: list[Path] = []
-
-        def write_worst() -> None:
-            if given.worst is not None:
-                written.extend(found.write_worst(given.worst))
-
-        tables = [file for file in (given.parquet, given.csv) if file is not None]
-        writes: list[Callable[[], None]] = [partial(found.write, file) for file in tables]
-        writes.append(write_worst)
         shown = found.in_units(given.units)
-        words = _shown(shown, scene_name, changes)
-        return Outcome(words, found.report, plotted(shown), writes, written)
+        writes: dict[str, Write | None] = {
+            "--parquet": found.write, "--csv": found.write, "--worst": found.write_worst
+        }  # fmt: skip
+        lines = _shown(shown, given.scene, given.change)
+        return Outcome(lines, found.report, plotted(shown), writes)
 
-    outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
+    outputs: list[Output] = [
+        (given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"),
+        (given.worst, (), "--worst"),
+    ]  # fmt: skip
     return Command(work, scene.name, KEPT, outputs)
 
 
@@ -143,18 +110,16 @@ def _more_runs(found: Spread) -> str:
 
 
 def _quantile_table(found: Spread) -> Table:
-    table = Table(title="quantiles of the runs that have a merit, and their intervals of 95 %")
-    for name in ("merit", "runs", "5 %", "median", "95 %"):
-        words = name == "merit"
-        table.add_column(name, justify="left" if words else "right", no_wrap=words)
-    for merit, quantiles in found.quantiles.items():
-        count = int((found[merit] == found[merit]).sum())
-        cells = [_interval(each, found.runs.factor(merit)) for each in quantiles] or ["-"] * 3
-        table.add_row(found.runs.titled(merit), str(count), *cells)
+    title = "quantiles of the runs that have a metric, and their intervals of 95 %"
+    table = new_table("metric", "runs | 5 % | median | 95 %", no_wrap=True, title=title)
+    for metric, quantiles in found.quantiles.items():
+        count = int((found[metric] == found[metric]).sum())
+        cells = [_interval(each, found.runs.factor(metric)) for each in quantiles] or ["-"] * 3
+        table.add_row(found.runs.titled(metric), str(count), *cells)
     return table
 
 
-def _interval(found: QuantileOfMerit, factor: float) -> str:
+def _interval(found: QuantileOfMetric, factor: float) -> str:
     low, high = (_end(end, factor) for end in (found.low, found.high))
     return f"{number(found.value * factor)} ({low} to {high})"
 
@@ -168,10 +133,8 @@ def _sobol(found: Spread) -> Iterator[Table | str]:
     if not sobol.pairs:
         yield f"no Sobol indices: {sobol.none}"
         return
-    table = Table(title="Sobol indices, and their intervals of 95 %")
-    for name in ("of", "spread", "alone", "with others"):
-        words = name in ("of", "spread")
-        table.add_column(name, justify="left" if words else "right", no_wrap=words)
+    title = "Sobol indices, and their intervals of 95 %"
+    table = new_table("of | spread", "alone | with others", no_wrap=True, title=title)
     for what, indices in sobol.indices.items():
         for place, each in enumerate(indices):
             table.add_row(
@@ -201,13 +164,11 @@ def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
         f"{paired.only_first}, only the other: {paired.only_second}, both: {paired.both}, "
         f"neither: {paired.neither}; McNemar's p = {paired.p_value:.2g}"
     )
-    table = Table(title=f"{found.scene.name} less {other.runs.scene.name}, draw by draw")
-    for name in ("merit", "draws", "mean", "median"):
-        words = name == "merit"
-        table.add_column(name, justify="left" if words else "right", no_wrap=words)
-    for merit, each in other.merits.items():
-        factor = found.runs.factor(merit)
+    title = f"{found.scene.name} less {other.runs.scene.name}, draw by draw"
+    table = new_table("metric", "draws | mean | median", no_wrap=True, title=title)
+    for metric, each in other.metrics.items():
+        factor = found.runs.factor(metric)
         mean, low, high = (number(x * factor) for x in (each.mean, each.low, each.high))
         cells = f"{mean} ({low} to {high})", _interval(each.median, factor)
-        table.add_row(found.runs.titled(merit), str(each.pairs), *cells)
+        table.add_row(found.runs.titled(metric), str(each.pairs), *cells)
     yield table

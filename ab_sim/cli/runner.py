@@ -1,20 +1,28 @@
 """Order of the steps of commands with results: check outputs, work, write, print."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager, nullcontext
-from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from rich.table import Table
 
-from ab_sim.cli.outputs import PlainConsole, check_files, people, say_written, write_json
+from ab_sim.cli.outputs import (
+    Output,
+    PlainConsole,
+    check_files,
+    people,
+    say_written,
+    write_json,
+)
 from ab_sim.cli.progress import Tell, interruptible, progress_bar
-from ab_sim.errors import NothingFound
-from ab_sim.output_file import PICTURE, REPORT
+from ab_sim.errors import InputError, NothingFound
+from ab_sim.output_file import PICTURE, REPORT, write_whole
 from ab_sim.presentation import Presented
 
+Write = Callable[[Path], list[Path] | None]
+"""Function that writes a file; for a folder it returns the files in it."""
 Draw = Callable[[Path], None]
 DOTS = 110
 """Resolution of pictures [dots per inch]."""
@@ -33,12 +41,10 @@ class Outcome(NamedTuple):
     """Function that returns the content of the JSON."""
     draw: Draw | None = None
     """Function that draws the picture; None: there is nothing to draw."""
-    writes: Sequence[Callable[[], None]] = ()
-    """Functions that write the command's ``outputs``; empty: the work has written them."""
+    writes: Mapping[str, Write | None] = {}
+    """Functions that write the command's ``outputs``, by option; None: nothing to write."""
     written: Sequence[Path] = ()
-    """Other files that the work has written."""
-    missing: Sequence[Path] = ()
-    """Those of the command's ``outputs`` for which there was nothing to write."""
+    """Files that the work has written itself."""
     failure: str | None = None
     """Reason and remedy if a search found nothing: the error with which the command exits."""
 
@@ -53,45 +59,68 @@ class Command(NamedTuple):
     left: str | None = None
     """Text on the files that remain after Ctrl-C, if the work ends in order; None: it ends at
     once."""
-    outputs: Sequence[tuple[Path | None, Sequence[str], str]] = ()
-    """Files other than JSON and picture, with their endings and options."""
+    outputs: Sequence[Output] = ()
+    """Files other than JSON and picture."""
     aside: bool = False
-    """Whether output for people never goes to standard output."""
+    """True if output for people never goes to standard output."""
 
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
-        """Run the command, with the values of ``--json`` and ``--plot``."""
-        report = None if json in (None, "-") else Path(str(json))
-        files = check_files((report, REPORT, "--json"), (plot, PICTURE, "--plot"), *self.outputs)
+        """Run the command, with the values of ``--json`` and ``--plot``.
+
+        Raises:
+            InputError: an output cannot be written. All outputs are checked before the work; one
+                that fails later does not keep the others from being written.
+            NothingFound: the search found nothing.
+        """
+        to_stdout = json == "-"
+        outputs: list[Output] = [
+            (None if json is None else Path(json), () if to_stdout else REPORT, "--json"),
+            (plot, PICTURE, "--plot"),
+            *self.outputs,
+        ]
+        check_files(*outputs)
         with self._progress() as tell:
-            found = self.work(tell)
-        writes, draw = list(found.writes), found.draw
-        if plot is not None and draw is None:
-            files.remove(plot)
-        elif plot is not None and draw is not None:
-            writes.insert(0, partial(draw, plot))
-        if json is not None:
-            writes.insert(0, lambda: write_json(found.report(), json))
-        # Hours of work must not be lost because one of several files cannot be written.
-        failures: list[Exception] = []
-        for write in writes:
-            try:
-                write()
-            except Exception as error:
-                failures.append(error)
-        console = people if self.aside or json == "-" else PlainConsole()
-        written = [file for file in (*found.written, *files) if file not in found.missing]
-        for each in found.shown:
+            outcome = self.work(tell)
+
+        def write_report(file: Path) -> list[Path]:
+            write_json(outcome.report(), str(file))
+            return [] if to_stdout else [file]
+
+        writes = {"--json": write_report, "--plot": outcome.draw, **outcome.writes}
+        written, failures = [*outcome.written], list[Exception]()
+        for file, _, option in outputs:
+            if file is not None and (write := writes.get(option)) is not None:
+                # Hours of work must not be lost because one of several files cannot be written.
+                try:
+                    written += _written(write, file, option)
+                except Exception as error:
+                    failures.append(error)
+        console = people if self.aside or to_stdout else PlainConsole()
+        for each in outcome.shown:
             console.print(each, soft_wrap=isinstance(each, WholeLine))
         if failures:
             raise failures[0]
         say_written(written)
-        if found.failure is not None:
-            raise NothingFound(found.failure)
+        if outcome.failure is not None:
+            raise NothingFound(outcome.failure)
 
     def _progress(self) -> AbstractContextManager[Tell]:
         if self.bar is None:
             return nullcontext(lambda *_: None)
         return progress_bar(self.bar) if self.left is None else interruptible(self.bar, self.left)
+
+
+def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
+    """Write an output, and return the written files.
+
+    Raises:
+        InputError: it cannot be written; the message names option, file and reason.
+    """
+    try:
+        files = write(file)
+    except OSError as error:
+        raise InputError(f"{option} {file}: cannot be written: {error.strerror}") from error
+    return [file] if files is None else files
 
 
 def picture(function: str, *shown: Any) -> Draw:
@@ -116,3 +145,24 @@ def plotted(found: Presented) -> Draw:
         save(found.plot(), file, DOTS)
 
     return draw
+
+
+def scene_writer(text: Callable[[], str]) -> Write:
+    """Return a function that writes a scene's text."""
+    return lambda file: write_whole(file, text().encode())
+
+
+def new_table(left: str, right: str, no_wrap: bool = False, **settings: Any) -> Table:
+    """Return a table with left-aligned and then right-aligned columns.
+
+    Args:
+        left, right: names of the columns, as ``a | b``.
+        no_wrap: whether left-aligned columns keep their texts in one line.
+        settings: see rich's ``Table``.
+    """
+    table = Table(**settings)
+    for name in left.split(" | ") if left else ():
+        table.add_column(name, no_wrap=no_wrap)
+    for name in right.split(" | ") if right else ():
+        table.add_column(name, justify="right")
+    return table

@@ -7,29 +7,29 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.batch import simulate_batch
+from ab_sim.cli.design_commands import SensitivityOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
-from ab_sim.design.derivatives import MeritSensitivities, merit_sensitivities, real_keys
-from ab_sim.design.derivatives.of_merits import differentiable_merits
+from ab_sim.design.derivatives import MetricSensitivities, metric_sensitivities, real_keys
+from ab_sim.design.derivatives.of_metrics import differentiable_metrics
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 
 
-def sensitivity_command(
-    scene_name: str, changes: list[str], merits: str, keys: str | None
-) -> Command:
+def sensitivity_command(given: SensitivityOptions) -> Command:
     """Return the command that computes derivatives of metrics by numbers of a scene."""
-    names = _listed("--of", merits)
-    differentiable_merits(names)
-    scene = load_scene(scene_name, changes)
-    wanted = [real.key for real in real_keys(scene)] if keys is None else _listed("--to", keys)
+    names = _listed("--of", given.of)
+    differentiable_metrics(names)
+    scene = load_scene(given.scene, given.change)
+    keys = (
+        [real.key for real in real_keys(scene)] if given.to is None else _listed("--to", given.to)
+    )
 
     def work(tell: Tell) -> Outcome:
-        def progress(done: int, runs: int) -> None:
-            tell("running", done, runs)
-
-        found = merit_sensitivities(scene, wanted, names, progress)
-        judged = simulate_batch(found.scene, [{}], merits=["settled"]).merits["settled"]
+        found = metric_sensitivities(
+            scene, keys, names, progress=lambda done, runs: tell("running", done, runs)
+        )
+        judged = simulate_batch(found.scene, [{}], metrics=["settled"]).metrics["settled"]
         return Outcome(_shown(found, bool(judged[0])), found.report, plotted(found))
 
     return Command(work, scene.name)
@@ -47,11 +47,11 @@ def _listed(option: str, text: str) -> list[str]:
     return names
 
 
-def _shown(found: MeritSensitivities, settled: bool) -> Iterator[Table | str]:
-    for i, merit in enumerate(found.merits):
-        unit = found.merit_units[i]
-        named = merit if unit in ("1", "-") else f"{merit} [{unit}]"
-        table = Table(title=f"{found.scene.name}: {named} = {found.merit_values[i]:.6g}, by")
+def _shown(found: MetricSensitivities, settled: bool) -> Iterator[Table | str]:
+    for i, metric in enumerate(found.metrics):
+        unit = found.metric_units[i]
+        named = metric if unit in ("1", "-") else f"{metric} [{unit}]"
+        table = Table(title=f"{found.scene.name}: {named} = {found.metric_values[i]:.6g}, by")
         table.add_column("key", overflow="fold")
         table.add_column("value", justify="right")
         table.add_column("derivative", justify="right")
@@ -75,11 +75,11 @@ def _shown(found: MeritSensitivities, settled: bool) -> Iterator[Table | str]:
             yield f"no percent of 0, so not in the picture; by derivative: {', '.join(at_zero)}"
         still = [found.keys[k] for k in order if found.has_no_influence[i, k]]
         if still:
-            yield f"no influence on {merit}: {', '.join(still)}"
+            yield f"no influence on {metric}: {', '.join(still)}"
         unknown = [found.keys[k] for k in order if not _is_known(found, i, k)]
         if unknown:
             yield (
-                f"{merit} is not differentiable here by: {', '.join(unknown)}; larger changes: "
+                f"{metric} is not differentiable here by: {', '.join(unknown)}; larger changes: "
                 "`ab-sim sweep`"
             )
     yield (
@@ -102,19 +102,19 @@ def with_uncertainty(value: float, uncertainty: float) -> str:
     return f"{value:.{min(max(digits, 1), 6)}g} +- {uncertainty:.1g}"
 
 
-def _derivative(found: MeritSensitivities, merit: int, key: int) -> str:
+def _derivative(found: MetricSensitivities, metric: int, key: int) -> str:
     number = with_uncertainty(
-        float(found.derivatives[merit, key]), float(found.uncertainties[merit, key])
+        float(found.derivatives[metric, key]), float(found.uncertainties[metric, key])
     )
-    return f"{number} {found.unit(merit, key)}"
+    return f"{number} {found.unit(metric, key)}"
 
 
-def _is_known(found: MeritSensitivities, merit: int, key: int) -> bool:
-    return bool(np.isfinite(found.derivatives[merit, key]))
+def _is_known(found: MetricSensitivities, metric: int, key: int) -> bool:
+    return bool(np.isfinite(found.derivatives[metric, key]))
 
 
-def _order(found: MeritSensitivities, merit: int) -> list[int]:
+def _order(found: MetricSensitivities, metric: int) -> list[int]:
     """Return the keys by decreasing elasticity; keys with the value 0 come last."""
-    sizes = np.abs(found.elasticities[merit])
+    sizes = np.abs(found.elasticities[metric])
     order = np.lexsort((np.arange(len(sizes)), -np.nan_to_num(sizes)))
     return [int(k) for k in order]

@@ -1,16 +1,14 @@
 """`ab-sim size`."""
 
 import functools
-from collections.abc import Iterator, Mapping
-from pathlib import Path
+from collections.abc import Iterator
 
 from rich.table import Table
 
-from ab_sim.cli.outputs import write_scene
+from ab_sim.cli.checks import executor_of, share_of
+from ab_sim.cli.design_commands import SizeOptions
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, plotted
-from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.words import share_of
+from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
 from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.size import Sizing, run_sizing, sizing_failure
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
@@ -20,44 +18,31 @@ from ab_sim.presentation import number
 from ab_sim.workers import KEPT
 
 
-def size_command(
-    given: SpecificationTexts,
-    shares: Mapping[str, str],
-    drawn: tuple[int, int],
-    shared: tuple[int | None, str | None],
-    file: Path | None,
-) -> Command:
-    """Return the command that sizes a balancer.
-
-    Args:
-        given: specification without the shares.
-        shares: wanted share, residual share and tolerance of the drag, in % or as numbers, by
-            option.
-        drawn: runs and seed.
-        shared: workers and scheduler, see ``executor_of``.
-        file: file for the scene.
-    """
-    executors = functools.partial(executor_of, *shared)
+def size_command(given: SizeOptions) -> Command:
+    """Return the command that sizes a balancer."""
+    executors = functools.partial(executor_of, given.workers, given.scheduler)
     executors()
-    share, left, tolerance = (
-        share_of(option, text, "must be a share, e.g. 10%") for option, text in shares.items()
-    )
-    numbers = given._replace(share=share, left=left, drag_tolerance=tolerance)
-    specification = specification_of(numbers)
+    must = "must be a share, e.g. 10%"
+    texts = SpecificationTexts(
+        given.mass, given.critical, given.speed, given.race_radius, given.race_width,
+        given.unbalance, given.grade, given.damping_ratio, given.acceleration, given.settle,
+        given.density, given.balls, friction_arm=given.friction_arm,
+        share=share_of("share", given.share, must), left=share_of("left", given.left, must),
+        drag_tolerance=share_of("drag-tolerance", given.drag_tolerance, must),
+    )  # fmt: skip
+    specification = specification_of(texts)
 
     def work(tell: Tell) -> Outcome:
-        found = run_sizing(specification, Running(*drawn, executors, tell))
+        found = run_sizing(specification, Running(given.runs, given.seed, executors, tell))
+        return Outcome(
+            _shown(found),
+            found.report,
+            plotted(found),
+            {"--scene": scene_writer(found.scene_text) if found.found else None},
+            failure=sizing_failure(found) if found.chosen is None else None,
+        )
 
-        def write() -> None:
-            if file is not None and found.found:
-                write_scene(found.scene_text(), file)
-
-        draw = plotted(found)
-        missing = () if file is None or found.found else (file,)
-        failure = sizing_failure(found) if found.chosen is None else None
-        return Outcome(_shown(found), found.report, draw, (write,), (), missing, failure)
-
-    return Command(work, "size", KEPT, ((file, SCENE, "--scene"),))
+    return Command(work, "size", KEPT, ((given.scene_file, SCENE, "--scene"),))
 
 
 def _shown(found: Sizing) -> Iterator[Table | str]:
@@ -70,19 +55,16 @@ def _shown(found: Sizing) -> Iterator[Table | str]:
     if found.chosen is None:
         return
     yield _chosen(found, found.chosen)
-    table = Table(title="what is claimed, and what runs say")
-    for name in ("claim", "predicted", "seen", "verdict"):
-        table.add_column(name)
+    table = Table("claim", "predicted", "seen", "verdict", title="predictions, checked by runs")
     for claim in found.claims:
         table.add_row(*claim)
     yield table
 
 
 def _candidates(found: Sizing) -> Table:
-    table = Table(title=f"balls for up to {number(found.specification.largest_unbalance)} kg m")
-    for name in ("balls", "of [g]", "wide [mm]", "circulate up to", "drag from", "to [N s/m]",
-                 "in time"):  # fmt: skip
-        table.add_column(name, justify="right")
+    title = f"balls for up to {number(found.specification.largest_unbalance)} kg m"
+    columns = "balls | of [g] | wide [mm] | circulate up to | drag from | to [N s/m] | in time"
+    table = new_table("", columns, title=title)
     for each in found.candidates:
         balls, window = each.balls, each.window
         size = ("-", "-", "-")

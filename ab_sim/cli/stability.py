@@ -1,6 +1,6 @@
 """`ab-sim stability`."""
 
-from collections.abc import Iterator, Set
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -14,13 +14,14 @@ from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
+from ab_sim.cli.analysis_commands import StabilityOptions
+from ab_sim.cli.checks import check_speed, processes
+from ab_sim.cli.equilibria import equilibria_command
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, picture
-from ab_sim.cli.sharing import processes
-from ab_sim.cli.speed import check_speed
+from ab_sim.cli.runner import Command, Outcome, new_table, picture
+from ab_sim.design import basin as basins
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
-from ab_sim.studies import basin as basins
 from ab_sim.workers import KEPT
 
 OF_WHICH = {
@@ -29,17 +30,42 @@ OF_WHICH = {
 }
 
 
-def map_command(
-    scene_name: str,
-    changes: list[str],
-    speed: float | None,
-    axes: str,
-    coarse: int,
-    against: int | None,
-) -> Command:
+def stability_command(given: StabilityOptions) -> Command:
+    """Return the command for a map, maps of a family, a basin, or resting states."""
+    _check_combination(given)
+    if given.basin is not None:
+        return _basin_command(given, given.basin)
+    if given.map is None:
+        return equilibria_command(given)
+    coarse = 8 if given.coarse is None else given.coarse
+    if coarse < 1 or coarse & (coarse - 1):
+        raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
+    family_of = None if given.each is None else values_of(given.each)
+    across, up = axes_of(given.map)
+    scene = load_scene(given.scene, given.change)
+    speed = last_speed(scene) if given.speed is None else check_speed(given.speed)
+    plane = Plane(scene, speed, across, up)
+    if family_of is not None:
+        return _family_command(plane, coarse, *family_of)
+    return _map_command(plane, coarse, given.against)
+
+
+def _check_combination(given: StabilityOptions) -> None:
+    """Refuse options that exclude each other."""
+    if given.map is not None and given.basin is not None:
+        raise InputError("--map and --basin: give one of them")
+    if given.map is None and (given.against, given.each) != (None, None):
+        raise InputError("--against, --each: apply to a map; add --map")
+    if given.against is not None and given.each is not None:
+        raise InputError("--against and --each: give one of them")
+    if given.coarse is not None and given.map is None:
+        raise InputError("--coarse: applies to a map; add --map")
+    if given.speed is not None and given.basin is not None:
+        raise InputError("--speed: a basin runs the scene's profile; change that with --set")
+
+
+def _map_command(plane: Plane, coarse: int, against: int | None) -> Command:
     """Return the command that computes a map, or two for different numbers of balls."""
-    _check_coarse(coarse)
-    plane = _plane(scene_name, changes, speed, axes)
     planes = [plane] if against is None else [plane, plane_with_balls(plane, against)]
     for each in planes:
         each.check()
@@ -73,33 +99,8 @@ def map_command(
     return Command(work, plane.scene.name, KEPT)
 
 
-def check_combination(given: Set[str], maps: bool, basin: bool) -> None:
-    """Refuse options that exclude each other.
-
-    Args:
-        given: names of the given options.
-        maps: whether a map is requested.
-        basin: whether a basin is requested.
-    """
-    if maps and basin:
-        raise InputError("--map and --basin: one at a time")
-    if given & {"against", "each"} and not maps:
-        raise InputError("--against, --each: are of maps; say what to map with --map")
-    if {"against", "each"} <= given:
-        raise InputError("--against and --each: one at a time")
-    if "coarse" in given and not maps:
-        raise InputError("--coarse: is of maps; say what to map with --map")
-    if "speed" in given and basin:
-        raise InputError("--speed: a basin is of the scene's own profile; change that with --set")
-
-
-def family_command(
-    scene_name: str, changes: list[str], speed: float | None, axes: str, coarse: int, each: str
-) -> Command:
+def _family_command(plane: Plane, coarse: int, key: str, values: tuple[float, ...]) -> Command:
     """Return the command that computes a map for each value of another key."""
-    _check_coarse(coarse)
-    key, values = values_of(each)
-    plane = _plane(scene_name, changes, speed, axes)
     members(plane, key, values)
 
     def work(tell: Tell) -> Outcome:
@@ -110,12 +111,12 @@ def family_command(
     return Command(work, plane.scene.name, KEPT)
 
 
-def basin_command(scene_name: str, changes: list[str], count: int) -> Command:
+def _basin_command(given: StabilityOptions, count: int) -> Command:
     """Return the command that computes the final states of runs over start angles of two balls."""
-    scene = load_scene(scene_name, changes)
+    scene = load_scene(given.scene, given.change)
 
     def work(tell: Tell) -> Outcome:
-        found = basins.basin(scene, count, processes(None), tell)
+        found = basins.basin(scene, count, processes(None), progress=tell)
         draw = picture("ab_sim.figures.basin_map:basin_figure", found)
         return Outcome([basin_table(found)], found.report, draw)
 
@@ -128,9 +129,8 @@ def map_table(found: StabilityMap) -> Table:
     rows, columns = plane.shape
     balls = plane.scene.balls.count
     title = f"{plane.scene.name}, {balls} ball{'s' * (balls != 1)}: {columns} by {rows} points"
-    table = Table(title=f"{title}, {int(found.computed.sum())} of them computed")
-    table.add_column("stable")
-    table.add_column("share of the map", justify="right")
+    title += f", {int(found.computed.sum())} of them computed"
+    table = new_table("stable", "share of the map", title=title)
     for label, share in found.shares.items():
         table.add_row(name_of(label), f"{100 * share:.2f} %")
     table.caption = _of_which(found)
@@ -158,9 +158,9 @@ def _of_which(found: StabilityMap) -> str | None:
 
 def family_table(found: Family) -> Table:
     """Return the table of the shares of the maps in which balance is stable."""
-    table = Table(title=f"{found.maps[0].plane.scene.name}: where balance is stable")
-    for name in (found.key, "at some positions at least", "at every position"):
-        table.add_column(name, justify="right")
+    title = f"{found.maps[0].plane.scene.name}: where balance is stable"
+    columns = f"{found.key} | at some positions at least | at every position"
+    table = new_table("", columns, title=title)
     for value, each in zip(found.values, found.maps, strict=True):
         shares = each.balanced.mean(), each.balanced_everywhere.mean()
         table.add_row(f"{value:g}", *(f"{100 * share:.2f} %" for share in shares))
@@ -171,9 +171,9 @@ def family_table(found: Family) -> Table:
 def against_table(found: BallCountComparison) -> Table:
     """Return the table that compares two numbers of balls."""
     ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
-    table = Table(title=f"balance of {ours} and of {other} balls, together as heavy")
-    for name in ("stable", "for both", f"only for {ours}", f"only for {other}"):
-        table.add_column(name, justify="left" if name == "stable" else "right")
+    title = f"balance of {ours} and of {other} balls, together as heavy"
+    columns = f"for both | only for {ours} | only for {other}"
+    table = new_table("stable", columns, title=title)
     rows: tuple[tuple[str, StableShares], ...] = (
         ("at some positions at least", found.somewhere),
         ("at every position", found.everywhere),
@@ -185,9 +185,8 @@ def against_table(found: BallCountComparison) -> Table:
 
 def basin_table(found: basins.Basin) -> Table:
     """Return the table of the shares of starts."""
-    table = Table(title=f"{found.scene.name}: how runs end, of {len(found.angles)}^2 starts")
-    table.add_column("the run ends")
-    table.add_column("share of the starts", justify="right")
+    title = f"{found.scene.name}: how runs end, of {len(found.angles)}^2 starts"
+    table = new_table("the run ends", "share of the starts", title=title)
     for label, share in found.shares.items():
         table.add_row(basins.NAMES[label], f"{100 * share:.2f} %")
     left_out = int((found.labels == basins.LEFT_OUT).sum())
@@ -195,15 +194,3 @@ def basin_table(found: basins.Basin) -> Table:
         f"balanced: at most {found.limit:g} of the unbalance is left; {left_out} starts left out"
     )
     return table
-
-
-def _plane(scene_name: str, changes: list[str], speed: float | None, axes: str) -> Plane:
-    """Return the plane of the map, at the given speed or the final speed of the scene's profile."""
-    across, up = axes_of(axes)
-    scene = load_scene(scene_name, changes)
-    return Plane(scene, last_speed(scene) if speed is None else check_speed(speed), across, up)
-
-
-def _check_coarse(coarse: int) -> None:
-    if coarse < 1 or coarse & (coarse - 1):
-        raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")

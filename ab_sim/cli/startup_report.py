@@ -5,9 +5,9 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
-from ab_sim.analysis import compare, merits_of, run_scene, time_of_speed
-from ab_sim.cli.merits import merits_table
+from ab_sim.analysis import compare_run, metrics_of, run_scene, time_of_speed
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.run import metrics_table
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import AbSimError
 from ab_sim.figures.run import run_figure
@@ -37,13 +37,13 @@ def report_startup(
     whole = Trajectory(recorded.channels, recorded.samples)
     live = _from_profile_start(whole, scene.duration)
     offline = run_scene(scene)
-    comparison = compare(offline)
+    comparison = compare_run(offline)
     profile, begins = SpeedSchedule.of_scene(scene), offline.variable_speed_period
     assert begins is not None
     starts = time_of_speed(live, profile.speed(begins))
 
-    runs = {"live": merits_of(live, scene), "offline": offline.merits}
-    console.print(merits_table(f"Start-up of {scene.name}", scene, runs, comparison))
+    runs = {"live": metrics_of(live, scene), "offline": offline.metrics}
+    console.print(metrics_table(f"Start-up of {scene.name}", scene, runs, comparison))
     table = Table(show_header=False, title="The live run")
     lost = recorded.missing + sum(int(figures.pop(label)) for label in LOSSES)
     for label, value in {**figures, "messages lost": str(lost)}.items():

@@ -3,17 +3,14 @@
 import functools
 import shlex
 from collections.abc import Iterator
-from pathlib import Path
-from typing import NamedTuple
 
 from rich.table import Table
 
-from ab_sim.cli.outputs import write_scene
-from ab_sim.cli.own_command import own_command
+from ab_sim.cli.checks import executor_of, outcome_notes
+from ab_sim.cli.design_commands import TuneOptions
+from ab_sim.cli.outputs import own_command
 from ab_sim.cli.progress import Tell
-from ab_sim.cli.runner import Command, Outcome, plotted
-from ab_sim.cli.sharing import executor_of
-from ab_sim.cli.words import outcome_notes
+from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
 from ab_sim.design.judged import OUTCOME
@@ -31,74 +28,36 @@ from ab_sim.scene.shown_units import shown_units
 from ab_sim.workers import KEPT
 
 
-class Wanted(NamedTuple):
-    """Options of `ab-sim tune`, as texts."""
-
-    vary: list[str]
-    minimise: str | None
-    maximise: str | None
-    subject_to: list[str]
-    spread: list[str]
-    draws: int
-    share: str
-    runs: int
-    seed: int
-    units: str
-
-
-def tune_command(
-    scene_name: str,
-    changes: list[str],
-    wanted: Wanted,
-    shared: tuple[int | None, str | None],
-    files: tuple[Path | None, Path | None],
-) -> Command:
-    """Return the command that finds the best values of keys.
-
-    Args:
-        scene_name, changes: see ``load_scene``.
-        wanted: objective, limits and effort.
-        shared: workers and scheduler, see ``executor_of``.
-        files: files for the best scene, and for all runs.
-    """
-    shown_units(wanted.units)
-    executor = executor_of(*shared)
-    scene = load_scene(scene_name, changes)
-    spreading = Spreading(list(map(tolerance_of, wanted.spread)), wanted.draws, wanted.seed)
+def tune_command(given: TuneOptions) -> Command:
+    """Return the command that finds the best values of keys."""
+    shown_units(given.units)
+    executor = executor_of(given.workers, given.scheduler)
+    scene = load_scene(given.scene, given.change)
+    spreading = Spreading(list(map(tolerance_of, given.spread)), given.draws, given.seed)
     standard = Standard(
-        aim_of(wanted.minimise, wanted.maximise),
-        tuple(map(bound_of, wanted.subject_to)),
+        aim_of(given.minimise, given.maximise),
+        tuple(map(bound_of, given.subject_to)),
         spreading.draws,
-        _share(wanted.share) if wanted.spread else 1.0,
+        _share(given.share) if given.spread else 1.0,
     )
-    task = Task(
-        scene,
-        tuple(_range(each) for each in wanted.vary),
-        standard,
-        Effort(wanted.runs // spreading.draws, wanted.seed),
-        spreading,
-    )
-    best, table = files
+    effort = Effort(given.runs // spreading.draws, given.seed)
+    task = Task(scene, tuple(map(_range, given.vary)), standard, effort, spreading)
 
     def work(tell: Tell) -> Outcome:
         found = run_tuning(task, executor, tell)
+        shown = found.in_units(given.units)
+        return Outcome(
+            _shown(shown),
+            found.report,
+            plotted(shown),
+            {
+                "--scene": None if found.scene is None else scene_writer(found.scene_text),
+                "--parquet": found.runs.write,
+            },
+            failure=_nothing_found(shown, given.scene) if shown.candidate is None else None,
+        )
 
-        def write_table() -> None:
-            if table is not None:
-                found.runs.write(table)
-
-        def write_best() -> None:
-            if best is not None and found.scene is not None:
-                write_scene(found.scene_text(), best)
-
-        shown = found.in_units(wanted.units)
-        missing = () if best is None or found.scene is not None else (best,)
-        failure = _nothing_found(shown, scene_name) if shown.candidate is None else None
-        draw = plotted(shown)
-        writes = (write_table, write_best)
-        return Outcome(_shown(shown), found.report, draw, writes, (), missing, failure)
-
-    outputs = ((best, SCENE, "--scene"), (table, PARQUET, "--parquet"))
+    outputs = ((given.best_scene, SCENE, "--scene"), (given.parquet, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)
 
 
@@ -130,9 +89,8 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
         yield from _left_out(found)
         yield from map(functools.partial(_missed, found), near_misses(found))
         return
-    table = Table(title=f"{found.runs.scene.name}: {standard.aim}")
-    for name in ("key", "best", "from", "to"):
-        table.add_column(name, justify="left" if name == "key" else "right")
+    title = f"{found.runs.scene.name}: {standard.aim}"
+    table = new_table("key", "best | from | to", title=title)
     for each in found.task.ranges:
         factor = found.runs.factor(each.key)
         cells = [number(x * factor) for x in (found.values[each.key], each.low, each.high)]
@@ -140,18 +98,18 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
     yield table
     if draws > 1:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
-    factor = found.runs.factor(standard.aim.merit)
+    factor = found.runs.factor(standard.aim.metric)
     verdict = "" if draws > 1 else f", {found.runs[OUTCOME][found.candidate]}"
-    yield f"{found.runs.titled(standard.aim.merit)}: {_aim_text(found.best, factor)}{verdict}"
+    yield f"{found.runs.titled(standard.aim.metric)}: {_aim_text(found.best, factor)}{verdict}"
     if AS_IT_IS in found.as_good:
         yield "that is no better than the scene as it is"
     if NO_PERIOD in found.as_good:
         none = _aim_text(found.as_good[NO_PERIOD], factor)
         yield f"no variable-speed period at all is as good or better: {none}"
-    for name, merit, inside_ in found.before:
-        yield f"  the scene {name}: {_aim_text(merit, factor, inside_)}"
-    for key, value, merit, inside_ in found.beside:
-        yield f"  at {found.runs.setting(key, value)}: {_aim_text(merit, factor, inside_)}"
+    for name, metric, inside_ in found.before:
+        yield f"  the scene {name}: {_aim_text(metric, factor, inside_)}"
+    for key, value, metric, inside_ in found.beside:
+        yield f"  at {found.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
     yield said
@@ -189,6 +147,6 @@ def _nothing_found(found: Tuning, scene_name: str) -> str:
     return said
 
 
-def _aim_text(merit: float | None, factor: float, inside: bool = True) -> str:
-    said = number(None if merit is None else merit * factor)
+def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
+    said = number(None if metric is None else metric * factor)
     return said if inside else f"{said}, not settled within all bounds"

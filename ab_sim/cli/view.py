@@ -1,10 +1,8 @@
 """`ab-sim view`: finished and growing recordings in Rerun's viewer."""
 
-from collections.abc import Sequence
-from pathlib import Path
-
 from ab_sim import interruption
 from ab_sim.cli.outputs import PlainConsole
+from ab_sim.cli.scene_commands import ViewOptions
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.output_file import RECORDING, check_ending
 from ab_sim.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
@@ -15,32 +13,27 @@ whole."""
 console = PlainConsole()
 
 
-def run_view(files: Sequence[Path], web: bool, port: int) -> None:
+def run_view(given: ViewOptions) -> None:
     """Show recordings until Ctrl-C, or until the window is closed.
-
-    Args:
-        files: recordings to show side by side, followed as they grow.
-        web: show them in a browser instead of a window.
-        port: port of the page for the browser; 0: any free port.
 
     Raises:
         InputError: a file is missing, there is no screen, or the port is taken.
         AbSimError: the viewer has failed.
     """
-    for file in files:
+    for file in given.files:
         check_ending(file, RECORDING, "FILE")
         if not file.is_file():
             raise InputError(f"{file}: no such file")
-    view = WEB if web else NATIVE
-    if not web:
+    view = WEB if given.web else NATIVE
+    if not given.web:
         try:
             check_view(view, screen=True)
         except InputError as error:
             raise InputError(f"{error}: --web") from error
     with interruption.in_order() as stopping:
-        viewer = Viewer(view, port, MEMORY)
+        viewer = Viewer(view, given.port, MEMORY)
         try:
-            for file in files:
+            for file in given.files:
                 viewer.feed(file)
             while viewer.state == STARTED and not stopping.wait(0.02):
                 pass

@@ -1,22 +1,30 @@
-"""Messages and waits of `ab-sim live` and `ab-sim demo` with a viewer."""
+"""Terminal and viewer of a live run: messages, progress, and waits for a browser."""
 
+import contextlib
+import math
 import os
 import select
 import shlex
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ab_sim.cli.outputs import PlainConsole
-from ab_sim.cli.own_command import own_command
+from rich.progress import BarColumn, Progress, TextColumn
+
+from ab_sim.cli.outputs import PlainConsole, own_command
+from ab_sim.conventions import in_one_turn
 from ab_sim.errors import InputError, Interrupted
+from ab_sim.scene import Scene
 from ab_sim.viewing import SHOWING, WEB, check_view, screens
 
 if TYPE_CHECKING:
     from ab_sim.cli.live_run import LiveRun
 
+console = PlainConsole()
 NOWHERE = "none"
 """Value of ``--view`` without a viewer."""
+Show = Callable[["LiveRun"], None]
 GLANCE = 0.1
 """Time between two checks for a page or for Enter [s]."""
 
@@ -35,16 +43,29 @@ def check_wish(view: str) -> None:
         raise InputError(f"--view {error}; or {NOWHERE}") from error
 
 
-def say_where(console: PlainConsole, live: "LiveRun") -> None:
-    """Print the address of the viewer, or why there is none."""
+def recorder_parameters(record: Path | None, view: str) -> dict[str, str] | None:
+    """Return the recorder's parameters; None: no recorder is needed."""
+    if record is None and view == NOWHERE:
+        return None
+    return {"view": view} if record is None else {"path": str(record), "view": view}
+
+
+def start_run(live: "LiveRun", view: str, now: bool) -> None:
+    """Print the address of the viewer, or why there is none, and start the run.
+
+    With a page, wait for a browser first, unless it is to start ``now``.
+    """
     recorder = live.health("recorder")
     if "viewer" in recorder:
         state = recorder["viewer state"]
         what = "watch it at" if state == SHOWING else f"cannot be watched, {state}:"
         console.print(f"{what} {recorder['viewer']}", soft_wrap=True)
+    if view == WEB and not now:
+        _wait_for_page(live)
+    live.start()
 
 
-def wait_for_page(console: PlainConsole, live: "LiveRun") -> None:
+def _wait_for_page(live: "LiveRun") -> None:
     """Wait until a browser shows the page, or until Enter.
 
     Raises:
@@ -61,7 +82,7 @@ def wait_for_page(console: PlainConsole, live: "LiveRun") -> None:
         raise
 
 
-def serve_page(console: PlainConsole, live: "LiveRun") -> None:
+def serve_page(live: "LiveRun") -> None:
     """Keep serving the page, with the whole run, until Ctrl-C."""
     console.print("the run is over; the page shows all of it until Ctrl-C", soft_wrap=True)
     try:
@@ -87,3 +108,65 @@ def _enter_pressed() -> bool:
         return bool(select.select([descriptor], [], [], 0.0)[0] and os.read(descriptor, 4096))
     except (AttributeError, OSError, ValueError):  # no standard input, or closed
         return False
+
+
+def follow_run(live: "LiveRun", scene: Scene, duration: float) -> None:
+    """Show a run in the terminal for its duration, in simulated time [s].
+
+    Raises:
+        AbSimError: a node failed.
+        Interrupted: the run was interrupted.
+    """
+    with _display(scene, duration) as show:
+        while live.elapsed < duration:
+            live.spin(0.1)
+            show(live)
+
+
+@contextlib.contextmanager
+def _display(scene: Scene, duration: float) -> Iterator[Show]:
+    """Show a bar with the drive's state, or without a terminal one line per second.
+
+    The display includes the state of the profile controller with its reason.
+    """
+
+    def state(live: "LiveRun") -> str:
+        unit = scene.rotor.eccentricity
+        whirl = f"W/e {live.whirl / unit:5.1f}" if unit else f"W {1e3 * live.whirl:6.3f} mm"
+        balls = [f"{math.degrees(in_one_turn(angle)):7.1f}" for angle in live.ball_angles[:4]]
+        more = [] if len(live.ball_angles) <= len(balls) else ["..."]
+        told = ["balls", *balls, *more, "deg"] if balls else []
+        return " ".join([f"{live.speed:6.1f} rad/s  ", f"{whirl}  ", *told])
+
+    said = [0]
+
+    def tell(live: "LiveRun") -> None:
+        for at, status in live.statuses[said[0] :]:
+            console.print(f"{at:5.1f} s   {status}", soft_wrap=True)
+        said[0] = len(live.statuses)
+
+    if not console.is_terminal:
+        printed = [-1]
+
+        def show_line(live: "LiveRun") -> None:
+            tell(live)
+            if int(live.elapsed) != printed[0]:  # decreases after a reset
+                printed[0] = int(live.elapsed)
+                done = min(live.elapsed, duration)
+                console.print(f"{done:5.1f} of {duration:g} s   {state(live)}")
+
+        yield show_line
+        return
+    columns = (
+        BarColumn(),
+        TextColumn("{task.completed:5.2f} of {task.total:g} s"),
+        TextColumn("{task.fields[state]}"),
+    )
+    with Progress(*columns, console=console) as bar:
+        task = bar.add_task("", total=duration, state="")
+
+        def show(live: "LiveRun") -> None:
+            tell(live)
+            bar.update(task, completed=min(live.elapsed, duration), state=state(live))
+
+        yield show

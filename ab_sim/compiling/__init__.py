@@ -1,8 +1,8 @@
-"""Typed Python functions as machine code: for control, which cannot be traced.
+"""Compile typed Python functions to machine code, for control flow that cannot be traced.
 
-Formulas are run once on expressions (``ab_sim.tracing``). What branches and loops on its numbers,
-as drivers of steps and the location of events do, is written in a small subset of Python and
-translated from its source and annotations to LLVM's language:
+Formulas are traced: they run once on expressions (``ab_sim.tracing``). Functions that branch and
+loop on their numbers, such as drivers of steps and the location of events, are written in a small
+subset of Python. It is translated from source and annotations to LLVM IR:
 
     class Row(NamedTuple):
         x: Floats
@@ -15,30 +15,30 @@ translated from its source and annotations to LLVM's language:
         return -1
 
     above(row, 0.5)                     # ordinary Python
-    compiled(above)(row, 0.5)           # machine code, made at the first call
-    again = compiled(above).bind(row)   # looks at the first argument once
-    again(0.5)                          # 0.5 us, without holding up Python's other threads
+    compiled(above)(row, 0.5)           # machine code, compiled at the first call
+    again = compiled(above).bind(row)   # unpacks the first argument once
+    again(0.5)                          # 0.5 us, with the interpreter's lock released
 
-Modules, in the order in which they build on each other: ``kinds``, ``source``, ``blocks``,
+Modules, each building on those before it: ``kinds``, ``source``, ``blocks``,
 ``operations``, ``expressions``, ``conditions``, ``products``, ``intrinsics``, ``translate``,
 ``library``, ``calling``; and ``elementary``, which is written in the subset.
 
-What there is
--------------
+The subset
+----------
 Kinds: float (64 bits), int (64 bits), bool; arrays Floats, Table, Cube (1, 2, 3 axes), Integers,
 IntegerTable, all C-contiguous; NamedTuple classes of these and of each other; tuples; None as a
 result. Every argument and result is annotated; there are no defaults. A local variable has the kind
-of its first assignment, and both values of a choice have that of the first; an int becomes a float
-where one is due, never the other way round.
+of its first assignment, and both values of a conditional expression have the kind of the first. An
+int is converted to float where a float is required, never the other way round.
 
-Statements: assignment, to several names and elements at once, too; ``+=`` and the like; if, while,
-``for i in range(...)`` with a constant step, ``for x in (a, b, c)``, which is written out for each;
+Statements: assignment, also to several names and elements at once; augmented assignment (``+=``);
+if, while, ``for i in range(...)`` with a constant step, ``for x in (a, b, c)``, which is unrolled;
 break, continue, return, pass, calls.
 
-Expressions: + - * /; // % << >> & | ^ of ints; comparisons, also in a row; and, or, not;
+Expressions: + - * /; // % << >> & | ^ of ints; comparisons, also chained; and, or, not;
 ``a if c else b``; elements ``a[i, j]``; views ``a[i]``, ``a[i:j]``, ``a[i, j:]``; ``a.size``,
-``a.shape``; fields; new NamedTuples; global numbers, also of other modules (``math.pi``); calls of
-functions of the subset, arguments by place;
+``a.shape``; fields; new NamedTuples; global numbers, also of other modules (``math.pi``); calls
+with positional arguments of functions of the subset, and of
 
     abs min max int float
     math.  sqrt isnan
@@ -46,17 +46,18 @@ functions of the subset, arguments by place;
     elementary. exp expm1 power_of_two
     ab_sim.tracing.cosine. cos_sin
 
-What differs from Python
-------------------------
-- Nothing is checked while it runs: no bounds of indices (which are not negative), no overflow of
-  ints, which wrap. Division by zero is IEEE 754's of floats, and not allowed of ints; so is a shift
-  by less than 0 or more than 63.
-- int() of what has no 64 bits gives the nearest int, 0 of a NaN; sqrt of less than 0 is a NaN.
-- Arrays that records hold can be written to, records cannot change.
+Differences from Python
+-----------------------
+- There are no checks at run time. Indices must be within bounds and not negative. Ints wrap on
+  overflow. Division by zero follows IEEE 754 for floats and is not allowed for ints. Shifts must
+  be by 0 to 63 bits.
+- int() of a float beyond 64 bits gives the nearest int, and 0 for a NaN; sqrt of a negative number
+  is a NaN.
+- Arrays in records can be written to; records themselves cannot change.
 
-All else is the same, digit by digit, NaNs that are compared, in min and in max included: sums of
-products are fused only where ``fma`` says so, and no sum is taken in another order. So results have
-the same bits on every processor.
+All other results equal Python's bit by bit, including comparisons, min and max of NaNs. Products
+are fused with sums only by ``fma``, and no sum is reordered. So results are bitwise the same on
+every processor.
 """
 
 from ab_sim.compiling.calling import BoundFunction, Compiled, KeptArray, compiled

@@ -1,4 +1,4 @@
-"""Lines of a function in LLVM's language, and values in it."""
+"""Lines of a function in LLVM IR, and the values that they compute."""
 
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
@@ -8,8 +8,8 @@ from ab_sim.compiling.source import BOOL, FLOAT, INT, Kind, Record, Scalar, elem
 from ab_sim.tracing.llvm_text import literal
 
 FIELD, ELEMENT = ", !tbaa !3", ", !tbaa !4"
-"""What memory is: part of a record, or a number of an array. Neither is ever written as the other,
-so writing to an array does not make LLVM read a record anew."""
+"""Type-based alias classes of memory: part of a record, or number of an array. Neither is ever
+written as the other, so LLVM need not reload a record after a write to an array."""
 METADATA = """
 !0 = !{!"ab_sim"}
 !1 = !{!"field", !0, i64 0}
@@ -20,17 +20,17 @@ METADATA = """
 
 
 class Number(NamedTuple):
-    """A float, int or bool."""
+    """Float, int or bool."""
 
     kind: Scalar
     code: str
-    """LLVM's name of it."""
+    """Operand in LLVM IR: a name or a literal."""
     constant: float | int | bool | None = None
-    """What it is, if that is known now."""
+    """Value, if known at compile time."""
 
 
 class ArrayView(NamedTuple):
-    """An array: a pointer and lengths, LLVM's names of them."""
+    """Array: LLVM's names of its pointer and of its lengths."""
 
     kind: Array
     pointer: str
@@ -38,28 +38,28 @@ class ArrayView(NamedTuple):
 
 
 class Fields(NamedTuple):
-    """A record or tuple, field by field."""
+    """Record or tuple, field by field."""
 
     kind: Record
     values: tuple["Value", ...]
 
 
 class StoredRecord(NamedTuple):
-    """A record in memory, eight bytes for each leaf."""
+    """Record in memory, eight bytes for each leaf."""
 
     kind: Record
     pointer: str
     at: int
-    """The first leaf's number behind the pointer."""
+    """Offset of the first leaf from the pointer, in leaves."""
     fixed: bool
-    """Whether it stays the same for as long as the function runs."""
+    """True if the record does not change while the function runs."""
 
 
 Value = Number | ArrayView | Fields | StoredRecord
 
 
 def constant(x: float | int | bool) -> Number:
-    """A number that is known now."""
+    """Return a number that is known at compile time."""
     if isinstance(x, bool):
         return Number(BOOL, "true" if x else "false", x)
     if isinstance(x, int):
@@ -68,47 +68,47 @@ def constant(x: float | int | bool) -> Number:
 
 
 def is_known(value: Value) -> bool:
-    """Whether this is a number that is known now."""
+    """Return whether a value is a number that is known at compile time."""
     return isinstance(value, Number) and value.constant is not None
 
 
 class BlockWriter:
-    """Lines of a function, block by block."""
+    """Writer of a function's lines, basic block by basic block."""
 
     def __init__(self) -> None:
         self.entry: list[str] = []
-        """Room on the stack, which has to come first."""
+        """Allocations on the stack, which come first in the function."""
         self.lines: list[str] = []
         self.block = "begin"
-        """The label of the block that lines go into."""
+        """Label of the current block."""
         self.open = True
-        """Whether the block can be reached and has no end yet."""
+        """True if the current block is reachable and has no terminator yet."""
         self.declared: set[str] = set()
         self._count = 0
 
     def new(self, of: str = "") -> str:
-        """A name, without LLVM's %; of a value it is a number, as LLVM keeps no such names."""
+        """Return a new name without LLVM's %; values get numbers, which LLVM does not store."""
         self._count += 1
         return f"{of}{self._count}"
 
     def put(self, text: str) -> str:
-        """A line that makes a value; its name."""
+        """Append a line that computes a value, and return the value's name."""
         made = "%" + self.new()
         self.lines.append(f"{made} = {text}")
         return made
 
     def end(self, text: str) -> None:
-        """The last line of a block."""
+        """Append the terminator of the current block, unless it has one."""
         if self.open:
             self.lines.append(text)
         self.open = False
 
     def go(self, label: str) -> None:
-        """End the block: on to another."""
+        """End the block with a jump to another one."""
         self.end(f"br label %{label}")
 
     def fork(self, condition: str, yes: str, no: str) -> None:
-        """End the block: on to one of two others."""
+        """End the block with a branch to one of two others."""
         self.end(f"br i1 {condition}, label %{yes}, label %{no}")
 
     def start(self, label: str) -> None:
@@ -117,26 +117,26 @@ class BlockWriter:
         self.block, self.open = label, True
 
     def llvm(self, name: str, kind: str, *values: str, of: str | None = None) -> str:
-        """Call one of LLVM's own functions on numbers of a kind."""
+        """Append a call of an LLVM intrinsic on numbers of a kind, and return its result's name."""
         arguments = ", ".join(f"{of or kind} {value}" for value in values)
         kinds = ", ".join([of or kind] * len(values))
         self.declared.add(f"declare {kind} @llvm.{name}({kinds})")
         return self.put(f"call {kind} @llvm.{name}({arguments})")
 
     def room(self, size: int) -> str:
-        """So many leaves on the stack."""
+        """Allocate ``size`` leaves on the stack, and return the pointer's name."""
         made = "%" + self.new("room")
         self.entry.append(f"{made} = alloca [{size} x i64], align 8")
         return made
 
     def step(self, pointer: str, leaves: int) -> str:
-        """A pointer so many leaves behind another."""
+        """Return a pointer that is ``leaves`` leaves after another."""
         if leaves == 0:
             return pointer
         return self.put(f"getelementptr inbounds i64, ptr {pointer}, i64 {leaves}")
 
     def flat(self, value: Value) -> list[str]:
-        """The leaves of a value, LLVM's names of them."""
+        """Return LLVM's names of a value's leaves."""
         if isinstance(value, Number):
             return [value.code]
         if isinstance(value, ArrayView):
@@ -151,7 +151,7 @@ class BlockWriter:
         return found
 
     def loaded(self, value: Value) -> Value:
-        """A value that does not change when memory on the stack is written."""
+        """Return a copy of a value that later writes to the stack do not change."""
         if isinstance(value, Fields):
             return Fields(value.kind, tuple(self.loaded(field) for field in value.values))
         if isinstance(value, StoredRecord) and not value.fixed:
@@ -159,7 +159,7 @@ class BlockWriter:
         return value
 
     def made(self, kind: Kind, flat: Iterator[str]) -> Value:
-        """A value of its leaves."""
+        """Return a value assembled from its leaves."""
         if isinstance(kind, Scalar):
             return Number(kind, next(flat))
         if isinstance(kind, Array):
@@ -175,21 +175,21 @@ class BlockWriter:
             self.lines.append(f"store {leaf} {one}, ptr {to}, align 8{FIELD}")
 
     def load(self, kind: Kind, pointer: str, at: int = 0, fixed: bool = True) -> Value:
-        """A value in memory; a record is read when its fields are."""
+        """Return a value in memory; a record's fields are loaded when they are used."""
         if isinstance(kind, Record):
             return StoredRecord(kind, pointer, at, fixed)
         one = StoredRecord(Record(None, ("0",), (kind,)), pointer, at, fixed)
         return self.made(kind, iter(self.flat(one)))
 
     def field(self, value: Fields | StoredRecord, k: int) -> Value:
-        """Of a record."""
+        """Return field ``k`` of a record."""
         if isinstance(value, Fields):
             return value.values[k]
         at = value.at + sum(len(leaves(kind)) for kind in value.kind.kinds[:k])
         return self.load(value.kind.kinds[k], value.pointer, at, value.fixed)
 
     def pointer_to(self, value: Value) -> str:
-        """Where a record is in memory; it is put there if need be."""
+        """Return a pointer to a record, which is stored on the stack first if necessary."""
         if isinstance(value, StoredRecord):
             return self.step(value.pointer, value.at)
         room = self.room(len(leaves(value.kind)))
@@ -197,13 +197,13 @@ class BlockWriter:
         return room
 
     def passed(self, value: Value) -> list[tuple[str, str]]:
-        """A value as arguments: records by their place in memory, arrays leaf by leaf."""
+        """Return a value as arguments (type, name): records by pointer, arrays leaf by leaf."""
         if isinstance(value, Fields | StoredRecord):
             return [("ptr", self.pointer_to(value))]
         return list(zip(leaves(value.kind), self.flat(value), strict=True))
 
     def element(self, view: ArrayView, index: Sequence[str]) -> str:
-        """Pointer to a number of an array; with fewer indices than axes, to several."""
+        """Return a pointer to a number of an array; with fewer indices than axes, to a subarray."""
         at, element = index[0], element_of(view.kind).llvm
         for one, length in zip(index[1:], view.shape[1:], strict=False):
             at = self.put(f"mul i64 {at}, {length}")

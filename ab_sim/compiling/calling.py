@@ -1,7 +1,7 @@
-"""Functions of the subset as machine code, called from Python.
+"""Call functions of the subset as machine code from Python.
 
-Arguments are packed into blocks of eight bytes for each number, pointer and length; there is one
-for the first argument, which can be kept, and one for the others.
+Arguments are packed into two blocks, with eight bytes for each number, pointer and length. One
+block holds the first argument and can be kept from call to call, the other holds the rest.
 """
 
 import copy
@@ -34,16 +34,18 @@ from ab_sim.quoting import short
 _FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
 _RETURNED: dict[Scalar, Any] = {FLOAT: ctypes.c_double, INT: ctypes.c_int64, BOOL: ctypes.c_bool}
 NOTHING_KNOWN: Mapping[str, bool] = {}
+"""Default of ``Compiled``: no field's value is known."""
 _Put = Callable[[Any], tuple[Any, ...]]
 
 
 class Compiled:
-    """A function of the subset as machine code, which is made when it is first needed.
+    """Function of the subset as machine code, which is compiled when it is first needed.
 
     Args:
-        function: of the subset, with an argument at least.
-        known: fields of records in the arguments that have this value in every call, by name.
-        library: where what has been made is taken from, and goes to; one of its own if None.
+        function: function of the subset, with at least one argument.
+        known: values of fields of records in the arguments that are the same in every call, by
+            name.
+        library: store of compiled functions to use and to add to; None for a new one.
     """
 
     def __init__(
@@ -58,13 +60,14 @@ class Compiled:
         self._made: _Entry | None = None
 
     def __call__(self, first: Any, *others: Any) -> Any:
-        """The function's result."""
+        """Return the function's result."""
         return BoundFunction(self._entry(), first)(*others)
 
     def bind(self, first: Any) -> "BoundFunction":
-        """A function of the other arguments: the first is looked at once.
+        """Return a function of the other arguments, with the first one unpacked once.
 
-        Its arrays are kept, and what is in them is read at each call; its numbers are copied.
+        Numbers of the first argument are copied now. Arrays are kept by reference, so each call
+        reads their current contents.
         """
         return BoundFunction(self._entry(), first)
 
@@ -80,11 +83,11 @@ _library = Library()
 
 
 def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
-    """A function of the subset, to be called as machine code; the same object each time.
+    """Return a function of the subset as machine code, always the same object for one function.
 
     Args:
-        function: of the subset.
-        known: see ``Compiled``.
+        function: function of the subset.
+        known: values of fields that are the same in every call, as for ``Compiled``.
     """
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
@@ -95,9 +98,9 @@ def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_K
 
 
 class KeptArray:
-    """An array that many calls get: where it is, and its shape, are looked at once.
+    """Array argument of many calls, whose address and shape are read once.
 
-    What is in it may change, and is read at each call; its shape may not.
+    Its contents may change, and each call reads them; its shape must not change.
 
     Parameters
     ----------
@@ -113,15 +116,15 @@ class KeptArray:
         self.leaves = _array_packer(kind, "KeptArray")(array)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        """A copy's array is elsewhere."""
+        """Pickle the array only, as a copy has another address."""
         return KeptArray, (self.array,)
 
 
 class BoundFunction:
-    """A compiled function with its first arguments given; of the others.
+    """Compiled function with its first arguments bound; callable with the others.
 
-    It may be called by several threads at once if the function itself allows for it; meanwhile
-    Python goes on in others.
+    Several threads may call it at once if the function itself allows it. The interpreter's lock is
+    released during a call, so other Python threads continue.
     """
 
     def __init__(self, entry: "_Entry", first: Any) -> None:
@@ -130,7 +133,9 @@ class BoundFunction:
         self.rebind(first)
 
     def bind(self, *given: Any) -> "BoundFunction":
-        """A function of what is left, as it is now: the next arguments are looked at once, too.
+        """Return a function of the remaining arguments, with the next ones unpacked once, too.
+
+        It keeps the present first argument, whatever is passed to ``rebind`` later.
 
         Raises:
             TypeError: an argument is of another kind, or there are too many.
@@ -142,13 +147,13 @@ class BoundFunction:
         return found
 
     def rebind(self, first: Any) -> None:
-        """Take another first argument from the next call on."""
-        # In one go, as another thread may be about to call.
+        """Replace the first argument from the next call on."""
+        # One assignment, which is atomic: another thread may be about to call.
         block = self._entry.packed(first)
         self._first = ctypes.addressof(block), block, first
 
     def __call__(self, *others: Any) -> Any:
-        """The function's result."""
+        """Return the function's result."""
         first, row = self._first, self._row(*others)
         try:
             packed = self._pack(*self._leaves, *row)
@@ -158,7 +163,7 @@ class BoundFunction:
 
 
 class _Entry:
-    """Machine code, and how its arguments are packed."""
+    """Machine code of a function, and the packing of its arguments."""
 
     def __init__(self, function: FunctionType, known: Mapping[str, bool], library: Library) -> None:
         address, (_, arguments, kinds, of_result) = library.made(function, known)
@@ -176,26 +181,26 @@ class _Entry:
         returned = _RETURNED[of_result] if isinstance(of_result, Scalar) else None
         call = ctypes.CFUNCTYPE(returned, ctypes.c_void_p, ctypes.c_char_p)(address)
         self.run: Callable[[int, bytes], Any] = call
-        """Of the first argument's block, by its address, and that of the others."""
+        """Callable that takes the address of the first argument's block, and the others' block."""
         if isinstance(of_result, Record):
             self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
 
     def row(self, given: int) -> Callable[..., tuple[Any, ...]]:
-        """What makes leaves of the others of its arguments, behind so many that are given."""
+        """Return a function that makes leaves of the other arguments after the first ``given``."""
         if given not in self._rows:
             own = self._others[given:]
             parts = [
                 name if isinstance(kind, Scalar) else f"*_{name}({name})" for name, kind, _ in own
             ]
             names = ", ".join(name for name, *_ in own)
-            # A function with the arguments' names, which also says how many there must be.
+            # A lambda with the arguments' names, so that Python checks their number.
             text = f"lambda {names}: ({''.join(part + ', ' for part in parts)})"
             self._rows[given] = eval(text, {f"_{name}": put for name, _, put in own})
         made: Callable[..., tuple[Any, ...]] = self._rows[given]
         return made
 
     def leaves(self, given: Sequence[Any]) -> tuple[Any, ...]:
-        """Those of the first of the other arguments."""
+        """Return the leaves of those of the other arguments that are given, from the first on."""
         if len(given) > len(self._others):
             most = 1 + len(self._others)
             raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(given)} are given")
@@ -203,14 +208,14 @@ class _Entry:
         return tuple(x for each, (*_, put) in pairs for x in put(each))
 
     def packed(self, value: Any) -> ctypes.Array[Any]:
-        """The block of a first argument."""
+        """Return the block of a first argument."""
         flat = self._first(value)
         block = (ctypes.c_int64 * max(len(flat), 1))()
         self._of_first.pack_into(block, 0, *flat)
         return block
 
     def wrong(self, others: tuple[Any, ...]) -> TypeError:
-        """Which of the numbers among the other arguments is none."""
+        """Return the error of the first of the other arguments that cannot be packed."""
         for (*_, put), value in zip(self._others, others, strict=True):
             try:
                 put(value)
@@ -226,14 +231,14 @@ def _struct(kinds: Sequence[str]) -> struct.Struct:
 def _record_from(
     call: Callable[..., None], kind: Record, of_leaves: struct.Struct, first: int, others: bytes
 ) -> Any:
-    """A result that is put behind the arguments."""
+    """Return a record result, which the function writes after the arguments in their block."""
     block = ctypes.create_string_buffer(others + bytes(of_leaves.size))
     call(first, block)
     return _made(kind, iter(of_leaves.unpack_from(block, len(others))))
 
 
 def _made(kind: Kind, flat: Iterator[Any]) -> Any:
-    """A result of its leaves."""
+    """Return a result assembled from its leaves."""
     if isinstance(kind, Scalar):
         return next(flat)
     assert isinstance(kind, Record)
@@ -242,7 +247,7 @@ def _made(kind: Kind, flat: Iterator[Any]) -> Any:
 
 
 def _packer(kind: Kind, path: str) -> _Put:
-    """Makes of an argument its leaves; raises TypeError if it is of another kind."""
+    """Return a function from an argument to its leaves; it raises TypeError for another kind."""
     if isinstance(kind, Array):
         return _array_packer(kind, path)
     if isinstance(kind, Record):
@@ -288,7 +293,8 @@ def _array_packer(kind: Array, path: str) -> _Put:
             if value.dtype == dtype and value.ndim == rank:
                 if type(value) is KeptArray:
                     return value.leaves
-                # Fails unless it is contiguous and writeable; numpy's own way takes 0.8 us.
+                # from_buffer fails unless the array is contiguous and writeable. numpy's own
+                # way to the address takes 0.8 us.
                 return address(nothing(value)), *value.shape
         except (AttributeError, TypeError):
             pass

@@ -1,4 +1,4 @@
-"""Expressions that choose: comparisons, `and`, `or`, and one value or another."""
+"""Translate expressions that branch: comparisons, `and`, `or`, and conditional expressions."""
 
 import ast
 import functools
@@ -11,7 +11,7 @@ from ab_sim.compiling.source import BOOL, leaves
 
 
 class Conditions(Expressions):
-    """Translates expressions of a function, with those that branch."""
+    """Translator of a function's expressions, including those that branch."""
 
     def _Compare(self, node: ast.Compare) -> Value:
         for op in node.ops:
@@ -38,9 +38,11 @@ class Conditions(Expressions):
         return self._one_by_one(steps, isinstance(node.op, ast.And))
 
     def _one_by_one(self, steps: Sequence[Callable[[], Number]], every: bool) -> Number:
-        """Whether all are true, or any: the next is only looked at if need be.
+        """Return whether every step, or any, is true, with short-circuit evaluation.
 
-        One that is known is not looked at in the code: it decides, or changes nothing.
+        Each step is a block that jumps to the end if it decides the result; a phi node merges the
+        results there. A step that is known at compile time emits no code: it either decides the
+        result or changes nothing.
         """
         if len(steps) == 1:
             return steps[0]()

@@ -1,4 +1,4 @@
-"""Expressions of the subset, as lines in LLVM's language."""
+"""Translate expressions of the subset to LLVM IR."""
 
 import ast
 from collections.abc import Callable, Mapping, Sequence
@@ -34,26 +34,27 @@ from ab_sim.compiling.source import (
 )
 
 MISSING = object()
+"""Result of ``Expressions.static`` for a node that is not a global value."""
 
 
 class Callees(Protocol):
-    """Where functions are found that others call."""
+    """Provider of functions that other functions call."""
 
     known: Mapping[str, bool]
-    """Fields of records whose value is known, by name."""
+    """Values of records' fields that are known at compile time, by name."""
 
     def signature(self, function: FunctionType) -> Signature:
-        """Of a function, which is translated, too, unless it has been before."""
+        """Return the signature of a function, and translate it unless that has been done."""
 
 
 class Expressions(Operations):
-    """Translates a function's expressions.
+    """Translator of a function's expressions.
 
     Args:
-        source: of the function.
-        callees: other functions.
-        local: names that are no global ones.
-        intrinsics: functions that are not called but written out.
+        source: source of the function.
+        callees: provider of other functions.
+        local: names of local variables, which hide global ones.
+        intrinsics: functions that are expanded in place instead of called.
     """
 
     def __init__(
@@ -66,19 +67,19 @@ class Expressions(Operations):
         super().__init__(source)
         self._callees, self._local, self._intrinsics = callees, local, intrinsics
         self.slots: dict[str, tuple[Kind, str]] = {}
-        """Of local variables: kind, and where in memory."""
+        """Kinds and stack slots of local variables, by name."""
         self.bound: dict[str, Value] = {}
-        """Names of values that need no memory."""
+        """Values of names that need no memory."""
         self.loops = 0
-        """How many loops this is in."""
+        """Number of loops around the current statement."""
         self.calls: set[FunctionType] = set()
         self.reads: set[str] = set()
-        """Names of fields of records that are read."""
+        """Names of records' fields that are read."""
 
     # Values
 
     def static(self, node: ast.AST) -> Any:
-        """What a global name stands for, or MISSING."""
+        """Return the value of a global name, or MISSING."""
         if isinstance(node, ast.Name) and node.id not in self._local:
             try:
                 return self.source.global_value(node.id)
@@ -90,14 +91,14 @@ class Expressions(Operations):
         return MISSING
 
     def value(self, node: ast.AST) -> Value:
-        """Of an expression."""
+        """Return the value of an expression."""
         found = self.value_or_none(node)
         if found is None:
             self.fail(node, "a function without a result is used as a value", "call it by itself")
         return found
 
     def value_or_none(self, node: ast.AST) -> Value | None:
-        """Of an expression; None for a call of a function without a result."""
+        """Return the value of an expression, or None for a call of a function without a result."""
         known = self.static(node)
         if known is not MISSING:
             return self._constant(node, known)
@@ -109,11 +110,11 @@ class Expressions(Operations):
         return found
 
     def number(self, node: ast.AST) -> Number:
-        """Of an expression that is a float, int or bool."""
+        """Return the value of an expression that is a float, int or bool."""
         return self.as_number(node, self.value(node))
 
     def as_number(self, node: ast.AST, value: Value) -> Number:
-        """A value that has to be a number."""
+        """Return a value that has to be a number; else raise an error."""
         if not isinstance(value, Number):
             self.fail(
                 node,
@@ -123,11 +124,11 @@ class Expressions(Operations):
         return value
 
     def condition(self, node: ast.AST) -> Number:
-        """Whether an expression is true; a constant where that is known."""
+        """Return whether an expression is true; a constant if known at compile time."""
         return self.truth(self.number(node))
 
     def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
-        """A value as one of a kind that is asked for."""
+        """Return a value converted to the required kind; raise an error if this is not possible."""
         if value.kind == kind:
             return value
         if isinstance(value, Number) and isinstance(kind, Scalar):
@@ -210,7 +211,7 @@ class Expressions(Operations):
         return self.field(owner, int(index.constant))
 
     def place(self, node: ast.Subscript, owner: ArrayView) -> ArrayView | str:
-        """What a subscript picks: pointer to a number, or a view if axes are left."""
+        """Return the target of a subscript: a pointer to a number, or a view if axes remain."""
         parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
         if len(parts) > owner.kind.rank:
             self.fail(node, f"{len(parts)} indices of a {text_of(owner.kind)}", "use fewer")
@@ -285,7 +286,7 @@ class Expressions(Operations):
         )
 
     def _subset_call(self, node: ast.Call, function: FunctionType) -> Value | None:
-        """Call another function of the subset."""
+        """Append a call of another function of the subset, and return its result."""
         self.calls.add(function)
         symbol, names, kinds, result = self._callees.signature(function)
         given = self._given(node, names, kinds)
@@ -303,7 +304,7 @@ class Expressions(Operations):
         return self.made(result, iter(parts))
 
     def _given(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
-        """The arguments of a call, which takes those names."""
+        """Return the arguments of a call, converted to the kinds that the function takes."""
         called = ast.unparse(node.func)
         if len(node.args) != len(names):
             takes = f"{called} takes {len(names)} arguments: {', '.join(names)}"
@@ -315,7 +316,7 @@ class Expressions(Operations):
 
 
 def result_type(kind: Kind | None) -> str:
-    """What LLVM's function returns for a result of a kind."""
+    """Return the type that LLVM's function returns for a result of a kind."""
     if kind is None:
         return "void"
     return kind.llvm if isinstance(kind, Scalar) else "{ " + ", ".join(leaves(kind)) + " }"

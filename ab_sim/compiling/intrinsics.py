@@ -1,4 +1,4 @@
-"""Functions that are written out instead of called: Python's own, math's, and ``kinds``'."""
+"""Functions that are expanded in place instead of called: builtins, math's, and ``kinds``'."""
 
 import ast
 import builtins
@@ -32,7 +32,7 @@ def _of_floats(name: str, count: int) -> Intrinsic:
 
 
 def _int(e: Expressions, node: ast.Call, values: Values) -> Value:
-    """Beyond 64 bits the nearest of these, 0 of a NaN, where Python raises."""
+    """Convert to int; saturate beyond 64 bits, and return 0 for a NaN, where Python raises."""
     (x,) = _numbers(e, node, values, 1, 1)
     if x.kind != FLOAT:
         return e.converted(x, INT)
@@ -52,7 +52,10 @@ def _abs(e: Expressions, node: ast.Call, values: Values) -> Value:
 
 
 def _first_of(op: ast.cmpop) -> Intrinsic:
-    """min or max as Python's: the first argument stays unless a later one compares as beyond it."""
+    """Return an intrinsic for min or max with Python's rule for NaNs.
+
+    The first argument is kept unless a later one compares as smaller or larger.
+    """
 
     def made(e: Expressions, node: ast.Call, values: Values) -> Value:
         found, *others = e.alike(*_numbers(e, node, values, 2, len(values)))
@@ -107,7 +110,10 @@ def _put_product(e: Expressions, node: ast.Call, values: Values) -> None:
 
 
 def _call(e: Expressions, node: ast.Call, values: Values) -> None:
-    """LLVM may take it that records are not touched: emitted code gets no pointers to them."""
+    """Append a call of emitted code.
+
+    Emitted code gets no pointers to records, so the call is marked as not touching them.
+    """
     address, *others = values or [constant(0.0)]
     if not isinstance(address, Number) or address.kind != INT:
         e.fail(node, "call", "pass an address first, which is an int")

@@ -1,7 +1,7 @@
-"""What functions of the subset are annotated with, and functions that they may call.
+"""Annotations for functions of the subset, and functions that these may call.
 
-Arrays are C-contiguous. All of this works in ordinary Python, too: functions of the subset run
-there as they are, with any numpy arrays.
+Arrays are C-contiguous. Functions of the subset also run in ordinary Python without change, with
+any numpy arrays.
 """
 
 import ctypes
@@ -17,7 +17,7 @@ from ab_sim.tracing import functions
 
 
 class Array(NamedTuple):
-    """Marks an annotation: an array of numbers."""
+    """Mark of an annotation: array of numbers with a rank and an element type."""
 
     rank: int
     element: type[float] | type[int]
@@ -31,7 +31,10 @@ IntegerTable = Annotated[NDArray[np.int64], Array(2, int)]
 
 
 def aligned(shape: tuple[int, ...]) -> NDArray[np.float64]:
-    """Zeros that begin at a cache line: numpy's own alignment costs 10 % or so, at random."""
+    """Return an array of zeros that begins at a cache line.
+
+    numpy's own arrays may begin within a line, which at random costs about 10 %.
+    """
     size = math.prod(shape)
     raw = np.zeros(size + 8)
     first = -raw.ctypes.data % 64 // 8
@@ -39,27 +42,27 @@ def aligned(shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 
 def scratch(*shape: int) -> NDArray[np.float64]:
-    """An array of one or two axes on the stack, aligned to 64 bytes; what is in it is not defined.
+    """Return an uninitialized array of one or two axes on the stack, aligned to 64 bytes.
 
-    It is gone when the function that calls this returns. In a loop each round gets the same memory;
-    there the shape has to be constant.
+    It lives until the calling function returns. In a loop, its shape must be constant, and each
+    iteration gets the same memory.
     """
     return aligned(shape)
 
 
 fma: Callable[[float, float, float], float] = functions.fma
-"""a b + c, rounded once."""
+"""Fused multiply-add: a b + c, rounded once."""
 
 
 def put_product(
     out: NDArray[np.float64], factors: NDArray[np.float64], rows: NDArray[np.float64]
 ) -> None:
-    """Factors times rows, of as many columns as ``out`` has: term by term, each rounded once.
+    """Write the product of a row vector and a matrix, accumulated term by term with ``fma``.
 
     Args:
-        out: shape (n,); no part of the others.
-        factors: shape (m,), m more than 0.
-        rows: shape (m or more, n or more).
+        out: result, shape (n,); must not overlap the others.
+        factors: vector, shape (m,), m at least 1.
+        rows: matrix, shape (m or more, n or more), of which the first m rows and n columns count.
     """
     for j in range(out.size):
         out[j] = 0.0
@@ -68,16 +71,16 @@ def put_product(
 
 
 def float_from_bits(word: int) -> float:
-    """The floating-point number that a 64-bit word says, as IEEE 754 has it."""
+    """Return the double whose IEEE 754 representation is a 64-bit word."""
     made: float = struct.unpack("<d", struct.pack("<q", word))[0]
     return made
 
 
 def call(address: int, *arguments: Any) -> None:
-    """Call emitted code: arrays go as pointers to their first number, others as i64 and double.
+    """Call emitted code, which returns nothing and writes its results into arrays.
 
-    It returns nothing; it writes into arrays. In ordinary Python the address may also be a
-    callable of these arguments.
+    Arrays are passed as pointers to their first number, ints as i64 and floats as double. In
+    ordinary Python, the address may also be a callable of these arguments.
     """
     if callable(address):
         address(*arguments)

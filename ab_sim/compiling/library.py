@@ -1,8 +1,8 @@
-"""Functions of the subset together, in LLVM's language, and those that are machine code already.
+"""Combine functions of the subset into LLVM modules, and keep those that are compiled already.
 
-What a function's code depends on, beside its source, is the value of known fields: of those that it
-reads, or that a function reads which it calls. Where these agree, a function is made once: modules
-that are made later call it where it is.
+A function's code depends on its source and on the known values of the fields that it reads, or
+that functions called by it read. If these values agree, a function is compiled only once, and later
+modules call the existing machine code.
 """
 
 import itertools
@@ -19,18 +19,18 @@ from ab_sim.tracing.machine_code import CONTROL, MachineCode
 
 
 class Kept(NamedTuple):
-    """A function that has been made."""
+    """Compiled function."""
 
     translated: Translated
     known: dict[str, bool | None]
-    """Fields that its code depends on, and what was known of them: None where nothing was."""
+    """Fields on which the code depends, with their known values; None if not known."""
 
 
 class Library:
-    """Functions that have been made, and stay as long as this object does.
+    """Store of compiled functions, which live as long as this object.
 
     Args:
-        features: of the processor, as of ``MachineCode``.
+        features: processor features, as for ``MachineCode``.
     """
 
     def __init__(self, features: str | None = None) -> None:
@@ -41,7 +41,7 @@ class Library:
         self._lock = threading.Lock()
 
     def found(self, function: FunctionType, known: Mapping[str, bool]) -> Kept | None:
-        """A function that has been made with what is known now."""
+        """Return a function that was compiled with these known values, or None."""
         for each in self._kept.get(function, ()):
             if all(known.get(name) == value for name, value in each.known.items()):
                 return each
@@ -49,11 +49,11 @@ class Library:
 
     @property
     def size(self) -> int:
-        """How many functions have been made."""
+        """Number of compiled functions."""
         return sum(map(len, self._kept.values()))
 
     def made(self, function: FunctionType, known: Mapping[str, bool]) -> tuple[int, Signature]:
-        """Address of a function's entry, see ``Module``, and its signature."""
+        """Compile a function; return its entry's address (see ``Module``) and its signature."""
         with self._lock:
             module = Module(function, known, self)
             code = MachineCode(
@@ -70,15 +70,15 @@ class Library:
 
 
 class Module:
-    """A function of the subset with what it calls and no module has yet.
+    """LLVM module with a function of the subset and all its callees that are not compiled yet.
 
     Args:
-        function: what is called from outside, as ``entry(first, others)``: pointers to its first
-            argument's leaves and to those of the others, eight bytes for each. It returns the
-            result if that is a number; a record's leaves it puts behind the others.
-        known: fields of records that have one value, by name: what is then not reached is not
-            there, nor what only that calls.
-        library: where functions are that have been made.
+        function: function that is called from outside as ``entry(first, others)``, with pointers
+            to the leaves of its first argument and to those of the others, eight bytes each. The
+            entry returns a number; the leaves of a record are written after the others.
+        known: values of records' fields, by name. Branches that are unreachable with these
+            values are left out, together with functions that only they call.
+        library: store of compiled functions.
     """
 
     def __init__(
@@ -86,7 +86,7 @@ class Module:
     ) -> None:
         self.known, self._library = known, library or Library()
         self.new: dict[FunctionType, Translated] = {}
-        """Functions that are to be made."""
+        """Functions to be compiled with this module."""
         self._kept: dict[FunctionType, Kept] = {}
         self._signatures: dict[FunctionType, Signature] = {}
         self._numbers = itertools.count(self._library.size)
@@ -98,7 +98,7 @@ class Module:
             self.new[each] = translator.translated(self._signatures[each])
 
     def signature(self, function: FunctionType) -> Signature:
-        """Of a function, which is translated, too, unless it has been made."""
+        """Return the signature of a function, and queue it for translation unless compiled."""
         if function not in self._signatures:
             kept = self._library.found(function, self.known)
             if kept is None:
@@ -115,7 +115,7 @@ class Module:
         return self._signatures[function]
 
     def reads(self, function: FunctionType) -> set[str]:
-        """Fields of records that a new function reads, or what it calls."""
+        """Return the fields of records that a new function or any of its callees reads."""
         found: set[str] = set()
         ahead, seen = [function], {function}
         while ahead:
@@ -129,7 +129,7 @@ class Module:
         return found
 
     def text(self) -> str:
-        """All of it in LLVM's language."""
+        """Return the module in LLVM IR."""
         kept = [each.translated for each in self._kept.values()]
         here = [*self.new.values(), *(own for own in kept if own.is_short)]
         declared = {line for own in here for line in own.declared}
@@ -157,7 +157,7 @@ class Module:
                 parts = [body.put(f"extractvalue {of} %result, {k}") for k in range(count)]
                 body.store(body.made(result, iter(parts)), body.step("%others", at))
             body.lines.append("ret void")
-        # A bool is the lowest bit of a byte; C takes the others to be 0.
+        # C requires the upper bits of a returned bool to be 0, hence zeroext.
         head = f"define {'zeroext ' * (returned == 'i1')}{returned} @entry(ptr %first, ptr %others)"
         lines = "\n".join([*body.entry, *body.lines])
         return f"{head} nounwind {{\n{lines}\n}}\n"

@@ -1,6 +1,7 @@
-"""Operations on numbers, as lines in LLVM's language: as Python's, but for what is said here.
+"""Translate operations on numbers to LLVM IR.
 
-A division by zero is IEEE 754's; ints have 64 bits and wrap.
+They are Python's, except that a division by zero follows IEEE 754, and that ints have 64 bits and
+wrap.
 """
 
 import ast
@@ -12,7 +13,7 @@ from ab_sim.compiling.blocks import BlockWriter, Number, constant
 from ab_sim.compiling.source import BOOL, FLOAT, INT, FunctionSource, Scalar
 
 RANK = {BOOL: 0, INT: 1, FLOAT: 2}
-"""Kinds of numbers, the wider the later."""
+"""Rank of each kind of number, from the narrowest to the widest."""
 
 _FLOATS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
 _INTS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"} | {
@@ -38,10 +39,10 @@ COMPARED = {
 
 
 class Operations(BlockWriter):
-    """Lines of a function that works on numbers.
+    """Writer of a function's lines with operations on numbers.
 
     Args:
-        source: of the function.
+        source: source of the function.
     """
 
     def __init__(self, source: FunctionSource) -> None:
@@ -49,11 +50,11 @@ class Operations(BlockWriter):
         self.source = source
 
     def fail(self, node: ast.AST, what: str, instead: str) -> NoReturn:
-        """Raise an error at a place in the function."""
+        """Raise an error that names a line of the function."""
         raise self.source.error(node, what, instead)
 
     def truth(self, x: Number) -> Number:
-        """Whether a number is not zero."""
+        """Return whether a number is not zero."""
         if x.constant is not None:
             return constant(bool(x.constant))
         if x.kind == FLOAT:
@@ -61,7 +62,7 @@ class Operations(BlockWriter):
         return x if x.kind == BOOL else Number(BOOL, self.put(f"icmp ne i64 {x.code}, 0"))
 
     def converted(self, x: Number, kind: Scalar) -> Number:
-        """A number as one of a wider kind: bool, int, float."""
+        """Return a number converted to the same or a wider kind: bool, int, float."""
         if x.kind == kind:
             return x
         if x.constant is not None:
@@ -71,16 +72,16 @@ class Operations(BlockWriter):
         return Number(FLOAT, self.put(f"sitofp i64 {x.code} to double")) if kind == FLOAT else x
 
     def wider(self, *numbers: Number) -> Scalar:
-        """What numbers are when they meet; int at least."""
+        """Return the common kind of numbers, at least int."""
         return FLOAT if any(x.kind == FLOAT for x in numbers) else INT
 
     def alike(self, *numbers: Number) -> list[Number]:
-        """Numbers as ones of a common kind."""
+        """Return numbers converted to their common kind."""
         kind = self.wider(*numbers)
         return [self.converted(x, kind) for x in numbers]
 
     def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
-        """Two numbers, as in Python; but a division by zero is IEEE 754's, and ints wrap."""
+        """Return the result of an operation on two numbers, folded if both are constant."""
         known = type(op)
         if known is ast.Div:
             a, b = self.converted(a, FLOAT), self.converted(b, FLOAT)
@@ -100,6 +101,8 @@ class Operations(BlockWriter):
         return Number(a.kind, self.put(f"{name} {a.kind.llvm} {a.code}, {b.code}"))
 
     def _floor_division(self, rest: bool, a: Number, b: Number) -> Number:
+        # LLVM rounds quotients towards zero, Python towards minus infinity. They differ if the
+        # remainder is not zero and its sign is not the divisor's.
         left = self.put(f"srem i64 {a.code}, {b.code}")
         signs = self.put(f"xor i64 {left}, {b.code}")
         differ, some = self.put(f"icmp slt i64 {signs}, 0"), self.put(f"icmp ne i64 {left}, 0")
@@ -112,7 +115,7 @@ class Operations(BlockWriter):
         return Number(INT, self.put(f"add i64 {quotient}, {less}"))
 
     def compared(self, op: ast.cmpop, a: Number, b: Number) -> Number:
-        """Two numbers; with a NaN only != is true, as in Python."""
+        """Return a comparison of two numbers; with a NaN only != is true, as in Python."""
         a, b = self.alike(a, b)
         of_floats, of_ints = COMPARED[type(op)]
         how = f"fcmp {of_floats}" if a.kind == FLOAT else f"icmp {of_ints}"

@@ -1,8 +1,11 @@
-"""``kinds.put_product`` in LLVM's language: eight columns at once, as no loop becomes vectors."""
+"""``kinds.put_product`` in LLVM IR, with eight columns at a time.
+
+It is written by hand because no vectorization pass runs over the subset's code.
+"""
 
 
 def _columns(width: int) -> str:
-    """So many columns' sums, which stay in a register."""
+    """Return a loop that computes ``width`` columns' sums, which stay in a vector register."""
     kind, w = f"<{width} x double>", width
     return f"""take{w}:
 br label %loop{w}
@@ -46,4 +49,5 @@ br i1 %one, label %take1, label %done
 {_columns(8)}{_columns(1)}done:
 ret void
 }}"""
-"""Of out and its size; factors and how many; rows, and how far they are from each other."""
+"""Source of ``put_product`` in LLVM IR. Its arguments are ``out`` and its size, ``factors`` and
+their number, ``rows`` and the distance between them."""

@@ -1,4 +1,4 @@
-"""Functions of the subset as their source says: syntax tree, annotations, names; and errors."""
+"""Source of functions of the subset: syntax tree, annotations, names and errors."""
 
 import ast
 import builtins
@@ -14,11 +14,11 @@ from ab_sim.compiling.kinds import Array
 
 
 class Untranslatable(Exception):
-    """Something is not in the subset: names file, line, function, and what to write instead."""
+    """Error of code outside the subset; names file, line, function and a replacement."""
 
 
 class Scalar(NamedTuple):
-    """A kind of number: its name in Python, and LLVM's."""
+    """Kind of number: its name in Python and in LLVM."""
 
     name: str
     llvm: str
@@ -28,7 +28,7 @@ class Scalar(NamedTuple):
 
 
 class Record(NamedTuple):
-    """A NamedTuple class, or, without one, a tuple: names and kinds of its fields."""
+    """Names and kinds of the fields of a NamedTuple class, or of a tuple if there is no class."""
 
     cls: type | None
     names: tuple[str, ...]
@@ -45,22 +45,22 @@ _SCALARS: dict[Any, Scalar] = {float: FLOAT, int: INT, bool: BOOL}
 
 
 def text_of(kind: Kind) -> str:
-    """A kind as error messages call it."""
+    """Return a kind's name for error messages."""
     if isinstance(kind, Array):
         return f"{kind.rank}-D array of {kind.element.__name__}s"
     return str(kind)
 
 
 def element_of(kind: Array) -> Scalar:
-    """The kind of an array's numbers."""
+    """Return the kind of an array's numbers."""
     return _SCALARS[kind.element]
 
 
 @functools.lru_cache(maxsize=1024)
 def leaves(kind: Kind) -> tuple[str, ...]:
-    """LLVM's types of what a value of a kind consists of.
+    """Return LLVM's types of the leaves, the scalar parts of a value of a kind.
 
-    In memory each of them takes eight bytes. Arrays are a pointer and a length per axis.
+    In memory each leaf takes eight bytes. An array is a pointer and a length per axis.
     """
     if isinstance(kind, Scalar):
         return (kind.llvm,)
@@ -70,13 +70,13 @@ def leaves(kind: Kind) -> tuple[str, ...]:
 
 
 def tuple_of(kinds: typing.Iterable[Kind]) -> Record:
-    """The kind of a tuple."""
+    """Return the kind of a tuple."""
     kinds = tuple(kinds)
     return Record(None, tuple(map(str, range(len(kinds)))), kinds)
 
 
 def kind_of(annotation: Any) -> Kind | None:
-    """The kind that an annotation says; None if it is not one of the subset's."""
+    """Return the kind of an annotation, or None if it is not in the subset."""
     if annotation in _SCALARS:
         return _SCALARS[annotation]
     for mark in getattr(annotation, "__metadata__", ()):
@@ -91,7 +91,7 @@ def kind_of(annotation: Any) -> Kind | None:
 
 
 def is_record(x: Any) -> bool:
-    """Whether this is a NamedTuple class."""
+    """Return whether an object is a NamedTuple class."""
     return isinstance(x, type) and issubclass(x, tuple) and hasattr(x, "_fields")
 
 
@@ -103,24 +103,24 @@ def _record_of(cls: Any) -> Record | None:
 
 
 class Signature(NamedTuple):
-    """What others have to know of a function to call it."""
+    """Information about a function that its callers need."""
 
     symbol: str
-    """Its name in LLVM's language, without @."""
+    """Name in LLVM IR, without @."""
     arguments: list[str]
     kinds: list[Kind]
-    """Of the arguments."""
+    """Kinds of the arguments."""
     result: Kind | None
 
 
 class FunctionSource:
-    """A function as written.
+    """Source of a function.
 
     Args:
-        function: of the subset.
+        function: function of the subset.
 
     Raises:
-        Untranslatable: its source is not to be found, or its annotations are not of the subset.
+        Untranslatable: the source is not found, or annotations are not in the subset.
     """
 
     def __init__(self, function: FunctionType) -> None:
@@ -133,7 +133,7 @@ class FunctionSource:
         self.tree = tree
         first = min([tree.lineno, *(each.lineno for each in tree.decorator_list)])
         self._above = code.co_firstlineno - first
-        """Lines of the file above those that have been parsed."""
+        """Number of lines in the file above the parsed ones."""
         spec = tree.args
         if spec.vararg or spec.kwarg or spec.defaults or any(spec.kw_defaults):
             raise self.error(tree, "*args, **kwargs or a default", "pass every argument")
@@ -165,23 +165,23 @@ class FunctionSource:
         return kind
 
     def global_value(self, name: str) -> Any:
-        """What a name that is no local one stands for; raises KeyError."""
+        """Return the value of a name that is not local; raise KeyError if there is none."""
         for scope in self._scopes:
             if name in scope:
                 return scope[name]
         raise KeyError(name)
 
     def error(self, node: ast.AST, what: str, instead: str) -> Untranslatable:
-        """An error at a place in the function."""
+        """Return an error that names a line of the function."""
         line = getattr(node, "lineno", self.tree.lineno) + self._above
         return Untranslatable(f"{self.file}:{line}: in {self.name}: {what}; {instead}")
 
 
 def _definition(lines: Sequence[str]) -> ast.stmt | None:
-    """The statement that lines begin with; to parse all of them would take longer.
+    """Return the statement with which lines begin, without parsing the whole file.
 
-    It ends before a line that is no further indented, but not in brackets or quotes: what is before
-    it cannot be parsed then.
+    The statement ends before the next line that is not indented further. If that line is inside
+    brackets or a string, the lines before it cannot be parsed, and a later one is tried.
     """
     if not lines:
         return None

@@ -1,15 +1,17 @@
-"""From functions of the subset to a text in LLVM's language.
+"""Translate functions of the subset to LLVM IR.
 
-    source        what the source and the annotations of a function say
-    body          lines of LLVM's language, and values in them
+    source        source and annotations of a function
+    blocks        lines of LLVM IR, and the values that they compute
+    operations    arithmetic and comparisons of two numbers
     expressions   expressions
-    intrinsics    functions that are written out instead of called
-    here          statements, and whole functions
-    library       all functions that one of them calls; the entry from outside
+    conditions    expressions that branch
+    intrinsics    functions that are expanded in place instead of called
+    translate     statements, and whole functions
+    library       modules of a function and its callees; the entry from outside
 
-A local variable is memory on the stack, which LLVM turns into registers. Records (NamedTuples) are
-passed as pointers to where their fields are, eight bytes for each number, pointer or length: they
-never change, so nothing is copied on the way down.
+A local variable is memory on the stack, which LLVM turns into registers (pass ``sroa``), so no phi
+nodes are written for variables. Records (NamedTuples) are passed as pointers to their fields, eight
+bytes for each number, pointer or length. They never change, so calls copy nothing.
 """
 
 import ast
@@ -42,50 +44,50 @@ from ab_sim.compiling.source import (
 )
 
 SHORT = 60
-"""Lines of a function that is put in the place of each call of it; with 30 runs with contact take
-15 % longer, with 200 compiling takes twice as long."""
+"""Number of lines below which a function is inlined at each call. With 30, runs with contact take
+15 % longer; with 200, compiling takes twice as long."""
 
 
 class Translated(NamedTuple):
-    """A function in LLVM's language."""
+    """Function in LLVM IR."""
 
     signature: Signature
     head: str
-    """Its first line, without LLVM's word for what it is."""
+    """First line of the definition, without the keyword ``define`` or ``declare``."""
     body: str
     is_short: bool
-    """Whether it is put in the place of each call of it."""
+    """True if the function is inlined at each call."""
     declared: set[str]
-    """Declarations of LLVM's own functions that are called."""
+    """Declarations of the LLVM intrinsics that are called."""
     calls: set[FunctionType]
     reads: set[str]
-    """Names of fields of records that it reads."""
+    """Names of the records' fields that are read."""
 
     def definition(self) -> str:
-        """The function."""
+        """Return the function's definition."""
         of_module, inlined = ("internal ", " alwaysinline") if self.is_short else ("", "")
         return f"define {of_module}{self.head}{inlined} {{\n{self.body}\n}}\n"
 
 
 class FunctionTranslator(Conditions):
-    """Translates one function.
+    """Translator of one function.
 
     Args:
-        source: of the function.
-        callees: other functions.
+        source: source of the function.
+        callees: provider of other functions.
     """
 
     def __init__(self, source: FunctionSource, callees: Callees) -> None:
         self._stored = Counter(stored(source.tree.body))
         super().__init__(source, callees, {*source.arguments, *self._stored}, INTRINSICS)
         self._ways: list[tuple[str, str]] = []
-        """Of the loops that this is in: labels for continue and break."""
+        """Labels for continue and break of the enclosing loops, from the outermost on."""
         self._left: set[str] = set()
-        """Loops that a break leaves, by its label."""
+        """Labels of the ends of loops that a break reaches."""
         self._unrolling = 0
 
     def translated(self, signature: Signature) -> Translated:
-        """The function, by the name that is given to it."""
+        """Return the translated function, under the symbol of its signature."""
         declared: list[str] = []
         for name, kind in zip(self.source.arguments, self.source.kinds, strict=True):
             if isinstance(kind, Record):
@@ -145,7 +147,8 @@ class FunctionTranslator(Conditions):
     def _assign_name(self, node: ast.AST, name: str, value: Value) -> None:
         fixed = value.fixed if isinstance(value, StoredRecord) else is_known(value)
         if fixed and self._stored[name] == 1 and not self._unrolling and name not in self.slots:
-            # Another name for what is known, or in memory all along.
+            # The only assignment of a constant, or of a record that never changes: the name
+            # needs no memory.
             self.bound[name] = value
             return
         kind, slot = self._slot(name, value.kind)
@@ -235,6 +238,9 @@ class FunctionTranslator(Conditions):
         if isinstance(items, Number | ArrayView):
             instead = "write for i in range(...), or over a tuple"
             self.fail(node, f"loop over a {text_of(items.kind)}", instead)
+        # A loop over a tuple is unrolled, as its items may differ in kind. A name that the body
+        # assigns once in the source is then assigned in every copy: ``_unrolling`` keeps it from
+        # being bound to its first value.
         done = self.new("endfor")
         for k in range(len(items.kind.kinds)):
             item, begin, following = self.field(items, k), self.new("do"), self.new("next")
@@ -245,7 +251,7 @@ class FunctionTranslator(Conditions):
             if not (stays and in_memory):
                 self._assign(node.target, item)
             if stays and (in_memory or is_known(item)):
-                self.bound[name] = item  # another name for it, in this round
+                self.bound[name] = item  # an alias in this copy of the body
             self.go(begin)
             self._loop(node.body, begin, following, done)
             self._unrolling -= 1
@@ -336,7 +342,7 @@ class FunctionTranslator(Conditions):
 
 
 def stored(statements: Sequence[ast.stmt]) -> Iterator[str]:
-    """Names that are assigned to, each as often as it is."""
+    """Yield the names to which statements assign, once for each assignment."""
     for each in statements:
         own = [getattr(each, "target", None), *getattr(each, "targets", ())]
         for target in filter(None, own):

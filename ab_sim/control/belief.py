@@ -25,7 +25,7 @@ class State(enum.IntEnum):
 
     @property
     def over(self) -> bool:
-        """Whether there are no further decisions."""
+        """True if there are no further decisions."""
         return self in (State.DONE, State.GAVE_UP, State.ABORTED)
 
 

@@ -33,7 +33,7 @@ LONGEST_GAP = 0.25
 STEP_ANGLE = 0.3
 """Final speed times the longest step of the prediction [rad]."""
 
-# --- what is made of its beliefs
+# --- decisions from the estimates
 FAST = 0.075
 SLOW = 0.38
 """Time constants of two averages of |q|, whose difference gives the rate of change."""
@@ -95,7 +95,7 @@ UNSURE = 0.5
 CIRCULATING = 0.7
 """Magnitude of the average q over the average magnitude below which balls circulate."""
 
-# --- what ends it
+# --- aborts
 FIRST_SAMPLES = 5.0
 """Time to wait for the first samples [s]."""
 BACK = 0.1

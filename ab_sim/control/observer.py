@@ -64,7 +64,7 @@ class Observer:
 
     @property
     def circulating(self) -> bool:
-        """Whether the net unbalance turns relative to the rotor: balls circulate."""
+        """True if the net unbalance turns relative to the rotor: balls circulate."""
         square = self.average_re * self.average_re + self.average_im * self.average_im
         certain = self.deviation < chosen.CERTAIN * self.slow
         return certain and math.sqrt(square) < chosen.CIRCULATING * self.slow

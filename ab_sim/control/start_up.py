@@ -214,7 +214,7 @@ class StartUp:
         self.observer.restore(values[OWN_NUMBERS:])
         self.decision = Decision(int(values[2]), self.words)
 
-    # --- what it does in each state
+    # --- action in each state
 
     def _approach(self) -> None:
         """Approach the dwell speed from either side.
@@ -305,7 +305,7 @@ class StartUp:
         self._before = net
         self._enter(State.RETRY)
 
-    # --- what that needs
+    # --- helpers of these actions
 
     def _net(self, size: float) -> float:
         """Return a net unbalance relative to the scale; 1 without a scale."""

@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
+from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import number
 from ab_sim.quoting import short
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 FORMS = (
-    "must be MERIT<NUMBER, with <, <=, > or >=, e.g. 'final_whirl_over_e<0.2'; or the name of a "
-    "merit that is true or false, alone or behind 'not'"
+    "must be METRIC<NUMBER, with <, <=, > or >=, e.g. 'final_whirl_over_e<0.2'; or the name of a "
+    "metric that is true or false, alone or behind 'not'"
 )
 _OPERATORS: dict[str, Callable[[Any, Any], Any]] = {
     "<": operator.lt,
@@ -32,7 +32,7 @@ _WITHOUT_UNIT = (*NO_UNIT, "e")
 class Bound(NamedTuple):
     """Condition on a metric of a run."""
 
-    merit: str
+    metric: str
     """Key of the metric in reports."""
     op: str
     """Operator: <, <=, > or >=."""
@@ -40,20 +40,20 @@ class Bound(NamedTuple):
     """Limit in the metric's reported unit; true is 1, false is 0."""
 
     def __str__(self) -> str:
-        return f"{self.merit}{self.op}{exact(self.limit)}"
+        return f"{self.metric}{self.op}{exact(self.limit)}"
 
     @property
     def is_number(self) -> bool:
         """Flag of a metric that is a number instead of true or false."""
-        (merit,) = merits_named([self.merit])
-        return merit.kind is MeritKind.NUMBER
+        (metric,) = metrics_named([self.metric])
+        return metric.kind is MetricKind.NUMBER
 
     @property
     def text(self) -> str:
         """Text form: ``balanced``, ``not balanced``, ``peak_whirl_over_e<5``."""
         if self.is_number:
-            return f"{self.merit}{self.op}{number(self.limit)}"
-        return f"not {self.merit}" if self.upper else self.merit
+            return f"{self.metric}{self.op}{number(self.limit)}"
+        return f"not {self.metric}" if self.upper else self.metric
 
     @property
     def upper(self) -> bool:
@@ -74,7 +74,7 @@ class Bound(NamedTuple):
 
 
 def bound_of(text: str) -> Bound:
-    """Parse ``MERIT<NUMBER``; the number is in the metric's unit or has its own.
+    """Parse ``METRIC<NUMBER``; the number is in the metric's unit or has its own.
 
     A metric that is true or false may stand alone, ``balanced``, or after ``not``.
 
@@ -88,8 +88,8 @@ def bound_of(text: str) -> Bound:
     name, op, number = (part.strip() for part in found.groups())
     if op not in _OPERATORS or not name or not number:
         raise InputError(f"bound {short(text)}: {FORMS}")
-    merit = _compared(text, name)
-    return Bound(merit.key, op, _limit(text, merit, number))
+    metric = _compared(text, name)
+    return Bound(metric.key, op, _limit(text, metric, number))
 
 
 def _truth(text: str) -> Bound:
@@ -98,30 +98,30 @@ def _truth(text: str) -> Bound:
     names = words[1:] if denied else words
     if len(names) != 1 or set(text) & set("<>=!"):
         raise InputError(f"bound {short(text)}: {FORMS}")
-    merit = _compared(text, names[0])
-    if merit.kind is not MeritKind.TRUTH:
+    metric = _compared(text, names[0])
+    if metric.kind is not MetricKind.TRUTH:
         raise InputError(
-            f"bound {short(text)}: {merit.key} is a number [{merit.unit}]; say what it must be, "
-            f"e.g. '{merit.key}<0.1'"
+            f"bound {short(text)}: {metric.key} is a number [{metric.unit}]; say what it must be, "
+            f"e.g. '{metric.key}<0.1'"
         )
-    return Bound(merit.key, "<=", 0.0) if denied else Bound(merit.key, ">=", 1.0)
+    return Bound(metric.key, "<=", 0.0) if denied else Bound(metric.key, ">=", 1.0)
 
 
-def _compared(text: str, name: str) -> Merit[Any]:
-    (merit,) = merits_named([name])
-    if not merit.scalar:
-        raise InputError(f"bound {short(text)}: {name} {merit.not_a_number}")
-    return merit
+def _compared(text: str, name: str) -> Metric[Any]:
+    (metric,) = metrics_named([name])
+    if not metric.scalar:
+        raise InputError(f"bound {short(text)}: {name} {metric.not_a_number}")
+    return metric
 
 
-def _limit(text: str, merit: Merit[Any], number: str) -> float:
+def _limit(text: str, metric: Metric[Any], number: str) -> float:
     said = f"bound {short(text)}: {short(number)}"
     try:
         if has_unit(number):
-            if merit.unit in _WITHOUT_UNIT:
-                unit = "in e, " if merit.unit == "e" else ""
+            if metric.unit in _WITHOUT_UNIT:
+                unit = "in e, " if metric.unit == "e" else ""
                 raise ValueError(f"must be a number {unit}without unit")
-            return in_si(number, merit.unit)
+            return in_si(number, metric.unit)
         limit = float(number)
     except ValueError as error:
         why = error if has_unit(number) else f"is no number; {FORMS}"

@@ -49,7 +49,7 @@ class ShareBalanced(NamedTuple):
         return math.ceil(1.0 / x - 1e-9)
 
 
-class QuantileOfMerit(NamedTuple):
+class QuantileOfMetric(NamedTuple):
     """Quantile, with an interval between two values of the sample."""
 
     p: float
@@ -83,7 +83,7 @@ class MeanInterval(NamedTuple):
     mean: float
     low: float
     high: float
-    median: QuantileOfMerit
+    median: QuantileOfMetric
 
 
 def share_of(balanced: np.ndarray) -> ShareBalanced:
@@ -101,7 +101,7 @@ def share_of(balanced: np.ndarray) -> ShareBalanced:
     return ShareBalanced(count, runs, float(low), float(high))
 
 
-def quantile_of(values: np.ndarray, p: float) -> QuantileOfMerit:
+def quantile_of(values: np.ndarray, p: float) -> QuantileOfMetric:
     """Return a quantile with the interval of order statistics (Conover 1999, 3.2), by scipy.
 
     It holds for any distribution: the number of values below the quantile is binomial.
@@ -114,7 +114,7 @@ def quantile_of(values: np.ndarray, p: float) -> QuantileOfMerit:
 
     found: Any = quantile_test(values, p=p).confidence_interval(LEVEL)
     low, high = (float(x) if math.isfinite(x) else None for x in (found.low, found.high))
-    return QuantileOfMerit(p, float(np.quantile(values, p)), low, high)
+    return QuantileOfMetric(p, float(np.quantile(values, p)), low, high)
 
 
 def paired_shares(first: np.ndarray, second: np.ndarray) -> PairedShares:

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pyarrow
 
-from ab_sim.analysis.merits.merit import Merit, MeritKind, merits_named
-from ab_sim.analysis.merits.verdict import SETTLED, Verdict
+from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
+from ab_sim.analysis.metrics.verdict import SETTLED, Verdict
 from ab_sim.batch.judging import JudgedPart, judged_parts
 from ab_sim.batch.prepared_run import PreparedRun
 from ab_sim.batch.run_columns import split_of
@@ -36,7 +36,7 @@ class Job(NamedTuple):
     """Scene; a requested accuracy has been resolved to a solver."""
     keys: tuple[str, ...]
     """Varied keys, dotted."""
-    merits: tuple[str, ...]
+    metrics: tuple[str, ...]
     """Keys of the metrics."""
 
 
@@ -50,7 +50,7 @@ class Point(NamedTuple):
 
 def modules_of(job: Job) -> set[str]:
     """Return the modules of a job's metrics, on which its rows depend."""
-    return {merit.watch.__module__ for merit in merit_columns(job.merits)}
+    return {metric.watch.__module__ for metric in metric_columns(job.metrics)}
 
 
 def has_settled(outcomes: Iterable[str]) -> np.ndarray:
@@ -58,16 +58,16 @@ def has_settled(outcomes: Iterable[str]) -> np.ndarray:
     return np.isin(np.asarray(outcomes, str), SETTLED)
 
 
-def merit_columns(keys: Iterable[str]) -> list[Merit[Any]]:
+def metric_columns(keys: Iterable[str]) -> list[Metric[Any]]:
     """Return metrics that can be columns.
 
     Raises:
         InputError: a metric is unknown or no number; the message names it.
     """
-    found = merits_named(keys)
-    for merit in found:
-        if not merit.scalar:
-            raise InputError(f"merit {merit.key!r}: {merit.not_a_number}")
+    found = metrics_named(keys)
+    for metric in found:
+        if not metric.scalar:
+            raise InputError(f"metric {metric.key!r}: {metric.not_a_number}")
     return found
 
 
@@ -85,7 +85,7 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
     values = zip(*(point.values for point in points), strict=True)
     split = split_of(job.scene, dict(zip(job.keys, values, strict=True)))
     in_columns = set() if split is None else set(split.rows.tolist())
-    keys = list(dict.fromkeys((*job.merits, _VERDICT)))
+    keys = list(dict.fromkeys((*job.metrics, _VERDICT)))
     rows = _Rows(job, len(points))
     if split is not None:
         rows.add(judged_parts(split, {}, keys))
@@ -105,11 +105,11 @@ def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
 
 def schema_of(job: Job) -> pyarrow.Schema:
     """Return the schema of the result of ``judged``."""
-    kinds = {MeritKind.NUMBER: pyarrow.float64(), MeritKind.TRUTH: pyarrow.bool_()}
+    kinds = {MetricKind.NUMBER: pyarrow.float64(), MetricKind.TRUTH: pyarrow.bool_()}
     return pyarrow.schema(
         [
             (RUN, pyarrow.int64()),
-            *((merit.key, kinds[merit.kind]) for merit in merit_columns(job.merits)),
+            *((metric.key, kinds[metric.kind]) for metric in metric_columns(job.metrics)),
             (OUTCOME, pyarrow.string()),
             (FAILURE, pyarrow.string()),
         ]
@@ -131,25 +131,25 @@ class _Rows:
     """Results of a job's runs in columns; null until a run has finished."""
 
     def __init__(self, job: Job, runs: int) -> None:
-        names = (*job.merits, OUTCOME, FAILURE)
-        self._merits = job.merits
+        names = (*job.metrics, OUTCOME, FAILURE)
+        self._metrics = job.metrics
         self.columns: dict[str, list[Any]] = {name: [None] * runs for name in names}
 
     def fail(self, place: int, failure: str) -> None:
         """Record a failed run."""
-        self._without_merits(place, FAILED, failure)
+        self._without_metrics(place, FAILED, failure)
 
-    def _without_merits(self, place: int, outcome: str, why: str) -> None:
+    def _without_metrics(self, place: int, outcome: str, why: str) -> None:
         self.columns[OUTCOME][place], self.columns[FAILURE][place] = outcome, why
-        for key in self._merits:
+        for key in self._metrics:
             self.columns[key][place] = None
 
     def add(self, parts: Iterable[JudgedPart]) -> None:
         """Record evaluated runs."""
         for part in parts:
             places = part.runs.tolist()
-            kept = {OUTCOME: part.merits[_VERDICT]} | {
-                key: part.merits[key] for key in self._merits
+            kept = {OUTCOME: part.metrics[_VERDICT]} | {
+                key: part.metrics[key] for key in self._metrics
             }
             for key, values in kept.items():
                 column = self.columns[key]
@@ -160,4 +160,4 @@ class _Rows:
                 if failure:
                     self.fail(place, failure)
                 elif aborted:
-                    self._without_merits(place, ABORTED, aborted)
+                    self._without_metrics(place, ABORTED, aborted)

@@ -29,14 +29,14 @@ def near_misses(found: Tuning) -> Iterator[NearMiss]:
     """Yield a diagnosis per bound, in their order."""
     settled = has_settled(found.runs[OUTCOME])
     for bound in found.task.standard.bounds:
-        measure = MEASURES.get(bound.merit, bound.merit)
-        holds = int((bound.holds(found.runs[bound.merit]) & settled).sum())
+        measure = MEASURES.get(bound.metric, bound.metric)
+        holds = int((bound.holds(found.runs[bound.metric]) & settled).sum())
         count = int(settled.sum())
-        if measure == bound.merit and not bound.is_number:
+        if measure == bound.metric and not bound.is_number:
             yield NearMiss(bound, holds, count, measure, None, 0)
             continue
         values = np.asarray(found.runs[measure], float)
-        sense = 1.0 if bound.upper or measure != bound.merit else -1.0
+        sense = 1.0 if bound.upper or measure != bound.metric else -1.0
         ranked = np.where(settled & np.isfinite(values), sense * values, np.inf)
         run = int(np.argmin(ranked))
         nearest = float(values[run]) if np.isfinite(ranked[run]) else None

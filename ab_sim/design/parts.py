@@ -7,12 +7,10 @@ twice.
 
 import contextlib
 import errno
-import fcntl
 import hashlib
 import logging
 import os
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import pyarrow
@@ -21,6 +19,7 @@ from pyarrow import parquet
 from ab_sim.analysis.results import Results
 from ab_sim.design.judged import RUN, Job, judged, modules_of
 from ab_sim.errors import InputError
+from ab_sim.file_locks import lock
 from ab_sim.output_file import write_whole
 from ab_sim.quoting import visible
 
@@ -39,7 +38,7 @@ class Parts:
     """
 
     def __init__(self, job: Job, points: dict[str, Any]) -> None:
-        numbers = {"keys": list(job.keys), "merits": list(job.merits), "points": points}
+        numbers = {"keys": list(job.keys), "metrics": list(job.metrics), "points": points}
         self._folder = Results(judged).folder_of(job.scene, modules_of(job), **numbers)
         self._lock: int | None = None
         self._complained = False
@@ -54,7 +53,7 @@ class Parts:
                 self._folder = None
         if self._lock is not None:
             try:
-                fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+                lock(self._lock)
             except BlockingIOError:
                 os.close(self._lock)
                 raise InputError(
@@ -63,12 +62,7 @@ class Parts:
                 ) from None
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *_: object) -> None:
         if self._lock is not None:
             os.close(self._lock)
 

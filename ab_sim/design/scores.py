@@ -21,11 +21,11 @@ _BEYOND, _NOTHING = 1.0, 3.0
 class Aim(NamedTuple):
     """Objective: a metric to be minimised or maximised."""
 
-    merit: str
+    metric: str
     smallest: bool
 
     def __str__(self) -> str:
-        return f"{'smallest' if self.smallest else 'largest'} {self.merit}"
+        return f"{'smallest' if self.smallest else 'largest'} {self.metric}"
 
 
 class Standard(NamedTuple):
@@ -63,15 +63,15 @@ def scored(table: pyarrow.Table, standard: Standard) -> Scores:
     """
     sign = 1.0 if standard.aim.smallest else -1.0
     shape = (-1, standard.draws)
-    values = merit_values(table, standard.aim.merit).reshape(shape)
+    values = metric_values(table, standard.aim.metric).reshape(shape)
     settled = has_settled(table[OUTCOME].to_pylist()).reshape(shape) & np.isfinite(values)
     inside, beyond = settled.copy(), np.zeros(values.shape)
     for bound in standard.bounds:
-        merits = merit_values(table, bound.merit).reshape(shape)
-        settled &= np.isfinite(merits)
-        holds = bound.holds(merits)
+        metrics = metric_values(table, bound.metric).reshape(shape)
+        settled &= np.isfinite(metrics)
+        holds = bound.holds(metrics)
         inside &= holds
-        distance = np.abs(merits - bound.limit) / max(abs(bound.limit), 1e-12)
+        distance = np.abs(metrics - bound.limit) / max(abs(bound.limit), 1e-12)
         beyond += np.where(holds, 0.0, distance / (1.0 + distance))
     aims = _reached(np.where(settled, sign * values, math.inf), standard.share)
     needed = _count(standard.share, standard.draws)
@@ -90,9 +90,9 @@ def best_of(scores: Scores) -> int | None:
     return int(np.argmin(np.where(scores.within, scores.costs, math.inf)))
 
 
-def merit_values(table: pyarrow.Table, merit: str) -> np.ndarray:
+def metric_values(table: pyarrow.Table, metric: str) -> np.ndarray:
     """Return the values of a column, NaN for null."""
-    found: np.ndarray = table[merit].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+    found: np.ndarray = table[metric].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
     return found
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 import ab_sim
 from ab_sim.design.bounds import Bound
-from ab_sim.design.intervals import MeanInterval, PairedShares, QuantileOfMerit, ShareBalanced
+from ab_sim.design.intervals import MeanInterval, PairedShares, QuantileOfMetric, ShareBalanced
 from ab_sim.design.judged import Job, varied_scene
 from ab_sim.design.sensitivity import SobolIndex
 from ab_sim.design.sweep import Sweep
@@ -68,7 +68,7 @@ class DesignDifference(NamedTuple):
     share: ShareBalanced
     paired: PairedShares
     """Comparison of shares: first scene minus the other one."""
-    merits: Mapping[str, MeanInterval]
+    metrics: Mapping[str, MeanInterval]
     """Differences by metric, first minus other scene, over draws with a value in both."""
 
     def report(self) -> dict[str, object]:
@@ -77,9 +77,9 @@ class DesignDifference(NamedTuple):
             "scene": self.runs.scene.as_mapping(),
             "share": share_report(self.share),
             "paired": self.paired._asdict(),
-            "merits": {
+            "metrics": {
                 name: {**found._asdict(), "median": found.median._asdict()}
-                for name, found in self.merits.items()
+                for name, found in self.metrics.items()
             },
             "outcomes": self.runs.outcomes,
             "balanced": self.balanced.tolist(),
@@ -103,7 +103,7 @@ class Spread(Presented):
     """Flag of each balanced run, shape (runs,)."""
     share: ShareBalanced
     """Share of balanced runs with its interval."""
-    quantiles: Mapping[str, tuple[QuantileOfMerit, ...]]
+    quantiles: Mapping[str, tuple[QuantileOfMetric, ...]]
     """Quantiles by metric, over runs with a value."""
     sobol: SobolIndices
     ranked_by: str
@@ -164,7 +164,7 @@ class Spread(Presented):
         """
         folder = Path(folder)
         check_worst_folder(folder)
-        job, written = Job(self.scene, self.runs.keys, self.runs.merits), []
+        job, written = Job(self.scene, self.runs.keys, self.runs.metrics), []
         try:
             folder.mkdir(exist_ok=True)
             for each in self.worst:

@@ -8,25 +8,26 @@ import numpy as np
 import pyarrow
 
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.merits.merit import MeritKind
+from ab_sim.analysis.metrics.metric import MetricKind
 from ab_sim.design.bounds import Bound, bound_of
 from ab_sim.design.draws import DrawnPoints, ExchangedPoints
 from ab_sim.design.intervals import (
     MeanInterval,
-    QuantileOfMerit,
+    QuantileOfMetric,
     paired_difference,
     paired_shares,
     quantile_of,
     share_of,
 )
-from ab_sim.design.judged import OUTCOME, Job, has_settled, merit_columns
+from ab_sim.design.judged import OUTCOME, Job, has_settled, metric_columns
 from ab_sim.design.points import MOST
 from ab_sim.design.sensitivity import SobolIndex, sobol_of
 from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Spread, WorstRun
-from ab_sim.design.sweep import DEFAULT_MERITS, Sweep, check_first, sweep_of
+from ab_sim.design.sweep import DEFAULT_METRICS, Sweep, check_first, sweep_of
 from ab_sim.design.tolerances import Tolerance
-from ab_sim.design.work import Executor, StudyRuns, Tell
+from ab_sim.design.work import Executor, StudyRuns
 from ab_sim.errors import InputError, exact
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)
@@ -47,7 +48,7 @@ class SpreadQuestion(NamedTuple):
 
     runs: int
     """Number of drives; with ``until``, the least number."""
-    merits: tuple[str, ...] = DEFAULT_MERITS
+    metrics: tuple[str, ...] = DEFAULT_METRICS
     criterion: tuple[Bound, ...] = DEFAULT_CRITERION
     seed: int = 0
     pairs: int | None = None
@@ -66,7 +67,7 @@ def run_spread(
     tolerances: Sequence[Tolerance],
     question: SpreadQuestion,
     executors: Executors | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Spread:
     """Run random drives.
 
@@ -106,7 +107,7 @@ def run_spread(
         question.seed,
         balanced,
         share_of(balanced),
-        {name: _quantiles(runs[name]) for name in _numbers(job.merits)},
+        {name: _quantiles(runs[name]) for name in _numbers(job.metrics)},
         study.indices(job, drawn, pairs, runs, balanced)
         if pairs
         else SobolIndices(0, 0, {}, {}, none),
@@ -127,9 +128,9 @@ def _checked(
         raise InputError("criterion: is empty; say what is balanced, e.g. residual_unbalance<=0.1")
     if question.seed < 0:
         raise InputError(f"seed {question.seed}: must be at least 0")
-    merit_columns(question.merits)
+    metric_columns(question.metrics)
     drawn = DrawnPoints(scene, tolerances, question.runs, question.seed)
-    bounded = _numbers(each.merit for each in question.criterion)
+    bounded = _numbers(each.metric for each in question.criterion)
     return drawn, bounded[0] if bounded else RANKED_BY
 
 
@@ -158,15 +159,15 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
 
 def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
-    bounded = (each.merit for each in question.criterion)
-    return Job(resolved, drawn.keys, tuple(dict.fromkeys((*question.merits, *bounded, ranked_by))))
+    bounded = (each.metric for each in question.criterion)
+    return Job(resolved, drawn.keys, tuple(dict.fromkeys((*question.metrics, *bounded, ranked_by))))
 
 
 class _Study:
     """Runner and evaluator of a study."""
 
     def __init__(
-        self, question: SpreadQuestion, executors: Executors | None, tell: Tell | None
+        self, question: SpreadQuestion, executors: Executors | None, tell: Progress | None
     ) -> None:
         self._question, self._executors, self._tell = question, executors, tell
 
@@ -196,7 +197,7 @@ class _Study:
         found: dict[str, tuple[SobolIndex, ...]] = {}
         missing: dict[str, str] = {}
         numbers = {BALANCED: (balanced.astype(float), self._balanced(rows).astype(float))}
-        numbers |= {name: (runs[name], _column(rows, name)) for name in _numbers(job.merits)}
+        numbers |= {name: (runs[name], _column(rows, name)) for name in _numbers(job.metrics)}
         for name, (own, mixed) in numbers.items():
             whole = np.concatenate([own[: 2 * pairs], mixed])
             without = int(np.count_nonzero(~np.isfinite(whole)))
@@ -219,7 +220,7 @@ class _Study:
         """Return a mask of rows that have settled and satisfy the criterion."""
         found = has_settled(rows[OUTCOME].to_pylist())
         for bound in self._question.criterion:
-            found &= bound.holds(_column(rows, bound.merit))
+            found &= bound.holds(_column(rows, bound.metric))
         return found
 
 
@@ -228,17 +229,17 @@ def _column(rows: pyarrow.Table, name: str) -> np.ndarray:
     return np.asarray(rows[name].cast(pyarrow.float64()).to_numpy(zero_copy_only=False), float)
 
 
-def _numbers(merits: Iterable[str]) -> list[str]:
-    return [each.key for each in merit_columns(merits) if each.kind is MeritKind.NUMBER]
+def _numbers(metrics: Iterable[str]) -> list[str]:
+    return [each.key for each in metric_columns(metrics) if each.kind is MetricKind.NUMBER]
 
 
-def _quantiles(values: np.ndarray) -> tuple[QuantileOfMerit, ...]:
+def _quantiles(values: np.ndarray) -> tuple[QuantileOfMetric, ...]:
     there = values[np.isfinite(values)]
     return tuple(quantile_of(there, p) for p in QUANTILES) if len(there) else ()
 
 
-def _wants_small(merit: str, question: SpreadQuestion) -> bool:
-    return next((each.upper for each in question.criterion if each.merit == merit), True)
+def _wants_small(metric: str, question: SpreadQuestion) -> bool:
+    return next((each.upper for each in question.criterion if each.metric == metric), True)
 
 
 def _worst(
@@ -264,7 +265,7 @@ def _difference(
     runs: Sweep, balanced: np.ndarray, others: Sweep, also: np.ndarray
 ) -> DesignDifference:
     found: dict[str, MeanInterval] = {}
-    for name in _numbers(runs.merits):
+    for name in _numbers(runs.metrics):
         difference = paired_difference(runs[name], others[name])
         if difference is not None:
             found[name] = difference

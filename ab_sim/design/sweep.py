@@ -14,8 +14,8 @@ from pyarrow import csv, parquet
 
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.merits.merit import Better
-from ab_sim.analysis.merits.verdict import BALANCED
+from ab_sim.analysis.metrics.metric import Better
+from ab_sim.analysis.metrics.verdict import BALANCED
 from ab_sim.design.judged import (
     FAILURE,
     OUTCOME,
@@ -23,15 +23,16 @@ from ab_sim.design.judged import (
     RUN,
     Job,
     has_settled,
-    merit_columns,
+    metric_columns,
     varied_scene,
 )
 from ab_sim.design.points import MOST, Points
-from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.design.work import Executor, rows_of
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.errors import InputError, SceneError
 from ab_sim.output_file import replacing
 from ab_sim.presentation import Column, Columns, Presented, number, titled
+from ab_sim.progress import Progress
 from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
@@ -41,7 +42,7 @@ from ab_sim.scene.shown_units import ShownUnit, ShownUnits, shown_units
 if TYPE_CHECKING:
     from xarray import Dataset  # type: ignore[import-not-found, unused-ignore]
 
-DEFAULT_MERITS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "residual_unbalance")
+DEFAULT_METRICS = ("final_whirl_over_e", "in_band_from", "peak_whirl_over_e", "residual_unbalance")
 ABOUT = b"ab_sim.sweep"
 """Key of the sweep's description, JSON, in the metadata of a Parquet schema."""
 UNIT, AS_JSON = b"unit", b"as_json"
@@ -58,7 +59,7 @@ class Sweep(Presented):
     """Scene of the sweep; a requested accuracy has been resolved to a solver."""
     keys: tuple[str, ...]
     """Varied keys, dotted."""
-    merits: tuple[str, ...]
+    metrics: tuple[str, ...]
     """Metrics with columns."""
     points: dict[str, object]
     """Definition of the runs' values: a grid's, or a design's ranges, count and seed."""
@@ -171,7 +172,7 @@ class Sweep(Presented):
         found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
         return None if found is None else found.decode()
 
-    def best(self, merit: str) -> int | None:
+    def best(self, metric: str) -> int | None:
         """Return the index of the settled run with a metric's best value; None if none.
 
         For a time into the band, only balanced runs count if there is one, because an unbalanced
@@ -180,15 +181,15 @@ class Sweep(Presented):
         Raises:
             InputError: the metric has no preferred values.
         """
-        (judged,) = merit_columns([merit])
+        (judged,) = metric_columns([metric])
         better = judged.better
         if better is Better.NEITHER:
-            raise InputError(f"merit {merit!r}: describes a run; none of its values is better")
+            raise InputError(f"metric {metric!r}: describes a run; none of its values is better")
         count = has_settled(self[OUTCOME])
         balanced = np.isin(self[OUTCOME].astype(str), BALANCED)
         if judged.of_balanced and balanced.any():
             count = balanced
-        values = np.where(count, self[merit].astype(float), np.nan)
+        values = np.where(count, self[metric].astype(float), np.nan)
         if not np.isfinite(values).any():
             return None
         place = np.nanargmin(values) if better is Better.SMALLER else np.nanargmax(values)
@@ -207,7 +208,7 @@ class Sweep(Presented):
         values = [
             json.loads(row[key]) if self._about(key, AS_JSON) else row[key] for key in self.keys
         ]
-        return varied_scene(Job(self.scene, self.keys, self.merits), values)
+        return varied_scene(Job(self.scene, self.keys, self.metrics), values)
 
     def write(self, path: Path | str) -> None:
         """Write the table as Parquet (with units and scene) or CSV, by the suffix.
@@ -232,7 +233,7 @@ class Sweep(Presented):
         return {
             "scene": self.scene.as_mapping(),
             "keys": list(self.keys),
-            "merits": list(self.merits),
+            "metrics": list(self.metrics),
             "points": self.points,
             "units": {name: self.unit(name) for name in self.table.column_names},
             "outcomes": self.outcomes,
@@ -265,10 +266,10 @@ class Sweep(Presented):
                 self[name].reshape(self.shape),
                 {"units": self.unit(name) or ""},
             )
-            for name in (*self.merits, OUTCOME)
+            for name in (*self.metrics, OUTCOME)
         }
         found = Dataset(variables, coordinates, {"scene": self.scene.name})
-        for name in (*self.keys, *self.merits):
+        for name in (*self.keys, *self.metrics):
             found[name].attrs["units"] = self.unit(name) or ""
         return found
 
@@ -277,13 +278,13 @@ class Sweep(Presented):
         if self.shape is not None:
             said["grid"] = " x ".join(map(str, self.shape))
         said |= {name: str(count) for name, count in self.outcomes.items()}
-        for merit in self.merits:
-            if merit_columns([merit])[0].better is not Better.NEITHER:
-                run = self.best(merit)
+        for metric in self.metrics:
+            if metric_columns([metric])[0].better is not Better.NEITHER:
+                run = self.best(metric)
                 if run is not None:
-                    unit = self.unit(merit) or ""
-                    best = float(self[merit][run])
-                    said[f"best {merit}"] = f"{number(best, unit.replace('1', ''))} in run {run}"
+                    unit = self.unit(metric) or ""
+                    best = float(self[metric][run])
+                    said[f"best {metric}"] = f"{number(best, unit.replace('1', ''))} in run {run}"
         return said
 
     def _columns(self) -> Columns:
@@ -296,9 +297,9 @@ class Sweep(Presented):
 def run_sweep(
     scene: Scene,
     points: Points,
-    merits: Iterable[str] = DEFAULT_MERITS,
+    metrics: Iterable[str] = DEFAULT_METRICS,
     executor: AbstractContextManager[Executor] | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Sweep:
     """Run a scene at points; arguments as for ``rows_of``.
 
@@ -306,8 +307,8 @@ def run_sweep(
         InputError: a metric is no number, or another process is computing the same sweep.
         SceneError: none of the first points is a valid scene; the message states why.
     """
-    wanted = tuple(dict.fromkeys(merits))
-    merit_columns(wanted)
+    wanted = tuple(dict.fromkeys(metrics))
+    metric_columns(wanted)
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
     job = Job(resolved, points.keys, wanted)
     check_first(job, points)
@@ -317,7 +318,7 @@ def run_sweep(
 def sweep_of(job: Job, points: Points, rows: pyarrow.Table) -> Sweep:
     """Return a sweep of computed rows, one per point in their order."""
     about = points.report()
-    return Sweep(job.scene, job.keys, job.merits, about, table_of(job, points, rows))
+    return Sweep(job.scene, job.keys, job.metrics, about, table_of(job, points, rows))
 
 
 def check_first(job: Job, points: Points) -> None:
@@ -350,7 +351,7 @@ def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
     table = _with_values(job, points, rows)
     units: dict[str, str | None] = {RUN: "1", OUTCOME: None, FAILURE: None}
     units |= {key: unit_of(key) for key in job.keys}
-    units |= {merit.key: merit.unit for merit in merit_columns(job.merits)}
+    units |= {metric.key: metric.unit for metric in metric_columns(job.metrics)}
     fields = [
         field.with_metadata({**(field.metadata or {}), UNIT: unit})
         if (unit := units[field.name])
@@ -360,7 +361,7 @@ def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
     said = {
         "scene": job.scene.as_mapping(),
         "keys": list(job.keys),
-        "merits": list(job.merits),
+        "metrics": list(job.metrics),
         "points": points.report(),
         "version": ab_sim.__version__,
     }
@@ -388,10 +389,30 @@ def unit_of(key: str) -> str | None:
 
 
 def open_sweep(path: Path | str) -> Sweep:
-    """Read a Parquet file written by ``Sweep.write``.
+    """Read a file of ``Sweep.write`` or ``ab-sim sweep --parquet``.
 
-    Raises:
-        InputError: the file cannot be read or is no such file; the message contains the reason.
+    Parameters
+    ----------
+    path : str or Path
+        A Parquet file.
+
+    Returns
+    -------
+    Sweep
+        The sweep as it was written.
+
+    Raises
+    ------
+    InputError
+        The file cannot be read, or has another content; the message has file and reason.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.2"])
+    >>> ab_sim.sweep(scene, {"balls.mass": [0.001, 0.002]}).write("balls.parquet")
+    >>> ab_sim.open_sweep("balls.parquet")
+    <Sweep: scene thesis-hold, runs 2, grid 2, ...>
     """
     try:
         with parquet.ParquetFile(path) as file:
@@ -401,8 +422,8 @@ def open_sweep(path: Path | str) -> Sweep:
             about = json.loads((file.schema_arrow.metadata or {})[ABOUT])
             table = file.read()
         scene = check_scene(about["scene"], str(path))
-        keys, merits = tuple(about["keys"]), tuple(about["merits"])
-        return Sweep(scene, keys, merits, about["points"], table)
+        keys, metrics = tuple(about["keys"]), tuple(about["metrics"])
+        return Sweep(scene, keys, metrics, about["points"], table)
     except OSError as error:
         raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
     except (KeyError, ValueError, TypeError, pyarrow.ArrowException) as error:

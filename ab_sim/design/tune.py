@@ -11,18 +11,19 @@ import pyarrow
 
 import ab_sim
 from ab_sim.accuracy import resolve_accuracy
-from ab_sim.analysis.merits.merit import Better
+from ab_sim.analysis.metrics.metric import Better
 from ab_sim.design.candidates import Candidates, Spreading
-from ab_sim.design.judged import OUTCOME, Job, Point, has_settled, judged, merit_columns
+from ab_sim.design.judged import OUTCOME, Job, Point, has_settled, judged, metric_columns
 from ab_sim.design.points import check_keys
 from ab_sim.design.scores import Aim, Scores, Standard, best_of, joined, scored
 from ab_sim.design.search import Effort, search
 from ab_sim.design.sweep import Sweep, check_first, table_of
 from ab_sim.design.variables import Range
-from ab_sim.design.work import Executor, StudyRuns, Tell
+from ab_sim.design.work import Executor, StudyRuns
 from ab_sim.errors import InputError
 from ab_sim.limited_yaml import yaml_text
 from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
@@ -52,10 +53,10 @@ class Task(NamedTuple):
     spreading: Spreading
 
     @property
-    def merits(self) -> tuple[str, ...]:
+    def metrics(self) -> tuple[str, ...]:
         """Metrics that decide, and those that measure them."""
         standard = self.standard
-        decide = [standard.aim.merit, *(each.merit for each in standard.bounds)]
+        decide = [standard.aim.metric, *(each.metric for each in standard.bounds)]
         return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
 
     def report(self) -> dict[str, Any]:
@@ -128,9 +129,9 @@ class Tuning(Presented):
         sign = 1.0 if self.task.standard.aim.smallest else -1.0
         best = np.inf if self.best is None else sign * self.best
         return {
-            name: merit
-            for name, merit, inside in self.before
-            if inside and merit is not None and sign * merit <= best
+            name: metric
+            for name, metric, inside in self.before
+            if inside and metric is not None and sign * metric <= best
         }
 
     @property
@@ -143,7 +144,7 @@ class Tuning(Presented):
         if self.task.spreading.draws > 1:
             return {}
         sign = 1.0 if self.task.standard.aim.smallest else -1.0
-        values = sign * np.asarray(self.runs[self.task.standard.aim.merit], float)
+        values = sign * np.asarray(self.runs[self.task.standard.aim.metric], float)
         better = values < (np.inf if self.best is None else sign * self.best)
         outcomes = self.runs[OUTCOME]
         return {
@@ -171,7 +172,7 @@ class Tuning(Presented):
         if self.task.spreading.draws > 1:
             return found
         for bound in self.task.standard.bounds:
-            value = float(self.runs[bound.merit][self.candidate])
+            value = float(self.runs[bound.metric][self.candidate])
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
                 found.append(str(bound))
         return found
@@ -204,11 +205,11 @@ class Tuning(Presented):
             },
             "active": self.active,
             "beside": [
-                dict(zip(("key", "value", "merit", "within"), each, strict=True))
+                dict(zip(("key", "value", "metric", "within"), each, strict=True))
                 for each in self.beside
             ],
             "before": [
-                dict(zip(("scene", "merit", "within"), each, strict=True)) for each in self.before
+                dict(zip(("scene", "metric", "within"), each, strict=True)) for each in self.before
             ],
             "scene": None if self.scene is None else self.scene.as_mapping(),
             "runs": self.runs.report()["runs"],
@@ -232,7 +233,7 @@ class Tuning(Presented):
 def run_tuning(
     task: Task,
     executor: AbstractContextManager[Executor] | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Tuning:
     """Search for the best values.
 
@@ -250,7 +251,7 @@ def run_tuning(
     _check(task)
     study: dict[str, object] = {"tune": task.report()}
     candidates = Candidates(scene, task.ranges, task.spreading, study)
-    job = Job(scene, candidates.keys, task.merits)
+    job = Job(scene, candidates.keys, task.metrics)
     tables, scores, best_yet = list[pyarrow.Table](), list[Scores](), _BestYet(task.standard)
     with StudyRuns(job, study, executor) as runs:
 
@@ -271,7 +272,7 @@ def run_tuning(
     best = best_of(found)
     return Tuning(
         task,
-        Sweep(scene, job.keys, job.merits, study, table_of(job, candidates, whole)),
+        Sweep(scene, job.keys, job.metrics, study, table_of(job, candidates, whole)),
         values,
         found,
         best,
@@ -295,9 +296,9 @@ def _check(task: Task) -> None:
         raise InputError(f"runs = {runs}: must be from {FEWEST * draws} to {MOST}")
     if not 0.0 < task.standard.share <= 1.0:
         raise InputError(f"share = {task.standard.share:g}: must be above 0, at most 1")
-    merit_columns(task.merits)
+    metric_columns(task.metrics)
     looked_at = _at_shares(task, Spreading((), 1, 0), (0.5, 0.0, 1.0 - 1e-9))
-    check_first(Job(task.scene, looked_at.keys, task.merits), looked_at)
+    check_first(Job(task.scene, looked_at.keys, task.metrics), looked_at)
     if task.spreading.tolerances:
         _at_shares(task, task.spreading, (0.5,)).at(0)  # raises if the spread is invalid
 
@@ -347,7 +348,7 @@ def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scor
     candidates = Candidates(scene, ranges, task.spreading, {})
     candidates.values.extend(values)
     points = [Point(run, candidates.at(run)) for run in range(len(candidates))]
-    return scored(judged(Job(scene, candidates.keys, task.merits), points), task.standard)
+    return scored(judged(Job(scene, candidates.keys, task.metrics), points), task.standard)
 
 
 def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
@@ -384,11 +385,13 @@ def aim_of(minimise: str | None, maximise: str | None) -> Aim:
         InputError: none or both are given, or the metric is unknown or no number.
     """
     if (minimise is None) == (maximise is None):
-        raise InputError("say what is to be best: either minimise or maximise a merit, one of them")
-    merit = minimise if minimise is not None else maximise
-    (found,) = merit_columns([str(merit)])
+        raise InputError(
+            "say what is to be best: either minimise or maximise a metric, one of them"
+        )
+    metric = minimise if minimise is not None else maximise
+    (found,) = metric_columns([str(metric)])
     wrong = Better.LARGER if minimise is not None else Better.SMALLER
     if found.better is wrong:
         verb = "maximise" if minimise is not None else "minimise"
-        raise InputError(f"merit {found.key!r}: is better when {wrong.value}; {verb} it")
+        raise InputError(f"metric {found.key!r}: is better when {wrong.value}; {verb} it")
     return Aim(found.key, minimise is not None)

@@ -5,7 +5,6 @@ import math
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager
-from types import TracebackType
 from typing import Any, Protocol, TypeVar, overload
 
 import numpy as np
@@ -15,6 +14,7 @@ from ab_sim.design.cluster import Cluster
 from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of
 from ab_sim.design.parts import Parts
 from ab_sim.design.points import Points
+from ab_sim.progress import Progress
 from ab_sim.stepping.side_by_side import LANES
 from ab_sim.workers import Workers
 
@@ -26,8 +26,6 @@ FEWEST = 4
 """Least number of chunks, so that two processes have equal work if there is enough of it."""
 ENOUGH = 0.2
 """Duration of work after which a run's time is known [s]."""
-Tell = Callable[[str, int, int], None]
-"""Progress callback: current task, number of finished runs, total."""
 Thing = TypeVar("Thing")
 Result = TypeVar("Result")
 
@@ -48,7 +46,7 @@ def rows_of(
     job: Job,
     points: Points,
     executor: AbstractContextManager[Executor] | None = None,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> pyarrow.Table:
     """Return rows of all points in their order; see ``judged``.
 
@@ -104,18 +102,13 @@ class StudyRuns:
         self._done = self._parts.done(schema_of(self._job)).sort_by(RUN)
         return self
 
-    def __exit__(
-        self,
-        kind: type[BaseException] | None,
-        error: BaseException | None,
-        trace: TracebackType | None,
-    ) -> None:
+    def __exit__(self, *raised: Any) -> None:
         try:
-            self._sharing.__exit__(kind, error, trace)
+            self._sharing.__exit__(*raised)
         finally:
-            self._parts.__exit__(kind, error, trace)
+            self._parts.__exit__(*raised)
 
-    def rows(self, points: Points, runs: range, tell: Tell | None = None) -> pyarrow.Table:
+    def rows(self, points: Points, runs: range, tell: Progress | None = None) -> pyarrow.Table:
         """Return rows of some points in the order of their numbers; finished ones are reused.
 
         Args:
@@ -189,7 +182,7 @@ class _Chunks(Sequence[list[Point]]):
 class _Progress:
     """Progress with rate and remaining time."""
 
-    def __init__(self, runs: int, known: int, tell: Tell | None) -> None:
+    def __init__(self, runs: int, known: int, tell: Progress | None) -> None:
         self._runs, self._done, self._tell = runs, known, tell
         self._newest = [(time.monotonic(), known)]
         self._say("starting")

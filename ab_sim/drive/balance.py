@@ -23,7 +23,7 @@ class Balance(NamedTuple):
     residual: float
     """Residual unbalance [kg m]; 0 if the balls balance the rotor."""
     many: bool
-    """Whether the position is one of a continuum of such positions."""
+    """True if the position is one of a continuum of such positions."""
 
 
 def resultant(moments: np.ndarray, angles: np.ndarray) -> np.ndarray:

@@ -261,7 +261,7 @@ class Drive:
             return self._advance(steps)
         kept = [self._advance(0)]
         for done in range(0, steps, AT_ONCE):
-            kept.append(self._advance(min(AT_ONCE, steps - done)).thinned(every, after=done))
+            kept.append(self._advance(min(AT_ONCE, steps - done)).decimated(every, after=done))
         return Trajectory.join(kept)
 
     def _advance(self, steps: int) -> Trajectory:
@@ -386,7 +386,7 @@ class Drive:
         Returns
         -------
         Leader or None
-            What would command the drive from there on.
+            Controller that would command the drive from there on.
 
         Raises
         ------

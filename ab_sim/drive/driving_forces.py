@@ -1,4 +1,4 @@
-"""The driving force of the thesis on the balls: a figure of merit, not a term of the equations."""
+"""The driving force of the thesis on the balls: a derived quantity, not a term of the equations."""
 
 from typing import NamedTuple
 

@@ -45,7 +45,7 @@ class Observation:
     theta_rate: np.ndarray
     """Ball speeds relative to the race [rad/s], shape (balls,)."""
     stuck: np.ndarray
-    """Whether friction holds a ball on the race, shape (balls,)."""
+    """True if friction holds a ball on the race, shape (balls,)."""
     driving_force: np.ndarray
     """Driving force on the balls [N], shape (balls,): thesis (2-15), signed; a positive force
     drives towards decreasing theta."""

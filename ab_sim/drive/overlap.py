@@ -42,7 +42,7 @@ class OverlapWatch:
     def __init__(self, scene: Scene) -> None:
         balls, radius = scene.balls, scene.race.radius
         self.watches = False
-        """Whether balls can overlap: two or more of known radius in one race, and no contact."""
+        """True if balls can overlap: two or more of known radius in one race, and no contact."""
         if "ball_contact" in scene.effects:
             return
         pairs = [

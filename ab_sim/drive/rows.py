@@ -41,8 +41,10 @@ class RowReader:
         self._friction = bool(has_friction(system.effects))
         sensors = scene.pickups
         self._points = {name: sensor.position for name, sensor in sensors.items()}
+        seeds = [sensor.seed for sensor in sensors.values()]
         self.pickups = {
-            name: Pickup(sensor, self._step, self._ways) for name, sensor in sensors.items()
+            name: Pickup(sensor, self._step, self._ways, seeds[:k].count(sensor.seed))
+            for k, (name, sensor) in enumerate(sensors.items())
         }
         self.channels = channels_of(scene, system)
         self._own = slice(DECK, DECK + len(type(system.deck_model).CHANNELS))

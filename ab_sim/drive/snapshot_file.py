@@ -22,7 +22,7 @@ from ab_sim.stored_numbers import MOST_TIME
 
 FORMAT, VERSION = "ab_sim snapshot", 1
 DRIVE = "ab_sim.drive.drive"
-"""The module that goes on from one."""
+"""Module that continues from a snapshot."""
 SEGMENTS = {kind.__name__: kind for kind in (Ramp, RaisedCosine)}
 
 

@@ -144,7 +144,7 @@ class Trajectory(Presented):
         """Concatenate trajectories."""
         return cls(parts[0].channels, np.concatenate([part.samples for part in parts]))
 
-    def thinned(self, every: int, after: int = 0) -> "Trajectory":
+    def decimated(self, every: int, after: int = 0) -> "Trajectory":
         """Return every ``every``-th sample, the last of each group; a copy if any is left out.
 
         Parameters

@@ -81,7 +81,8 @@ def start_state(scene: Scene, system: System) -> np.ndarray:
         state[layout.rates] = scene.start.ball_rates
     state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
     if has_motor(system.effects):
-        state[layout.spindle] = reduced(scene.start.angle)[0], scene.start.speed, 0.0
+        start = scene.start
+        state[layout.spindle] = reduced(start.angle)[0], start.speed, start.motor_integral
     return state
 
 
@@ -139,7 +140,7 @@ TOUCHING = 1e-12
 MOST_ANGLE = 1e15
 """rad; beyond it a double has no digits left below a turn."""
 DRAG = "the race's drag"
-"""Key of the drag's rate in ``linear_rates``: what a stepper for stiff drag takes care of."""
+"""Key of the drag's rate in ``linear_rates``, which does not limit steppers for stiff drag."""
 LOOP = "the motor's speed loop"
 """Key of the motor's rate in ``linear_rates``."""
 
@@ -213,7 +214,7 @@ def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
 
 
 def _mass_matrix(system: System, along: float) -> np.ndarray:
-    """Masses of deck, spindle and balls on their paths, the balls side by side at an angle."""
+    """Return the mass matrix of deck, spindle and balls along the race, all balls at one angle."""
     effects, n = system.effects, len(system.balls)
     balls = BallConstants(n, *constants_of_balls(system))
     ones = np.ones(n)
@@ -237,6 +238,14 @@ def linearised(system: System) -> Linearised:
         SceneError: there is no position at rest, or the deck model does not provide them.
     """
     return registry.of_system(system).linearised(system)
+
+
+def free_coordinates(system: System) -> tuple[str, ...]:
+    """Return coordinates along which nothing restores the deck; empty if that is not known."""
+    try:
+        return linearised(system).free
+    except SceneError:
+        return ()
 
 
 def _motor_damping(system: System) -> float:

@@ -4,6 +4,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+FREE = 1e-9
+"""Stiffness relative to the largest, below which nothing holds the deck."""
+MATTERS = 0.1
+"""Least fraction of the energy for which a coordinate is listed as moving."""
+
 
 class Linearised(NamedTuple):
     """Equations M q'' + (C + w G) q' + K q = 0 with the spindle speed w [rad/s].
@@ -34,6 +39,15 @@ class Linearised(NamedTuple):
         damping = self.damping + speed * self.gyroscopic
         zero, one = np.zeros_like(self.mass), np.eye(len(self.mass))
         return np.block([[zero, one], [-inverse @ self.stiffness, -inverse @ damping]])
+
+    @property
+    def free(self) -> tuple[str, ...]:
+        """Coordinates in which the deck can move without a restoring force, by name."""
+        scale = 1.0 / np.sqrt(np.diag(self.mass))
+        values, vectors = np.linalg.eigh(self.stiffness * np.outer(scale, scale))
+        loose = vectors[:, np.abs(values) <= FREE * np.abs(values).max()]
+        moves = np.sum(loose**2, axis=1) >= MATTERS
+        return tuple(name for name, each in zip(self.coordinates, moves, strict=True) if each)
 
     @property
     def hangs(self) -> str:

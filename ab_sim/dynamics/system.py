@@ -54,7 +54,7 @@ class System(NamedTuple):
     at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
     effects: tuple[Any, ...]
     energy_balance: bool = False
-    """Whether motor work and losses are integrated along with the motion."""
+    """True if motor work and losses are integrated along with the motion."""
 
     def mechanical_energy(self, state: Any, psi: float, speed: float) -> float:
         """Return kinetic and stored energy [J]; the rotor's inertia I_r counts with a motor only.

@@ -3,35 +3,35 @@
 A deck model is one file: a NamedTuple of constants whose methods are formulas. The decorator adds
 the attributes that all instances share. Balls, friction, events and steppers do not depend on it.
 
-Formulas, of the scene's effects, the balls and where they are on the race, the Spindle's motion and
-the deck's own states:
+Formulas take the scene's effects, the balls and their positions on the race, the spindle's motion
+and the deck's states:
 
     arrow(self, effects, balls, on, spindle, state) -> Arrow
-        the equations of motion, the balls as if fixed to the race: see ``arrowhead``
+        equations of motion with the balls fixed to the race: see ``arrowhead``
     rates(self, effects, spindle, state, x)
         rates of change of its states, from the accelerations x
     channels(self, effects, spindle, state, x)
         its channels; with the cosine and sine of the spindle's angle
     dissipated(self, effects, spindle, state) -> W
-        what its suspension dissipates: for the energy balance
+        power dissipated by its suspension, for the energy balance
     jump(self, state, jumps)
-        what jumps of velocity, in the order of x, add to its states
+        changes of its states by jumps of velocity, in the order of x
     specific_force(self, effects, channels, point)
         specific force at a point of the deck, on its axes, one number for each of these
 
-and for numbers:
+Methods for numbers:
 
     place(self, states, psi)
-        where the deck is along its axes, from its own states, one line for each
+        position of the deck along its axes, from its own states, one line for each
     at_rest(self, states)
-        its channels if it stood still in such states, one line
+        its channels at rest in the given states, one line
     scale(self, length, speed)
-        magnitudes of its states, for errors to be measured by, from a length and a spindle speed
+        magnitudes of its states from a length and a spindle speed, to which errors are relative
     tangent(self, states)
         basis of the states' tangent space (of a unit quaternion three directions): orthonormal
         columns, two for each of its unknowns
     energy(self, effects, balls, state, psi, speed) -> J
-        kinetic and stored
+        kinetic and stored energy
 """
 
 from collections.abc import Callable

@@ -75,7 +75,8 @@ class InSpace(NamedTuple):
     deck_first: tuple[Number, Number, Number]
     """First moment of the deck without rotor and balls, on deck axes [kg m]."""
     deck_inertia: tuple[Number, Number, Number, Number, Number, Number]
-    """Its inertia about C: xx, yy, zz, xy, xz, yz [kg m^2]; xy is minus the integral of x y dm."""
+    """Inertia of that part about C: xx, yy, zz, xy, xz, yz [kg m^2], where xy is minus the integral
+    of x y dm."""
     rotor_second: tuple[Number, Number, Number, Number, Number, Number]
     """Second moments P of the rotor about C on its own axes, the first through the unbalance: the
     integrals of x^2, y^2, z^2, x y, x z, y z [kg m^2]."""

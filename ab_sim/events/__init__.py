@@ -1,15 +1,15 @@
-"""Events: where a set-valued law of friction, contact or a motor's limit takes another branch.
+"""Events, at which a set-valued law (friction, contact, a motor's limit) changes its branch.
 
-All of it is in the subset of Python that ``ab_sim.compiling`` translates, and depends on no scene:
-what a scene says is called at addresses.
+These modules are in the subset of Python that ``ab_sim.compiling`` translates. They do not depend
+on a scene, whose emitted functions are called by their addresses.
 
-run                a scene's functions, its balls, and the arrays to work with
+run                functions of a scene, its balls, and the arrays of a run
 balls              balls along the race: neighbours, gaps, and the branches that a scene reads
-reactions          forces that the equations of motion leave out
+reactions          forces that the equations of motion do not contain
 event_functions    smooth functions that are positive while a branch holds
 rows               balls in contact at one instant: an isotonic regression
-impact             balls that hit each other
-complementarity    the branches that hold just after an instant
-cubics             functions between two instants, by their values and rates there
-location           steps that are cut at events
+impact             collisions of balls
+complementarity    branches that hold just after an instant
+cubics             cubic interpolation between two instants from values and rates
+location           location of events, and steps that are cut at them
 """

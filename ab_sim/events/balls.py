@@ -1,4 +1,4 @@
-"""Balls along the race: neighbours, gaps, rows that move as one, and what a scene is told of it."""
+"""Balls along the race: neighbours, gaps, rows that move as one, and branches for the scene."""
 
 import math
 
@@ -19,31 +19,31 @@ from ab_sim.events.run import ALONG, CURVE, BallEvents
 
 
 def around(balls: BallEvents, place: int) -> int:
-    """The same place of the row, which closes in itself, from -n .. 2 n - 1."""
+    """Return a place modulo n, as the row of balls is a ring; from -n to 2 n - 1."""
     if place >= balls.number:
         return place - balls.number
     return place + balls.number if place < 0 else place
 
 
 def ball_at(balls: BallEvents, place: int) -> int:
-    """The ball at a place of the row, from -n .. 2 n - 1."""
+    """Return the ball at a place of the ring, from -n to 2 n - 1."""
     return int(balls.contacts[around(balls, place), ORDER])
 
 
 def is_stuck(balls: BallEvents, i: int) -> bool:
-    """Whether ball i does not move along the race: by friction, or held between others."""
+    """Return whether ball i is at rest on the race, by friction or between other balls."""
     return balls.has_friction and balls.discrete[i, DIRECTION] == 0
 
 
 def moves_along(balls: BallEvents, k: int) -> bool:
-    """Whether the balls at contact k touch and move together."""
+    """Return whether the balls at contact k touch and move together."""
     if not balls.has_contact or balls.discrete[k, JOINED] == 0:
         return False
     return not (is_stuck(balls, ball_at(balls, k)) or is_stuck(balls, ball_at(balls, k + 1)))
 
 
 def row_start(balls: BallEvents) -> int:
-    """A place at which a row of joined balls begins: no more than n - 1 contacts are closed."""
+    """Return a place at which a row of joined balls begins; at most n - 1 contacts are closed."""
     for k in range(balls.number):
         if balls.discrete[around(balls, k - 1), JOINED] == 0:
             return k
@@ -51,12 +51,15 @@ def row_start(balls: BallEvents) -> int:
 
 
 def gap(balls: BallEvents, k: int) -> float:
-    """Distance along the race between the balls at contact k [m]; negative where they overlap."""
+    """Return the distance along the race between the balls at contact k [m].
+
+    It is negative if they overlap.
+    """
     return gap_between(balls, k, ball_at(balls, k), ball_at(balls, k + 1))
 
 
 def gap_between(balls: BallEvents, k: int, i: int, j: int) -> float:
-    """The same, of the balls i and j there."""
+    """Return the distance along the race between balls i and j, which are at contact k [m]."""
     discrete, constants = balls.discrete, balls.constants
     turns = (discrete[j, TURNS] - constants[j, FIRST_TURNS]) - (
         discrete[i, TURNS] - constants[i, FIRST_TURNS]
@@ -69,24 +72,24 @@ def gap_between(balls: BallEvents, k: int, i: int, j: int) -> float:
 
 
 def path_speed(balls: BallEvents, state: Floats, i: int) -> float:
-    """Speed of ball i along the race [m/s], where the table holds the race's shape at it."""
+    """Return the speed of ball i along the race [m/s], from the race's shape in the table."""
     return balls.table[CURVE, i] * state[balls.first_rate + i]
 
 
 def sign(x: float) -> int:
-    """-1, 0 or 1: the direction in which a ball with this speed slides."""
+    """Return the sign of a speed (-1, 0 or 1), the direction in which a ball slides."""
     if x > 0.0:
         return 1
     return -1 if x < 0.0 else 0
 
 
 def put_branches(balls: BallEvents) -> None:
-    """Tell the scene what the discrete state is.
+    """Write the discrete state to ``branches``, from which the scene's functions read it.
 
     ``branches`` holds the sign of each ball's sliding friction, 0 if it sticks or is not loaded;
-    what a force on a ball makes of path accelerations [1/kg], of each ball by itself without
-    contact, and with contact as a matrix, of all balls that move in one row; and the direction in
-    which the motor gives all it can.
+    the mobility [1/kg], which is the path acceleration per force; and the direction in which the
+    motor is at its limit. Without contact, the mobility is a number per ball. With contact, it is
+    a matrix, as a force on a ball accelerates all balls of its row.
     """
     n, b, discrete = balls.number, balls.branches, balls.discrete
     for i in range(n):
@@ -101,7 +104,7 @@ def put_branches(balls: BallEvents) -> None:
 
 
 def put_mobility_of_rows(balls: BallEvents) -> None:
-    """1 / (the row's inertia) of any two balls in the same row that moves, else 0."""
+    """Write the mobility matrix: 1 / (inertia of the row) for two balls of a moving row, else 0."""
     n, b = balls.number, balls.branches
     for entry in range(n, n + n * n):
         b[entry] = 0.0

@@ -1,11 +1,13 @@
-"""What happens at an event: a law takes another branch, and the others follow.
+"""Choose the branches of all set-valued laws at an event.
 
-At one instant several balls may come to rest, let go, meet or part; which do depends on all of
-them through the deck. All of them are decided at once, as the complementarity problem that
-set-valued laws pose (Leine and Nijmeijer, ch. 5). Given the accelerations x of what carries the
-balls, each row is one of its own and solved exactly (``rows``); the branches found give x anew,
-from the equations of motion. That is Newton's method for K piecewise linear equations, which ends,
-at the exact solution, as soon as no branch changes.
+At one instant several balls may come to rest, start to move, meet or part. Which of them do depends
+on all of them, as they are coupled by the deck. All branches are therefore chosen together, as the
+solution of the complementarity problem of the set-valued laws (Leine and Nijmeijer, ch. 5).
+
+Given the accelerations x of deck and spindle, each row of balls is a separate problem that is
+solved exactly (``rows``). The branches found give a new x, from the equations of motion. This is
+Newton's method for K piecewise linear equations. It ends at the exact solution as soon as no branch
+changes.
 """
 
 from ab_sim.compiling.kinds import Floats, scratch
@@ -31,24 +33,25 @@ from ab_sim.events.rows import CLOSED, COARSE, HOLD, HOP, LEVEL, PATH_FORCE, sol
 from ab_sim.events.run import ALONG, CURVE, BallEvents, Run, evaluate
 
 DIRECT = 8
-"""Rounds of Newton's method; after so many, half-way between the last two is tried as well."""
+"""Iterations of undamped Newton's method; later ones also choose branches at averaged x."""
 ROUNDS = 60
+"""Maximum number of iterations."""
 STILL = 4.0 * RATE_ROUNDING
-"""rad/s. Balls that roll side by side come to rest together, though rounding tells them apart: a
-rate as small as at the end of sliding is that of a ball at rest."""
+"""Rate [rad/s] up to which a ball is set to rest at an event. Balls in contact come to rest
+together, but their rates differ by rounding."""
 
 
 def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> None:
-    """Change the branch of ``slot`` (-1: none), then all that this makes wrong.
+    """Change the branch of ``slot`` (-1 for none), and choose all other branches accordingly.
 
-    Afterwards slope, table and event functions are those of the state just after the instant.
-    Counts one at which no branches are found.
+    Afterwards slope, table and event functions are those of the state just after the instant. An
+    instant at which no consistent branches are found is counted in ``counts``.
 
     Args:
-        run: its state changes; its table holds what was evaluated at the state's angles.
+        run: run whose state changes; its table was evaluated at the state's angles.
         time: local time [s].
-        slot: the event function that has reached zero, or -1.
-        plastic: whether balls that meet no longer bounce.
+        slot: event function that has reached zero, or -1.
+        plastic: True if balls that meet do not bounce.
     """
     balls, work, discrete = run.balls, run.work, run.balls.discrete
     n, between = balls.number, scratch(balls.accelerations)
@@ -67,7 +70,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
         if balls.has_contact:
             close_gaps(balls, run.state)
     if balls.has_contact:
-        # Which balls touch at this instant, whatever becomes of them.
+        # Contacts that are closed at this instant; the solution may open some of them.
         for k in range(n):
             work.rows[k, CLOSED] = float(discrete[k, JOINED])
             work.rows[k, HOP] = 0.0
@@ -78,6 +81,8 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
         if not choose_branches(run, balls.x):
             found = True
             break
+        # Newton's method may cycle between several sets of branches. After DIRECT iterations,
+        # branches are chosen at the average of this and earlier accelerations, which damps it.
         for r in range(balls.accelerations):
             between[r] = balls.x[r] if count < DIRECT else 0.5 * (balls.x[r] + between[r])
         if count >= DIRECT:
@@ -90,7 +95,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
 
 
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
-    """Bring to rest the ball that has ``stopped`` (-1: none), others as slow as it, their rows."""
+    """Set to rest ball ``stopped`` (-1 for none), all balls that are as slow, and their rows."""
     first, still = balls.first_rate, STILL
     if stopped >= 0:
         still = max(STILL, abs(state[first + stopped]))
@@ -102,7 +107,7 @@ def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
 
 
 def stop_row(balls: BallEvents, state: Floats, i: int) -> None:
-    """Bring those in a row with ball i to rest."""
+    """Set to rest all balls in the row of ball i."""
     ahead = 0
     while ball_at(balls, ahead) != i:
         ahead += 1
@@ -116,7 +121,11 @@ def stop_row(balls: BallEvents, state: Floats, i: int) -> None:
 
 
 def close_gaps(balls: BallEvents, state: Floats) -> None:
-    """Take out what rounding and truncation have done to balls in contact, and any overlap."""
+    """Move balls so that those in contact touch exactly and none overlap.
+
+    This removes the drift by rounding and truncation errors. It starts after the widest gap, which
+    takes up the displacements.
+    """
     begin, widest = 0, 0.0
     for k in range(balls.number):
         opening = gap(balls, k)
@@ -132,9 +141,12 @@ def close_gaps(balls: BallEvents, state: Floats) -> None:
 
 
 def choose_branches(run: Run, x: Floats) -> bool:
-    """The branches that hold just after an instant if x are the accelerations there.
+    """Choose the branches that hold just after an instant, given the accelerations x there.
 
-    Right after ``evaluate``. Returns whether any was not in force.
+    Call it right after ``evaluate``.
+
+    Returns:
+        True if any branch has changed.
     """
     balls, rows, state, discrete = run.balls, run.work.rows, run.state, run.balls.discrete
     first, changed = balls.first_rate, False
@@ -146,6 +158,7 @@ def choose_branches(run: Run, x: Floats) -> bool:
         rows[i, HOLD] = -1.0
         rows[i, PATH_FORCE] = path_force_at(balls, i, x)
         if balls.has_friction:
+            # Hysteresis of one rounding bound: rounding alone cannot change this branch.
             force, was_loaded, rate = balls.force[i], discrete[i, LOADED], state[first + i]
             slack = -coarse if was_loaded == 1 else coarse
             loaded = 1 if force > slack or (force == 0.0 and was_loaded == 1) else 0
@@ -169,7 +182,7 @@ def choose_branches(run: Run, x: Floats) -> bool:
 
 
 def choose_motor_branch(run: Run) -> bool:
-    """Whether the motor begins or ceases to give all it can."""
+    """Choose whether the motor is at its limit, and return whether that has changed."""
     balls, value, rounding = run.balls, run.work.value, run.work.rounding
     slot, before = MOTOR * balls.number, balls.discrete[balls.number, DIRECTION]
     motor_functions(balls, value, rounding)

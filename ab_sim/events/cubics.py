@@ -1,15 +1,19 @@
-"""Functions drawn as cubics between two ends: where they are lowest, and where they are zero."""
+"""Minima and roots of cubics that interpolate values and rates at two ends (Hermite)."""
 
 import math
 
 from ab_sim.events.event_functions import NEVER
 
 NEWTON = 8
-"""Steps of Newton's to the root of a cubic."""
+"""Newton iterations for the root of a cubic."""
 
 
 def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float, float]:
-    """Where in 0 .. 1 a cubic with these ends and slopes is lowest, and how low; (0, ..) if not."""
+    """Return the position of the minimum of a cubic inside 0 .. 1, and its value there.
+
+    The cubic has the values g0 and g1 and the slopes r0 and r1 at 0 and 1. The position is 0 if
+    it has no minimum inside.
+    """
     if r0 >= 0.0 or r1 <= 0.0:
         return 0.0, g0
     # g0 + r0 x + p x^2 + q x^3; its minimum is where the derivative rises through zero.
@@ -18,6 +22,7 @@ def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float,
     root = p * p - 3.0 * q * r0
     if root < 0.0:
         return 0.0, g0
+    # The form of the quadratic's root without cancellation, also for q = 0.
     x = -r0 / (p + math.sqrt(root))
     if not 0.0 < x < 1.0:
         return 0.0, g0
@@ -27,9 +32,11 @@ def minimum_of_cubic(g0: float, g1: float, r0: float, r1: float) -> tuple[float,
 def crossing(
     low: float, high: float, at_low: float, at_high: float, rate_low: float, rate_high: float
 ) -> float:
-    """Where a function is zero that is drawn between two ends by its values and rates there.
+    """Return the root of a function from its values and rates at two ends with different signs.
 
-    As a cubic; where it falls at both ends, its inverse is one; a straight line if a rate is NEVER.
+    If the function falls at both ends, its inverse is interpolated by a cubic, which gives the
+    root directly. Otherwise the function itself is, and Newton's method with bisection finds the
+    root of the cubic. If a rate is NEVER (unknown), the interpolation is linear.
     """
     length, span = high - low, at_high - at_low
     part = -at_low / span
@@ -52,11 +59,11 @@ def crossing(
 
 
 def landing(r0: float, g1: float, r1: float) -> float:
-    """Where in 0 .. 1 a cubic that rises from zero is zero again; 1 if it is not.
+    """Return the second root, in 0 .. 1, of a cubic that rises from zero at 0; 1 if none.
 
     Args:
-        r0, r1: changes over the whole at its start and end.
-        g1: its value at the end.
+        r0, r1: slopes at 0 and 1.
+        g1: value at 1.
     """
     p = 3.0 * g1 - 2.0 * r0 - r1
     q = r0 + r1 - 2.0 * g1

@@ -1,16 +1,18 @@
-"""When the branch of a set-valued law that is in force stops being the right one.
+"""Event functions, which become negative when a branch of a set-valued law ends.
 
 Each law has *event functions*: smooth functions of the motion that are not negative while its
-branch holds. An event is one that reaches zero; ``location`` finds when. Slots, for n balls:
+branch holds. An event is a time at which one of them reaches zero; ``location`` finds it. The
+slots for n balls are:
 
-    SLIDE    a sliding ball: its path speed the way it slides. A stuck one: the friction that is
-             left against being pushed back, for it and the stuck balls behind that it touches.
-    HOLD     a stuck ball: the friction left against being pushed forward, with those ahead of it.
-             A ball that the race does not carry adds nothing to either, but can be stuck between
-             others.
-    LOAD     the race's normal force; its opposite while the race does not carry the ball.
-    TOUCH    two balls apart: the distance between them. Joined: their push on each other.
-    MOTOR    two: torque left below and above; at its limit, torque asked for beyond it.
+    SLIDE    Sliding ball: path speed in the direction of sliding. Stuck ball: margin of friction
+             against being pushed back, summed over it and the stuck balls behind that touch it.
+    HOLD     Stuck ball: margin of friction against being pushed forward, summed over it and the
+             stuck balls ahead that touch it. A ball that is not loaded has no friction, but can
+             be stuck between others.
+    LOAD     Loaded ball: normal force of the race. Ball that is not loaded: its negative.
+    TOUCH    Balls apart: distance between them. Joined balls: their push on each other.
+    MOTOR    Two slots. Below its limit: margins of torque to both limits. At its limit: commanded
+             torque beyond it.
 """
 
 from ab_sim.compiling.kinds import Floats
@@ -27,33 +29,36 @@ from ab_sim.events.reactions import ROUNDING, largest_friction, put_pushes
 from ab_sim.events.run import ASKED, MOST, PULL, SIZE, BallEvents, Run
 
 SLIDE, HOLD, LOAD, TOUCH, MOTOR = 0, 1, 2, 3, 4
-"""Slot = kind times n + ball (TOUCH: contact); the motor's two come last."""
+"""Kinds of slots. The slot is kind times n, plus the ball (TOUCH: the contact); the motor's two
+come last."""
 NEVER = 1e300
-"""Value of what cannot happen."""
+"""Value of a function whose event is impossible, and rate of a function without an exact rate."""
 TOUCHING = 1e-12
-"""Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
+"""Bound of a gap's rounding error, relative to the distance of the balls' centres. The gap is
+computed to about 1e-14."""
 RATE_ROUNDING = 1e-14
-"""rad/s, of a rate that may be rounding."""
+"""Bound of a rate's rounding error [rad/s]."""
 
 
 def slots(balls: int) -> int:
-    """How many event functions a number of balls has, with those of a motor."""
+    """Return the number of event functions for a number of balls, including a motor's."""
     return MOTOR * balls + 2
 
 
 def event_functions(
     balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
-    """All of them at a state, right after ``evaluate`` there.
+    """Compute all event functions at a state, right after ``evaluate`` there.
 
     Args:
-        balls: with what the evaluation said.
-        state: the state.
-        slope: its time derivative.
-        value: where they go, shape (slots,); NEVER where there is no such law, as it was made.
-        rounding: where it goes what rounding may make of each, same shape.
-        rate: where the time derivatives go of those that are speeds or distances; NEVER for
-            forces. Same shape.
+        balls: balls with the results of the evaluation.
+        state: state of the system.
+        slope: time derivative of the state.
+        value: output, values of the functions, shape (slots,). Slots of laws that the scene does
+            not have keep their initial value NEVER.
+        rounding: output, bounds of the values' rounding errors, same shape.
+        rate: output, time derivatives of functions that are speeds or distances, same shape; NEVER
+            for forces.
     """
     if balls.has_friction:
         friction_functions(balls, state, slope, value, rounding, rate)
@@ -67,7 +72,10 @@ def event_functions(
 
 
 def look_at_start(run: Run) -> None:
-    """All of them at a step's start, right after ``evaluate`` there; of forces no rates yet."""
+    """Compute all event functions at a step's start, right after ``evaluate`` there.
+
+    Rates of forces are marked as not measured.
+    """
     work = run.work
     event_functions(run.balls, run.state, work.slope, work.value, work.rounding, work.rate)
     work.measured[0] = 0.0
@@ -76,7 +84,7 @@ def look_at_start(run: Run) -> None:
 def friction_functions(
     balls: BallEvents, state: Floats, slope: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
-    """SLIDE, HOLD and LOAD, each ball by itself."""
+    """Compute SLIDE, HOLD and LOAD for each ball by itself."""
     n, first = balls.number, balls.first_rate
     for i in range(n):
         force, direction = balls.force[i], balls.discrete[i, DIRECTION]
@@ -99,7 +107,11 @@ def friction_functions(
 
 
 def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> None:
-    """Stuck balls that touch lean on each other: a push on one is a push on the next."""
+    """Add the margins of stuck balls that touch, as a push on one is passed on to the next.
+
+    SLIDE sums the margins from behind, HOLD those from ahead: a row of stuck balls moves only if
+    the friction of all its balls is exceeded.
+    """
     n, begin = balls.number, row_start(balls)
     for step in range(n - 1):
         k = around(balls, begin + step)
@@ -115,7 +127,7 @@ def add_leaning_balls(balls: BallEvents, value: Floats, rounding: Floats) -> Non
 
 
 def leans(balls: BallEvents, k: int) -> bool:
-    """Whether the balls at contact k touch and both stick."""
+    """Return whether the balls at contact k touch and both stick."""
     if balls.discrete[k, JOINED] == 0:
         return False
     return is_stuck(balls, ball_at(balls, k)) and is_stuck(balls, ball_at(balls, k + 1))
@@ -124,7 +136,7 @@ def leans(balls: BallEvents, k: int) -> bool:
 def contact_functions(
     balls: BallEvents, state: Floats, value: Floats, rounding: Floats, rate: Floats
 ) -> None:
-    """TOUCH."""
+    """Compute TOUCH: gaps of balls apart, pushes between joined balls."""
     j = ball_at(balls, 0)
     for k in range(balls.number):
         slot, i = TOUCH * balls.number + k, j
@@ -141,7 +153,7 @@ def contact_functions(
 
 
 def motor_functions(balls: BallEvents, value: Floats, rounding: Floats) -> None:
-    """MOTOR."""
+    """Compute MOTOR: margins of torque, or torque beyond the limit."""
     asked, most, slot = balls.motor[ASKED], balls.motor[MOST], MOTOR * balls.number
     limited = balls.discrete[balls.number, DIRECTION]
     if limited == 0:

@@ -1,10 +1,10 @@
-"""Balls that hit each other: velocities jump, positions do not.
+"""Collisions of balls: velocities jump, positions do not.
 
-With V the velocities (of what carries the balls, of the balls along the race) and G their mass
-matrix, impulses P at the contacts give G dV = (0, .., P_{i-1} - P_i, .., 0): the arrowhead of the
-equations of motion once more. Newton's law holds for all contacts that touch at once: the balls
-part at least at e times the speed at which they approached, 0 <= P _|_ u+ + e u- >= 0 (Moreau
-(1988); Leine and Nijmeijer, ch. 5). Energy lost: -sum_i P_i (s_i' + ds_i' / 2).
+Let V be the velocities (of deck and spindle, and of the balls along the race) and G their mass
+matrix. Impulses P at the contacts give G dV = (0, .., P_{i-1} - P_i, .., 0), which has the same
+arrowhead form as the equations of motion. Newton's law holds for all closed contacts together: the
+balls part at least at e times the speed of their approach, 0 <= P _|_ u+ + e u- >= 0 (Moreau
+(1988); Leine and Nijmeijer, ch. 5). The energy lost is -sum_i P_i (s_i' + ds_i' / 2).
 """
 
 from ab_sim.compiling.kinds import Floats, Table, call, scratch
@@ -26,40 +26,43 @@ from ab_sim.events.run import (
 )
 
 ROUNDING = 1e-14
-"""Part of the fastest ball's momentum that may be rounding."""
+"""Bound of a momentum's rounding error, relative to the fastest ball's momentum."""
 SLOW_HOP = 3e-8
-"""m/s. Balls at rest against each other that an impact elsewhere would part more slowly stay so."""
+"""Speed of parting [m/s] up to which balls that touch stay together in an impact elsewhere."""
 SLOW_IMPACT = 1e-6
-"""m/s. An impact slower than this bounces nothing and parts none: it may come of the distance that
-counts as none, which balls fall through between two events, and would go on for ever."""
+"""Impact speed [m/s] up to which no balls bounce or part. Such an impact may come from the gap that
+counts as zero, which balls cross between two events; with bounces it would recur without end."""
 ROUNDS = 60
+"""Maximum number of iterations."""
 
 
 def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
-    """Let the balls at contact ``struck`` collide, and with them all that touch.
+    """Compute the collision at contact ``struck``, together with all other closed contacts.
 
-    Contacts that stay closed are joined afterwards, others are not; stuck balls come loose where
-    something moves them.
+    Contacts that stay closed are joined afterwards, others are not. Stuck balls start to slide if
+    an impulse moves them.
 
     Args:
-        run: its state changes; its table holds what was evaluated at the state's angles.
+        run: run whose state changes; its table was evaluated at the state's angles.
         time: local time [s].
-        struck: the contact that has just closed.
-        plastic: whether nothing bounces any more.
+        struck: contact that has just closed.
+        plastic: True if no balls bounce.
 
     Returns:
-        Whether impulses that agree with Newton's law at all contacts were found.
+        True if impulses that satisfy Newton's law at all contacts were found.
     """
     balls, rows, state = run.balls, run.work.rows, run.state
     table, discrete, first = balls.table, balls.discrete, balls.first_rate
     call(run.scene.arrow, run.scene.c, balls.branches, state, balls.block, time)
     for i in range(balls.number):
-        # An impact is over before friction could act.
+        # An impact has no duration, so friction forces have no impulse: no ball sticks in it.
         if balls.has_friction:
             discrete[i, DIRECTION] = 1
         table[PATH, i] = path_speed(balls, state, i)
     discrete[struck, JOINED] = 1
     shift_speeds(run, struck, plastic)
+    # The same iteration as in ``complementarity``: the joined contacts give the jumps, and the
+    # jumps give the contacts that stay joined, until none changes.
     found = False
     for _ in range(ROUNDS):
         put_branches(balls)
@@ -79,7 +82,7 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
         if rows[i, SHIFT] != rows[j, SHIFT]:
             discrete[k, JOINED] = 0
         if discrete[k, JOINED] == 1:
-            # Exactly one speed, so that no rounding pulls a row apart.
+            # Equal path speeds to the last bit, so that rounding does not pull a row apart.
             state[first + j] = state[first + i] * (table[CURVE, i] / table[CURVE, j])
     if balls.has_friction:
         for i in range(balls.number):
@@ -88,10 +91,12 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
 
 
 def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
-    """The equations for the speeds after an impact, less what the balls bounce (SHIFT).
+    """Set up the equations for the path speeds after an impact, reduced by the bounce (SHIFT).
 
-    So shifted, u+ + e u- >= 0 says that speeds do not fall along the row, as for accelerations.
-    What carries the balls has the momentum that these speeds are short of.
+    SHIFT of a ball is the sum of e times the speed of approach over the contacts before it in its
+    row. For speeds reduced by it, u+ + e u- >= 0 means that they do not fall along the row. This is
+    the condition that ``rows`` solves for accelerations. The right-hand sides of deck and spindle
+    are the corresponding momenta.
     """
     balls, rows = run.balls, run.work.rows
     table, block, every = balls.table, balls.block, balls.accelerations
@@ -125,9 +130,11 @@ def shift_speeds(run: Run, struck: int, plastic: bool) -> None:
 
 
 def solve_jumps(balls: BallEvents) -> None:
-    """The equations in ``block`` and PATH_FORCE, without friction: x, and PATH_ACCELERATION.
+    """Solve the equations in ``block`` and PATH_FORCE, without friction.
 
-    A prescribed spindle does not jump. Balls and rows are eliminated by their mobility.
+    The balls' rows are eliminated with their mobility (Schur complement of the arrowhead), which
+    leaves a dense system for the jumps x of deck and spindle. The balls' jumps are written to
+    PATH_ACCELERATION. A prescribed spindle speed does not jump.
     """
     n, free, table, b = balls.number, balls.free, balls.table, balls.branches
     gain, matrix = scratch(free + 1, n), scratch(free, free + 1)
@@ -154,7 +161,10 @@ def solve_jumps(balls: BallEvents) -> None:
 
 
 def solve_dense(matrix: Table, x: Floats, size: int) -> None:
-    """``size`` equations, right sides in the last column; masses and inertias need no pivoting."""
+    """Solve ``size`` linear equations by Gaussian elimination, right sides in the last column.
+
+    The matrix is one of masses and inertias, positive definite, so no pivoting is needed.
+    """
     for p in range(size):
         for r in range(p + 1, size):
             factor = matrix[r, p] / matrix[p, p]
@@ -168,7 +178,7 @@ def solve_dense(matrix: Table, x: Floats, size: int) -> None:
 
 
 def jump(run: Run) -> None:
-    """Add the jumps of velocity to the state: of ball i's path speed, what PATH_FORCE holds."""
+    """Add the jumps of velocity to the state; PATH_FORCE holds those of the balls' path speeds."""
     balls, state, x = run.balls, run.state, run.balls.x
     table, spindle = balls.table, balls.accelerations - 1
     turned = lost = 0.0
@@ -186,7 +196,7 @@ def jump(run: Run) -> None:
     if balls.has_motor:
         state[balls.spindle + 1] += x[spindle]
     if balls.has_energy_balance:
-        # A prescribed speed is kept by the motor, which does work on the impact.
+        # The motor keeps a prescribed speed during the impact, and so does work.
         if not balls.has_motor:
             state[state.size - 2] += balls.motor[SPEED] * turned
         state[state.size - 1] += lost

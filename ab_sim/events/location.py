@@ -1,10 +1,13 @@
-"""Events located within a step: the step is cut where a set-valued law takes another branch.
+"""Locate events within a step, and cut the step there.
 
-Between two events the equations are smooth, so a stepper keeps its order if it never steps across
-one. A trial step that ends with a negative event function contains an event; its time is found by
-taking shorter trial steps, each of full order, until the function is zero. Shampine, Gladwell and
-Brankin (1991), ACM TOMS 17, put it that way, but interpolate; a step here costs a third of a
-microsecond or so.
+Sticking, slipping, contact, lift-off and a motor's limit switch the equations. Between two events
+the equations are smooth, so a stepper keeps its order as long as no step crosses one. A trial step
+over the whole length shows whether an event function becomes negative. Further trial steps, each of
+full order, then close in on its root. Shampine, Gladwell and Brankin (1991), ACM TOMS 17,
+interpolate instead; here a trial step costs only about 0.3 us.
+
+Rounding limits the meaning of "zero". Each event function comes with a bound of its rounding error,
+and counts as *crossed* below minus twice that bound.
 """
 
 from ab_sim.compiling.kinds import Floats
@@ -15,37 +18,40 @@ from ab_sim.events.reactions import ROUNDING
 from ab_sim.events.run import Run, Workspace, evaluate, take_step
 
 BOUNCES = 60
-"""Events per step, and 20 more per ball, after which balls that meet stay together.
+"""Events per step, plus 20 per ball, after which balls that meet stay together.
 
-After twice as many the rest of the step is not located."""
+After twice as many, the rest of the step is taken without locating events."""
 CLOSE = 1e-13
-"""An event's time is known to this part of a step."""
+"""Tolerance of an event's time, as a fraction of the step."""
 BESIDE = 0.3 * CLOSE
-"""How far beside where an event is expected it is looked for, part of a step."""
+"""Distance beyond the predicted root at which a trial step ends, as a fraction of the step."""
 FINE = 0.1
-"""The same, where it is more: its function is zero to this part of what rounding may make of it."""
+"""Tolerance of an event function's value at its root, as a fraction of its rounding error's bound.
+It replaces the tolerance of the time where it is the larger one."""
 CROSSED = 2.0
-"""A function has been crossed when it is this many times below zero what rounding may make of it.
+"""Number of rounding error bounds below zero at which a function counts as crossed.
 
-Branches are chosen at one time that, so a step never begins beyond an event, nor with one."""
+Branches are chosen with a margin of one bound, so no step begins with a crossed function."""
 NEAR = 0.25
-"""A force may fall below zero within a step if less than this part of it is left at an end; what
-turns as fast as the spindle changes by an eighth of (w h)^2 between two steps."""
+"""Threshold of a force at both ends of a step, relative to the magnitude of its terms, above which
+it cannot become negative in between. A term that rotates with the spindle deviates from a straight
+line by at most (w h)^2 / 8 of its magnitude."""
 DOUBT = 1e-3
-"""Part of a force that a cubic through both ends of a step may be wrong by."""
+"""Error of a force's cubic interpolant, relative to the magnitude of the force's terms."""
 SHORTLY = 1e-5
-"""Part of a step over which the rates of forces are measured."""
+"""Time over which rates of forces are measured (forward difference), as a fraction of the step."""
 FORCES = 1.0 / ROUNDING
-"""Of what rounding may make of a force that of which it is made."""
+"""Ratio of the magnitude of a force's terms to the bound of its rounding error."""
 ATTEMPTS = 200
-"""Trial steps to one event at most."""
+"""Maximum number of trial steps per event."""
 
 
 def check_branches(run: Run, time: float) -> None:
-    """See to the branches where steps begin, right after ``evaluate`` of the state there.
+    """Choose the branches again where steps begin, if a function is crossed there.
 
-    Where the spindle's acceleration jumps, or events were too many to locate, what held so far may
-    hold no more; elsewhere this changes nothing, or a run would depend on how it is cut up.
+    Call it right after ``evaluate`` of the state. The branches so far may be wrong after a jump of
+    the spindle's acceleration, or after a step with too many events. In all other cases nothing is
+    changed, so that a run does not depend on how it is divided into calls.
     """
     work = run.work
     look_at_start(run)
@@ -54,24 +60,24 @@ def check_branches(run: Run, time: float) -> None:
 
 
 def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
-    """One step, cut at every event; its result is in ``trial``.
+    """Take one step, cut at every event; its result is in ``trial``.
 
     Args:
-        run: its slope, table and event functions are those of its state, which changes at events,
-            as the discrete state does.
-        begin: local time [s].
-        length: of the step [s].
-        end: the time that the next step begins at, ``begin + length`` but for rounding.
+        run: run whose slope, table and event functions are those of its state. State and discrete
+            state change at events.
+        begin: local time at the beginning [s].
+        length: length of the step [s].
+        end: local time at which the next step begins, ``begin + length`` up to rounding [s].
 
     Returns:
-        Whether the workspace holds slope and event functions at its end.
+        True if the workspace holds slope and event functions at the step's end.
     """
     trial_step(run, begin, length, end)
     return cut_at_events(run, begin, length, end)
 
 
 def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
-    """The same, after the whole step has been tried."""
+    """Cut a step at every event, as ``step_over_events``, after a trial of the whole step."""
     work, state = run.work, run.state
     bounces = BOUNCES + 20 * run.balls.number
     now, rest = begin, length
@@ -80,6 +86,7 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
             trial_step(run, now, rest, end)
         if not within_bounds(work.trial, work.bounds):
             return False
+        # ``trial`` is now a step from the last event to the end of the whole step.
         slot, taken = event_within(run, now, rest, end)
         if slot < 0:
             return True
@@ -96,6 +103,7 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
         now += taken
         rest -= taken
         solve_complementarity(run, now, slot, count >= bounces)
+        # The event is at the end of the step, within the tolerance of its time: no step is left.
         if rest <= CLOSE * length:
             for j in range(state.size):
                 work.trial[j] = state[j]
@@ -104,7 +112,7 @@ def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
 
 
 def within_bounds(trial: Floats, bounds: Floats) -> bool:
-    """Whether the state is finite and sound; written so that a NaN is not."""
+    """Return whether a state is within its bounds; a NaN is not, hence the negated comparison."""
     for j in range(trial.size):
         if not abs(trial[j]) < bounds[j]:
             return False
@@ -112,7 +120,7 @@ def within_bounds(trial: Floats, bounds: Floats) -> bool:
 
 
 def trial_step(run: Run, now: float, length: float, end: float) -> None:
-    """Step, and evaluate the event functions at its end."""
+    """Take a step into ``trial``, and evaluate the event functions at its end."""
     take_step(run, now, length)
     look_at_end(run, end)
 
@@ -124,7 +132,7 @@ def look_at_end(run: Run, end: float) -> None:
 
 
 def put_functions_at_end(run: Run) -> None:
-    """The event functions at the end of a trial step, right after ``evaluate`` there."""
+    """Compute the event functions at the end of a trial step, right after ``evaluate`` there."""
     work = run.work
     event_functions(
         run.balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
@@ -133,12 +141,12 @@ def put_functions_at_end(run: Run) -> None:
 
 
 def left(value: Floats, rounding: Floats, slot: int) -> float:
-    """How far an event function is from counting as crossed."""
+    """Return the margin of an event function until it counts as crossed."""
     return value[slot] + CROSSED * rounding[slot]
 
 
 def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
-    """The slot whose function, drawn as a straight line, is the first to be crossed; -1 if none."""
+    """Return the slot that is crossed first by linear interpolation, or -1 if none is crossed."""
     found, first = -1, 2.0
     for slot in range(value.size):
         end = left(ahead, rounding, slot)
@@ -151,7 +159,7 @@ def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
 
 
 def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
-    """A slot other than ``slot`` whose function has been crossed, or -1."""
+    """Return a slot other than ``slot`` whose function is crossed, or -1."""
     for other in range(ahead.size):
         if other != slot and left(ahead, rounding, other) < 0.0:
             return other
@@ -159,10 +167,11 @@ def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
 
 
 def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
-    """A function that has been crossed in a trial step, and a part of it after which it has been.
+    """Return a function that is crossed in a trial step, and a time at which it is.
 
     Returns:
-        Its slot, -1 if there is none, and how long that part is [s]; ``trial`` is its end.
+        Slot of the function, -1 if there is none, and the time since the step's beginning [s]. The
+        state at that time is in ``trial``.
     """
     work = run.work
     slot = first_crossed(work.value, work.value_ahead, work.rounding)
@@ -172,11 +181,14 @@ def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, 
 
 
 def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
-    """A function that is crossed within the step but not at its end: slot and where, or (-1, ..).
+    """Return a function that is crossed within a step but not at its end.
 
-    Functions are drawn as cubics through both ends; only where one falls and rises again is the
-    step taken to its lowest point to see. Rates of forces are measured, and only where one could
-    fall so far.
+    Each function is interpolated by a cubic through both ends. If one falls and rises again, a
+    trial step to the cubic's minimum shows whether it is crossed there. Rates of forces are not
+    known and have to be measured, which is done only for forces small enough to reach zero.
+
+    Returns:
+        Slot of the function, -1 if there is none, and the time since the step's beginning [s].
     """
     work = run.work
     slot, part = next_dip(run, now, length, end, 0)
@@ -190,7 +202,11 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
 
 
 def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
-    """Whether a step is to be looked at more closely, from what the workspace holds of its ends."""
+    """Return whether a step may contain an event, from the event functions at both its ends.
+
+    Steps in lanes (several runs together) are taken without locating events. With contact, this
+    test decides which of the runs must take the step again alone, with events located.
+    """
     work = run.work
     if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
         return True
@@ -199,9 +215,12 @@ def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
 
 
 def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tuple[int, float]:
-    """The first slot, from one on, whose function may dip below zero within a step; where, or -1.
+    """Return the first slot, from ``first`` on, whose function may dip below zero within a step.
 
-    Measures the rates of forces at both ends where that is called for.
+    Rates of forces at both ends are measured if necessary.
+
+    Returns:
+        Slot of the function, or -1, and the position of its minimum as a fraction of the step.
     """
     work = run.work
     for slot in range(first, work.value.size):
@@ -216,7 +235,7 @@ def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tup
 
 
 def is_far(work: Workspace, slot: int) -> bool:
-    """Whether a function is beyond reach at both ends of a step, or cannot reach zero at all."""
+    """Return whether a function cannot reach zero within a step, from its values at both ends."""
     value, ahead = work.value[slot], work.value_ahead[slot]
     if value > 1e200 or ahead > 1e200:
         return True
@@ -226,7 +245,7 @@ def is_far(work: Workspace, slot: int) -> bool:
 
 
 def dip(work: Workspace, length: float, slot: int) -> float:
-    """The part of a step after which a function may be below zero though its ends are not; or 0."""
+    """Return the fraction of a step at which a function may dip below zero, or 0 if it cannot."""
     is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
     change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
     change_ahead = (work.force_rate[1, slot] if is_force else work.rate_ahead[slot]) * length
@@ -235,26 +254,26 @@ def dip(work: Workspace, length: float, slot: int) -> float:
         return 0.0
     doubt = 0.0
     if is_force:
-        # What hardly changes at both ends hardly changes between them.
+        # The interpolant's error is at most of the order of the changes at both ends.
         doubt = min(DOUBT * FORCES * rounding, abs(change) + abs(change_ahead))
     return 0.0 if lowest >= doubt - rounding else part
 
 
 def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
-    """Rates of the functions at both ends of a step, measured, into ``force_rate``."""
+    """Measure the rates of the functions at both ends of a step, into ``force_rate``."""
     put_rates_at_start(run, now, length)
     put_rates_at_end(run, end, length)
 
 
 def put_rates_at_start(run: Run, now: float, length: float) -> None:
-    """At its start, unless they have been measured there."""
+    """Measure the rates at a step's start, unless that has been done."""
     work, brief = run.work, SHORTLY * length
     if work.measured[0] != brief:
         put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
 
 
 def put_rates_at_end(run: Run, end: float, length: float) -> None:
-    """At the end of a trial step."""
+    """Measure the rates at the end of a trial step."""
     work, brief = run.work, SHORTLY * length
     put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
 
@@ -262,7 +281,7 @@ def put_rates_at_end(run: Run, end: float, length: float) -> None:
 def put_force_rates(
     run: Run, time: float, shortly: float, state: Floats, slope: Floats, value: Floats, line: int
 ) -> None:
-    """Rates of the functions at a state, measured ``shortly`` [s] after, into ``force_rate``."""
+    """Measure the rates of the functions at a state by a difference over ``shortly`` [s]."""
     work, near, values = run.work, run.work.near, run.work.near_value
     for j in range(state.size):
         near[0, j] = state[j] + shortly * slope[j]
@@ -274,10 +293,20 @@ def put_force_rates(
 
 
 def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
-    """The first event of a step, given that ``slot`` has been crossed at ``length``.
+    """Return the time and the slot of the first event of a step.
+
+    The root is bracketed. A cubic through value and rate at both ends of the bracket predicts it.
+    Each trial step ends slightly beyond the prediction, so that the bracket shrinks from both
+    sides. Every eighth trial bisects the bracket, which bounds the number of trials.
+
+    Args:
+        run: run whose state and event functions are those at the step's beginning.
+        now: local time at the step's beginning [s].
+        length: length of the initial bracket [s].
+        slot: event function that is crossed at ``length``.
 
     Returns:
-        How far into the step it is [s], with the state there in ``trial``, and its slot.
+        Time since the step's beginning [s], with the state there in ``trial``, and the slot.
     """
     work, rounding, start = run.work, run.work.rounding, run.work.value
     low, high = 0.0, length
@@ -292,7 +321,8 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
             break
         x = crossing(low, high, at_low, at_high, rate_low, rate_high) + beside
         if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
-            # What starts at zero rises first: it is the crossing behind that.
+            # The function starts at zero and rises first, as for a ball that has just started to
+            # move. The second root is wanted.
             back = landing(rate_low * high, at_high, rate_high * high)
             x = back * high + beside if back < 1.0 else 0.25 * high
         if attempt % 8 == 7 or not low < x < high:
@@ -301,15 +331,18 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
         here = left(work.value_ahead, rounding, slot)
         other = other_crossed(work.value_ahead, rounding, slot)
         if here >= 0.0 and other < 0:
-            # If it is still not reached where it was expected, that is rounding: look further.
+            # No function is crossed yet. If the root was predicted just here, only rounding hides
+            # it, so look further ahead, eight times as far each time.
             beside = 8.0 * beside if 0.0 < x - low <= 2.0 * beside else BESIDE * length
             rate = rate_at(run, now + x, length, slot)
             low, at_low, rate_low = x, here, rate
             continue
-        # Of several that have been crossed here, one may have been before: look before it.
+        # If several functions are crossed here, another one may be crossed earlier than this one,
+        # so the next trial ends before the predicted root.
         beside = BESIDE * length if other < 0 else -BESIDE * length
         if here >= 0.0:
-            # Another function has been crossed before: that one, then. At ``low`` none has been.
+            # Another function is crossed first: continue with that one. At ``low`` it is not
+            # crossed.
             slot, here = other, left(work.value_ahead, rounding, other)
             at_low, rate_low = -here, NEVER
             if low == 0.0:
@@ -324,7 +357,7 @@ def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
 
 
 def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
-    """Rate of an event function at a step's start."""
+    """Return the rate of an event function at a step's start."""
     work = run.work
     if work.rate[slot] < NEVER:
         return work.rate[slot]
@@ -333,7 +366,10 @@ def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
 
 
 def rate_at(run: Run, time: float, length: float, slot: int) -> float:
-    """Rate of an event function at a trial step's end; what was evaluated there is lost by this."""
+    """Return the rate of an event function at a trial step's end.
+
+    Measuring a force's rate overwrites the results of the evaluation there.
+    """
     work = run.work
     if work.rate_ahead[slot] < NEVER:
         return work.rate_ahead[slot]

@@ -1,4 +1,4 @@
-"""Forces that the equations of motion leave out: race on ball, ball on ball."""
+"""Reaction forces, which the equations of motion do not contain: race on ball, ball on ball."""
 
 from ab_sim.compiling.kinds import Floats
 from ab_sim.dynamics.system import JOINED, MASS
@@ -16,11 +16,11 @@ from ab_sim.events.run import (
 )
 
 ROUNDING = 1e-12
-"""Relative size of a force that may be rounding."""
+"""Bound of a force's rounding error, relative to the magnitude of its terms."""
 
 
 def put_normal_forces(balls: BallEvents, x: Floats) -> None:
-    """Fill in ``force``, given accelerations."""
+    """Compute ``force``, the race's normal forces, from the accelerations x."""
     press = COUPLING + balls.accelerations
     for i in range(balls.number):
         force = balls.table[LOAD, i]
@@ -30,7 +30,7 @@ def put_normal_forces(balls: BallEvents, x: Floats) -> None:
 
 
 def path_force_at(balls: BallEvents, i: int, x: Floats) -> float:
-    """Force along the race on ball i but for its neighbours' pushes and friction [N]."""
+    """Return the force along the race on ball i [N], without neighbours' pushes and friction."""
     pull = balls.table[PATH_FORCE, i]
     for r in range(balls.accelerations):
         pull += balls.table[COUPLING + r, i] * x[r]
@@ -38,7 +38,7 @@ def path_force_at(balls: BallEvents, i: int, x: Floats) -> float:
 
 
 def path_force_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
-    """The same, less what sliding friction takes; after ``put_normal_forces``."""
+    """Return ``path_force_at`` less sliding friction [N]; after ``put_normal_forces``."""
     pull = path_force_at(balls, i, x)
     if balls.has_friction:
         pull -= balls.table[FRICTION, i] * balls.force[i]
@@ -46,8 +46,8 @@ def path_force_less_friction(balls: BallEvents, i: int, x: Floats) -> float:
 
 
 def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
-    """What of the forces on ball i, ``pull`` along the race, may be rounding [N]."""
-    # What tilts a deck acts through its weight at the ball, which is in the forces.
+    """Return the bound of the rounding error of ball i's forces [N], given that along the race."""
+    # A deck's tilt acts on a ball through its weight, which is part of the forces.
     size = abs(pull) + balls.constants[i, MASS] * (abs(x[0]) + abs(x[1]))
     if balls.has_friction:
         size += abs(balls.force[i])
@@ -55,12 +55,12 @@ def force_rounding(balls: BallEvents, i: int, pull: float, x: Floats) -> float:
 
 
 def largest_friction(balls: BallEvents, i: int) -> float:
-    """On ball i [N]; after ``put_normal_forces``."""
+    """Return the largest friction force on ball i [N]; after ``put_normal_forces``."""
     return balls.table[GRIP, i] * max(balls.force[i], 0.0)
 
 
 def put_pushes(balls: BallEvents) -> None:
-    """Fill in ``push`` of balls in contact, right after ``evaluate``."""
+    """Compute ``push``, the forces between balls in contact, right after ``evaluate``."""
     begin, push = row_start(balls), 0.0
     for place in range(balls.number):
         k = around(balls, begin + place)
@@ -68,7 +68,8 @@ def put_pushes(balls: BallEvents) -> None:
             push = balls.push[k] = 0.0
             continue
         if moves_along(balls, k):
-            # What arrives from behind, and what the ball itself does not need.
+            # The push from behind, plus the part of the ball's own force that is not needed for
+            # its acceleration, is passed on to the next ball.
             i = ball_at(balls, k)
             push += balls.table[PULL, i]
             push -= balls.table[INERTIA, i] * balls.table[PATH_ACCELERATION, i]

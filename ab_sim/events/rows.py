@@ -1,13 +1,13 @@
-"""Which balls that touch move together, at one instant: the complementarity problem of whole rows.
+"""Decide which touching balls move together at one instant, as an isotonic regression.
 
-Along a row of balls in contact, with path accelerations g_i, or path speeds after an impact,
+In a row of balls in contact, with path accelerations g_i, or path speeds after an impact,
 
     mu_i g_i = p_i - phi_i + push_{i-1} - push_i,    0 <= push_k  _|_  g_{k+1} - g_k >= 0,
 
-and phi_i in F_i Sign(g_i), the friction on a ball at rest. These are the conditions for a minimum
-of sum_i (mu_i g_i^2 / 2 - p_i g_i + F_i |g_i|) over all g that do not fall along the row: an
-isotonic regression. Pooling neighbours that violate the order solves it exactly, in one pass (Best,
-Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
+and phi_i in F_i Sign(g_i), the friction on a ball at rest. These are the optimality conditions for
+a minimum of sum_i (mu_i g_i^2 / 2 - p_i g_i + F_i |g_i|) over all g that do not fall along the row:
+an isotonic regression. Pooling neighbours that violate the order solves it exactly in one pass
+(Best, Chakravarti and Ubhaya (2000), SIAM J. Optim. 10). A pool moves as one ball.
 """
 
 from ab_sim.compiling.kinds import Table
@@ -16,27 +16,28 @@ from ab_sim.events.balls import around, ball_at
 from ab_sim.events.run import BallEvents
 
 PATH_FORCE, HOLD = 0, 1
-"""Of each ball: p_i [N], or an impulse [N s]; F_i [N], negative for a ball that does not rest. The
-balls of a row all rest or all move."""
+"""Columns per ball: force p_i [N], or an impulse [N s]; largest friction F_i [N], negative for a
+ball that is not at rest. In a row, all balls are at rest or all move."""
 COARSE = 2
-"""Of each ball: what of its PATH_FORCE may be rounding."""
+"""Column per ball: bound of the rounding error of its PATH_FORCE."""
 LEVEL = 3
-"""Of each ball: the solution g_i."""
+"""Column per ball: solution g_i."""
 CLOSED = 4
-"""Of each contact: 1 where its balls touch and neither approach nor part."""
+"""Column per contact: 1 if its balls touch and neither approach nor part."""
 SHIFT = 5
-"""Of each ball: impact only."""
+"""Column per ball: speed by which its bounce shifts it, in impacts only."""
 HOP = 6
-"""Of each contact: where its balls would part no faster than this they stay together."""
+"""Column per contact: difference of g up to which its balls stay together."""
 FIRST = 7
-"""Of a pool: how far along the row it begins. The same balls' sums and the common g follow."""
+"""Column per pool: place of its first ball in the row."""
 POOL_INERTIA, POOL_PULL, POOL_HOLD, POOL_COARSE, POOL_LEVEL = 8, 9, 10, 11, 12
+"""Columns per pool: sums over its balls, and their common g."""
 WIDTH = 13
-"""Columns of the array of rows: one line for each ball, contact or pool."""
+"""Number of columns of the array of rows, which has one line for each ball, contact or pool."""
 
 
 def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
-    """g of balls that move as one: what friction at rest leaves of the pull, over the inertia."""
+    """Return g of balls that move as one: the pull in excess of friction at rest, per inertia."""
     if hold < 0.0:
         return pull / inertia
     if abs(pull) <= hold + coarse:
@@ -45,7 +46,7 @@ def level(inertia: float, pull: float, hold: float, coarse: float) -> float:
 
 
 def put_level(rows: Table, pool: int) -> None:
-    """g of a pool, from its sums."""
+    """Compute g of a pool from its sums."""
     rows[pool, POOL_LEVEL] = level(
         rows[pool, POOL_INERTIA],
         rows[pool, POOL_PULL],
@@ -55,7 +56,7 @@ def put_level(rows: Table, pool: int) -> None:
 
 
 def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
-    """Whether pool ``before`` and the next one push each other, or would but for rounding."""
+    """Return whether pool ``before`` and the next one push each other, up to rounding."""
     here = before + 1
     parts = rows[here, POOL_LEVEL] - rows[before, POOL_LEVEL]
     if parts <= hop:
@@ -68,7 +69,7 @@ def are_together(rows: Table, before: int, hop: float, coarse: float) -> bool:
 
 
 def first_open(balls: BallEvents, rows: Table) -> int:
-    """A place at which balls that touch begin."""
+    """Return a place at which a row of touching balls begins."""
     for k in range(balls.number):
         if rows[around(balls, k - 1), CLOSED] == 0.0:
             return k
@@ -76,10 +77,10 @@ def first_open(balls: BallEvents, rows: Table) -> int:
 
 
 def solve_rows(balls: BallEvents, rows: Table) -> bool:
-    """Fill in LEVEL, and join the balls of each pool.
+    """Compute LEVEL from the other columns, and join the balls of each pool.
 
-    PATH_FORCE, HOLD, COARSE, CLOSED and HOP say what holds at the instant. Returns whether a
-    contact that was joined is not any more, or vice versa.
+    Returns:
+        True if a contact was joined or separated.
     """
     n, top, changed = balls.number, -1, False
     begin = first_open(balls, rows) if balls.has_contact else 0
@@ -94,6 +95,9 @@ def solve_rows(balls: BallEvents, rows: Table) -> bool:
         if not balls.has_contact:
             rows[i, LEVEL] = rows[top, POOL_LEVEL]
             continue
+        # Pool adjacent violators: merge the new ball with the pool before it as long as the two
+        # push each other. A merged pool may violate the order with its predecessor, hence the
+        # loop; each merge removes a pool, so there are fewer than n of them.
         while top > 0:
             k = around(balls, begin + int(rows[top, FIRST]) - 1)
             coarse = rows[ball_at(balls, k), COARSE] + rows[ball_at(balls, k + 1), COARSE]

@@ -1,88 +1,88 @@
-"""What a run works with: the scene's functions, the balls as plain numbers, and arrays."""
+"""Data of a run: the scene's functions, the balls as plain numbers, and work arrays."""
 
 from typing import NamedTuple
 
 from ab_sim.compiling.kinds import Floats, Integers, IntegerTable, Table, call
 
 LOAD, INERTIA, PATH_FORCE, FRICTION, GRIP, PATH, CURVE, ALONG, PATH_ACCELERATION = range(9)
-"""Lines of ``BallEvents.table``, a column for each ball: normal force but for the accelerations
-[N]; mu [kg]; force along the race but for accelerations, friction and neighbours [N]; coefficient
-of friction with the sign of sliding, 0 where the ball sticks or is unloaded; coefficient of
-friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle 0,
-whole turns left out [m]; path acceleration g [m/s^2]."""
+"""Lines of ``BallEvents.table``, with a column for each ball: normal force without the terms with
+accelerations [N]; mu [kg]; force along the race without accelerations, friction and neighbours [N];
+coefficient of friction with the sign of sliding, 0 if the ball sticks or is not loaded; coefficient
+of friction; path speed [m/s]; the race's radius of curvature [m]; length along the race from angle
+0, without whole turns [m]; path acceleration g [m/s^2]."""
 NORMAL, PULL, SIZE = 9, 10, 11
-"""Further lines: the normal force N [N]; force along the race but for a ball's neighbours' pushes,
-and for friction that holds it [N]; sum of the magnitudes of what these are made of, of which
-rounding is a part [N]."""
+"""Further lines: normal force N [N]; force along the race without neighbours' pushes and static
+friction [N]; sum of the magnitudes of the terms of these forces, to which their rounding errors
+are relative [N]."""
 COUPLING = 12
-"""The first of K lines; K of PRESS follow. With N the race's normal force,
+"""First of K lines COUPLING, which K lines PRESS follow. With N the race's normal force,
 
     mu g = PATH_FORCE + COUPLING.x - FRICTION N + pushes of its neighbours,      N = LOAD + PRESS.x
 """
 ASKED, MOST, SPEED = 0, 1, 2
-"""Of ``BallEvents.motor``: torque that its speed loop asks for, the most that it gives [N m], and
+"""Elements of ``BallEvents.motor``: torque that the speed loop commands and its limit [N m], and
 the spindle's speed [rad/s]."""
 
 
 class SceneFunctions(NamedTuple):
-    """A scene's own functions, by their addresses."""
+    """Addresses of a scene's emitted functions."""
 
     prepare: int
-    """prepare(c): constants that follow from others."""
+    """Function prepare(c), which computes derived constants."""
     evaluate: int
-    """evaluate(c, b, y, slope, x, motor, table, t): the equations of motion."""
+    """Function evaluate(c, b, y, slope, x, motor, table, t), the equations of motion."""
     arrow: int
-    """arrow(c, b, y, block, t): the equations of what carries the balls."""
+    """Function arrow(c, b, y, block, t), the equations of deck and spindle."""
     step: int
-    """step(c, b, y, slope, trial, begin, length): one step from a state whose slope is known."""
+    """Function step(c, b, y, slope, trial, begin, length), one step from a state with its slope."""
     finish: int
-    """finish(c, b, y, slope, row, t, t_profile): slope and sample."""
+    """Function finish(c, b, y, slope, row, t, t_profile), slope and sample at a step's end."""
     apply_impulse: int
-    """apply_impulse(c, b, y, jumps, v): adds jumps of velocity, in the order of x, to the deck's in
-    v, where they lie as in the state."""
+    """Function apply_impulse(c, b, y, jumps, v), which adds jumps of velocity, in the order of x,
+    to the deck's velocities in v, an array with the layout of the state."""
     restitution: int
-    """restitution(c, b, out, approach): speed of parting per speed of approach [m/s]."""
+    """Function restitution(c, b, out, approach), speed of parting per speed of approach [m/s]."""
     c: Floats
-    """Constants, and the place on the speed profile."""
+    """Constants, including the place on the speed profile."""
 
 
 class BallEvents(NamedTuple):
-    """Balls, what holds of them, and what the last evaluation of the equations said."""
+    """Balls, their discrete state, and the results of the last evaluation of the equations."""
 
     number: int
-    """n."""
+    """Number of balls, n."""
     constants: Table
-    """``System.balls``."""
+    """Constants of the balls, ``System.balls``."""
     contacts: Table
-    """``System.contacts``."""
+    """Constants of the contacts, ``System.contacts``."""
     discrete: IntegerTable
-    """The branches that hold between two events, shape (n + 1, DISCRETE_COLUMNS), columns as in
+    """Branches that hold between two events, shape (n + 1, DISCRETE_COLUMNS), columns as in
     ``dynamics.system``."""
     branches: Floats
-    """The same as the scene reads it, see ``balls.put_branches``."""
+    """Branches in the form that the scene's functions read, see ``balls.put_branches``."""
     table: Table
-    """Shape (12 + 2 K, n), lines as above."""
+    """Quantities of the balls, shape (12 + 2 K, n), lines as above."""
     block: Table
-    """Equations of what carries the balls, these held on the race: upper triangle of the matrix,
-    and forces in the last column; shape (K, K + 1). At impacts."""
+    """Equations of deck and spindle with the balls fixed on the race, used at impacts: upper
+    triangle of the matrix, and forces in the last column; shape (K, K + 1)."""
     x: Floats
-    """Its accelerations, the spindle's last; shape (K,)."""
+    """Accelerations of deck and spindle, the spindle's last; shape (K,)."""
     motor: Floats
-    """Shape (3,)."""
+    """Torques and speed of the motor, shape (3,), elements as above."""
     force: Floats
-    """N, the race's normal force on each ball [N]: the table's line NORMAL."""
+    """Normal force N of the race on each ball [N], a view of the table's line NORMAL."""
     push: Floats
     """Force along the race between the balls at a contact [N]; shape (n,)."""
     accelerations: int
-    """K."""
+    """Number of accelerations x, K."""
     free: int
-    """How many of them are solved for: K, or K - 1 where the spindle's is prescribed."""
+    """Number of unknown accelerations: K, or K - 1 if the spindle's is prescribed."""
     first_angle: int
-    """Where in the state theta_0 lies."""
+    """Index of theta_0 in the state."""
     first_rate: int
-    """Where in the state theta_0' lies."""
+    """Index of theta_0' in the state."""
     spindle: int
-    """Where in the state psi lies, with a motor; w follows."""
+    """Index of psi in the state, with a motor; w follows."""
     has_friction: bool
     has_contact: bool
     has_motor: bool
@@ -90,109 +90,112 @@ class BallEvents(NamedTuple):
 
 
 class Workspace(NamedTuple):
-    """Arrays that a run reuses, so that no step allocates; slots: see ``event_functions``."""
+    """Arrays that a run reuses, so that steps do not allocate; slots: see ``event_functions``."""
 
     slope: Floats
-    """Of the state at a step's start, shape (states,)."""
+    """Slope at a step's start, shape (states,)."""
     trial: Floats
-    """The state at its end, shape (states,)."""
+    """State at a step's end, shape (states,)."""
     slope_ahead: Floats
-    """The slope there, shape (states,)."""
+    """Slope at a step's end, shape (states,)."""
     memory: Table
-    """What a stepper carries from one step to the next; it starts anew where that is zero."""
+    """Numbers that a stepper carries from one step to the next; all zeros restart it."""
     smooth: Floats
-    """When the piece of the profile begins that the memory belongs to [s]; NaN if it belongs to
-    none; shape (1,)."""
+    """Start time of the profile segment to which the memory belongs [s]; NaN if there is none;
+    shape (1,)."""
     bounds: Floats
-    """Magnitudes that no sound run reaches, shape (states,)."""
+    """Bounds of the states' magnitudes; a run that reaches one has failed; shape (states,)."""
     value: Floats
     """Event functions at a step's start, shape (slots,)."""
     value_ahead: Floats
-    """The same at its end."""
+    """Event functions at a step's end, shape (slots,)."""
     rate: Floats
-    """Rates at its start of those that are speeds or distances, shape (slots,)."""
+    """Rates, at a step's start, of functions that are speeds or distances; shape (slots,)."""
     rate_ahead: Floats
-    """The same at its end."""
+    """Rates, at a step's end, of functions that are speeds or distances; shape (slots,)."""
     rounding: Floats
-    """What of an event function may be rounding, shape (slots,)."""
+    """Bounds of the event functions' rounding errors, shape (slots,)."""
     rows: Table
-    """Balls that touch, at an instant, shape (n, WIDTH): see ``rows``."""
+    """Rows of touching balls at an instant, shape (n, WIDTH): see ``rows``."""
     near: Table
-    """A state shortly after another, and its slope; shape (2, states)."""
+    """State shortly after another one, and its slope; shape (2, states)."""
     near_value: Table
-    """Event functions, rounding and rates there; shape (3, slots)."""
+    """Event functions, rounding errors and rates for ``near``; shape (3, slots)."""
     force_rate: Table
     """Rates of the event functions that are forces, at a step's start and end; shape (2, slots)."""
     measured: Floats
-    """How long after a step's start and end these rates were measured [s]; 0 where they were not;
+    """Times over which the rates at a step's start and end were measured [s]; 0 if they were not;
     shape (2,)."""
     counts: Integers
-    """Events met; steps with events too many to locate and instants at which no branches were found
-    for all laws; shape (2,)."""
+    """Number of events; number of steps with too many events to locate plus instants without
+    consistent branches; shape (2,)."""
 
 
 class ImplicitWork(NamedTuple):
-    """What an implicit step works with, see ``stepping.implicit``; empty arrays without one."""
+    """Data of an implicit step, see ``stepping.implicit``; empty arrays for other steppers."""
 
     slope: int
-    """slope(c, b, y, k, time), emitted."""
+    """Address of the emitted slope(c, b, y, k, time)."""
     tangent: int
-    """tangent(c, b, t, y, d, out), emitted."""
+    """Address of the emitted tangent(c, b, t, y, d, out)."""
     mass: float
-    """am, where between the ends y' is taken."""
+    """Weight am: position between a step's ends at which y' is taken."""
     force: float
-    """af, where f is."""
+    """Weight af: position between a step's ends at which f is taken."""
     newmark: float
-    """gamma."""
+    """Weight gamma."""
     time: Floats
-    """Shape (1,)."""
+    """Time of an evaluation, shape (1,)."""
     at: Floats
-    """A state, shape (states,)."""
+    """State of an evaluation, shape (states,)."""
     slope_there: Floats
-    """Its slope."""
+    """Slope at that state, shape (states,)."""
     change: Floats
-    """d, shape (states,)."""
+    """Change of the state up to where f is taken, d = y_{n+af} - y_n, shape (states,)."""
     along: Table
-    """Directions and the change of time, shape (states + 1, lanes)."""
+    """Directions in the states, and the change of time, shape (states + 1, lanes)."""
     rates: Table
-    """What they make of the slope, shape (states, lanes)."""
+    """Derivatives of the slope along the directions, shape (states, lanes)."""
     jacobian: Table
-    """Shape (states, states)."""
+    """Jacobian of the slope, shape (states, states)."""
     equations: Table
-    """The matrix of Newton's corrections, and the right-hand side; shape (states, states + 1)."""
+    """Matrix and right-hand side of Newton's equations; shape (states, states + 1)."""
 
 
 class Run(NamedTuple):
-    """All of it: what the steps of a drive are taken with."""
+    """All data with which the steps of a drive are taken."""
 
     scene: SceneFunctions
     balls: BallEvents
     work: Workspace
-    """Where ``trial`` holds the state that left its bounds, if one did."""
+    """Work arrays; if a state left its bounds, ``trial`` holds it."""
     state: Floats
-    """The last good state."""
+    """Last state within its bounds."""
     step: float
-    """s."""
+    """Length of a step [s]."""
     place: int
-    """Where in ``SceneFunctions.c`` the place on the speed profile begins."""
+    """Index of the place on the speed profile in ``SceneFunctions.c``."""
     ball_column: int
-    """Where in a row, a sample from its spindle angle on, the first ball's angle lies."""
+    """Index of the first ball's angle in a row, which is a sample from the spindle's angle on."""
     quaternion: int
-    """Where in the state that of a deck in space lies; -1 without one."""
+    """Index of the quaternion of a deck in space in the state; -1 for a deck in the plane."""
     has_events: bool
-    """Whether there are set-valued laws."""
+    """True if there are set-valued laws."""
     is_implicit: bool
-    """Whether steps are those of ``stepping.implicit``."""
+    """True if steps are those of ``stepping.implicit``."""
     implicit: ImplicitWork
 
 
 def evaluate(run: Run, time: float, state: Floats, slope: Floats) -> None:
-    """The equations of motion at a state, local time [s]; x, motor and table go with it."""
+    """Evaluate the equations of motion at a state and a local time [s].
+
+    ``slope``, and ``x``, ``motor`` and ``table`` of the balls are written.
+    """
     c, b, balls = run.scene.c, run.balls.branches, run.balls
     call(run.scene.evaluate, c, b, state, slope, balls.x, balls.motor, balls.table, time)
 
 
 def take_step(run: Run, begin: float, length: float) -> None:
-    """One step from the state, whose slope is known, into ``trial``; local time [s]."""
+    """Take one step from the state, whose slope is known, into ``trial``; local time [s]."""
     c, b, work = run.scene.c, run.balls.branches, run.work
     call(run.scene.step, c, b, run.state, work.slope, work.trial, begin, length)

@@ -1,4 +1,4 @@
-"""What events and drivers work with, made of a system."""
+"""Create the arrays of events and drivers for a system."""
 
 import math
 
@@ -13,11 +13,11 @@ from ab_sim.events.run import COUPLING, NORMAL, BallEvents, Workspace
 
 
 def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
-    """The balls of a system, with room for what is evaluated of them.
+    """Return the balls of a system, with arrays for the results of evaluations.
 
     Args:
-        system: what moves.
-        discrete: ``BallEvents.discrete``; changes at events.
+        system: system of equations.
+        discrete: array for ``BallEvents.discrete``, which changes at events.
     """
     n, states = len(system.balls), type(system.deck_model).STATES
     every, contact = type(system.deck_model).UNKNOWNS + 1, has_contact(system.effects)
@@ -47,14 +47,17 @@ def balls_of(system: System, discrete: np.ndarray) -> BallEvents:
 
 
 def branches_of(system: System, discrete: np.ndarray) -> np.ndarray:
-    """Branches of set-valued laws as a scene's code reads them: see ``balls.put_branches``."""
+    """Return branches of set-valued laws in the form that a scene's code reads.
+
+    See ``balls.put_branches``.
+    """
     balls = balls_of(system, discrete)
     put_branches(balls)
     return balls.branches
 
 
 def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (0, 0)) -> Workspace:
-    """A workspace for balls, states with such bounds, and a stepper with such a memory."""
+    """Return a workspace for balls, bounds of the states, and the shape of a stepper's memory."""
     states, size = (len(bounds),), (slots(balls.number),)
     functions, near_value = [aligned(size) for _ in range(4)], aligned((3, *size))
     for each in (*functions, near_value[0], near_value[2]):

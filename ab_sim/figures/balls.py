@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import MultipleLocator
 
-from ab_sim.analysis.merits import Merits
+from ab_sim.analysis.metrics import Metrics
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.colours import LIMIT, RUN, ball_colours
 from ab_sim.figures.curves import draw_curve, in_degrees
@@ -20,23 +20,23 @@ MOST_LABELS = 8
 """Largest number of balls with names."""
 
 
-def draw_balls(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> None:
+def draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
     """Draw ball angles, or speeds if balls circulate, because hundreds of turns show less.
 
     Args:
         axes: axes to draw on.
         path: consecutive samples, from the start to the end.
         scene: scene of the run.
-        merits: metrics of the run.
+        metrics: metrics of the run.
     """
-    if merits.circulating is None:
-        _draw_angles(axes, path, merits)
+    if metrics.circulating is None:
+        _draw_angles(axes, path, metrics)
     else:
-        _draw_speeds(axes, path, scene, merits)
+        _draw_speeds(axes, path, scene, metrics)
 
 
-def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> None:
-    time, found = path["time"], merits.circulating
+def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
+    time, found = path["time"], metrics.circulating
     assert found is not None
     labels = [Label(path["speed"][-1], "spindle", RUN)]
     axes.plot(time, path["speed"], color=RUN, lw=1.0, ls="--", zorder=3)
@@ -55,7 +55,7 @@ def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, merits: Merits) -> 
     label_at_right(axes, labels[:MOST_LABELS])
 
 
-def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
+def _draw_angles(axes: Axes, path: Trajectory, metrics: Metrics) -> None:
     time, angles = path["time"], in_degrees(path.ball_angles)
     labels = []
     for ball, style in enumerate(ball_styles(path.balls)):
@@ -71,7 +71,7 @@ def _draw_angles(axes: Axes, path: Trajectory, merits: Merits) -> None:
     ticks = next((base for base in (15, 30, 45) if high - low <= 8 * base), 90)
     axes.yaxis.set_major_locator(MultipleLocator(ticks, offset=0))
     axes.set_ylabel("ball angle from\nthe unbalance [deg]")
-    passed = merits.first_passage_of_opposite
+    passed = metrics.first_passage_of_opposite
     if passed is not None and passed > 0:
         axes.plot(passed, OPPOSITE, "ko", ms=5, zorder=4)
         # Curves come from above and continue to the right: there is room below on the left, or

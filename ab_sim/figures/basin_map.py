@@ -7,8 +7,7 @@ from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
 from ab_sim.conventions import NOTATION
-from ab_sim.figures.saved import ResultFigure, save
-from ab_sim.studies.basin import (
+from ab_sim.design.basin import (
     BALANCED,
     CHANGING,
     CIRCULATING,
@@ -19,6 +18,7 @@ from ab_sim.studies.basin import (
     RINGING_DOWN,
     Basin,
 )
+from ab_sim.figures.saved import ResultFigure, save
 
 COLOURS = {
     BALANCED: "#2c9a55",

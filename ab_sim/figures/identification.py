@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.axes import Axes
 
 from ab_sim.figures.colours import GREY, RUN, VERMILION
-from ab_sim.figures.saved import ResultFigure, with_plain_texts
+from ab_sim.figures.saved import ResultFigure
 from ab_sim.identification.result import Identification, RecordingFit, shown_unit
 
 MEASURED, FITTED, LEFT = GREY, RUN, VERMILION
@@ -22,7 +22,7 @@ def drawn_identification(found: Identification) -> ResultFigure:
     for k, each in enumerate(found.comparisons):
         _compare(panels[2 * k], panels[2 * k + 1], each)
     _intervals(panels[-1], found)
-    return with_plain_texts(figure)
+    return figure
 
 
 def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:

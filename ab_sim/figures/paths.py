@@ -56,7 +56,9 @@ def drawn_batch(found: Batch) -> ResultFigure:
         InputError: the batch has metrics only.
     """
     if not found.runs:
-        raise InputError("batch: has no samples to be drawn, only merits; run it with samples=True")
+        raise InputError(
+            "batch: has no samples to be drawn, only metrics; run it with samples=True"
+        )
     figure = ResultFigure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots()
     shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.runs)))

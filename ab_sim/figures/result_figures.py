@@ -1,19 +1,11 @@
-"""Figures of the method ``plot()`` of results: a function for each ``_picture`` of a result."""
+"""Figures of the method ``plot()`` of results."""
+
+from collections.abc import Callable
+from importlib import import_module
 
 from ab_sim.analysis.compared import Comparison
-from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.floquet import Followed
-from ab_sim.analysis.maps.stability import StabilityMap
-from ab_sim.analysis.modes import NaturalVibration
 from ab_sim.analysis.offline import OfflineRun
-from ab_sim.analysis.recovery import RecoveryOverDrag
-from ab_sim.batch import Batch
-from ab_sim.design.derivatives import MeritSensitivities
-from ab_sim.design.sizing.size import Sizing
-from ab_sim.design.spread import Spread
-from ab_sim.design.sweep import Sweep
-from ab_sim.design.tune import Tuning
-from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.accuracy_cost import drawn_accuracy
 from ab_sim.figures.basin_map import drawn_basin
@@ -31,46 +23,17 @@ from ab_sim.figures.spread import drawn_spread
 from ab_sim.figures.stability_map import drawn_map
 from ab_sim.figures.sweep import drawn_sweep
 from ab_sim.figures.tuning import drawn_tuning
-from ab_sim.studies.accuracy_cost import AccuracyCost
-from ab_sim.studies.basin import Basin
-from ab_sim.studies.effect_cost import EffectCost
 
 
-def trajectory(found: Trajectory) -> ResultFigure:
-    """Draw speed, whirl and ball angles of samples."""
-    return with_plain_texts(drawn_trajectory(found))
-
-
-def run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
+def _run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
     """Draw a run with the runs that it is compared with."""
     beside = Comparison(None, None) if comparison is None else comparison
     period, adaptive = found.variable_speed_period, found.adaptive
     path, aborted = found.trajectory, found.aborted
-    drawn = drawn_run(path, found.scene, beside, period, adaptive=adaptive, aborted=aborted)
-    return with_plain_texts(drawn)
+    return drawn_run(path, found.scene, beside, period, adaptive=adaptive, aborted=aborted)
 
 
-def batch(found: Batch) -> ResultFigure:
-    """Draw the whirl of all runs."""
-    return with_plain_texts(drawn_batch(found))
-
-
-def equilibria(found: Equilibria) -> ResultFigure:
-    """Draw eigenvalues of resting states, and positions of their balls."""
-    return with_plain_texts(drawn_states(found))
-
-
-def stability_map(found: StabilityMap) -> ResultFigure:
-    """Draw labels over the plane."""
-    return with_plain_texts(drawn_map(found))
-
-
-def basin(found: Basin) -> ResultFigure:
-    """Draw the final states of runs."""
-    return with_plain_texts(drawn_basin(found))
-
-
-def followed(found: Followed) -> ResultFigure:
+def _followed(found: Followed) -> ResultFigure:
     """Draw the largest modulus over a parameter.
 
     Raises:
@@ -78,49 +41,32 @@ def followed(found: Followed) -> ResultFigure:
     """
     if all(point.found is None for point in found.points):
         raise InputError(f"{found.over}: no periodic solution was found; there is none to draw")
-    return with_plain_texts(drawn_modulus(found.scene, found))
+    return drawn_modulus(found.scene, found)
 
 
-def modes(found: NaturalVibration) -> ResultFigure:
-    """Draw a Campbell diagram."""
-    return with_plain_texts(drawn_campbell(found))
+DRAWN: dict[str, Callable[..., ResultFigure]] = {
+    "accuracy_cost": drawn_accuracy,
+    "basin": drawn_basin,
+    "batch": drawn_batch,
+    "effect_cost": lambda found: drawn_cost([found]),
+    "equilibria": drawn_states,
+    "followed": _followed,
+    "metric_sensitivities": drawn_sensitivities,
+    "modes": drawn_campbell,
+    "recovery": drawn_recovery,
+    "run": _run,
+    "sizing": drawn_sizing,
+    "spread": drawn_spread,
+    "stability_map": drawn_map,
+    "sweep": drawn_sweep,
+    "trajectory": drawn_trajectory,
+    "tuning": drawn_tuning,
+}
+"""Function that draws each ``_picture`` of a result."""
 
 
-def recovery(found: RecoveryOverDrag) -> ResultFigure:
-    """Draw settling time and amplitude over drag."""
-    return with_plain_texts(drawn_recovery(found))
-
-
-def accuracy_cost(found: AccuracyCost) -> ResultFigure:
-    """Draw errors over CPU time."""
-    return with_plain_texts(drawn_accuracy(found))
-
-
-def effect_cost(found: EffectCost) -> ResultFigure:
-    """Draw the time per step of each variant."""
-    return with_plain_texts(drawn_cost([found]))
-
-
-def sweep(found: Sweep) -> ResultFigure:
-    """Draw metrics over the keys that vary."""
-    return with_plain_texts(drawn_sweep(found))
-
-
-def tuning(found: Tuning) -> ResultFigure:
-    """Draw the points that a search evaluated."""
-    return with_plain_texts(drawn_tuning(found))
-
-
-def spread(found: Spread) -> ResultFigure:
-    """Draw distributions of metrics, and Sobol indices."""
-    return with_plain_texts(drawn_spread(found))
-
-
-def sizing(found: Sizing) -> ResultFigure:
-    """Draw drag windows, and shares of drives that balance in time."""
-    return with_plain_texts(drawn_sizing(found))
-
-
-def merit_sensitivities(found: MeritSensitivities) -> ResultFigure:
-    """Draw percents per percent, as bars."""
-    return with_plain_texts(drawn_sensitivities(found))
+def figure_of(picture: str, *results: object) -> ResultFigure:
+    """Return the figure of a ``_picture``, or of another module's function: ``module:function``."""
+    module, _, name = picture.rpartition(":")
+    draw = getattr(import_module(module), name) if module else DRAWN[name]
+    return with_plain_texts(draw(*results))

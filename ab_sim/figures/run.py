@@ -8,7 +8,7 @@ from matplotlib.axes import Axes
 
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Compared, Comparison
-from ab_sim.analysis.merits import Merits, merits_of
+from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.leader import Decided
@@ -84,7 +84,7 @@ def drawn_run(
             net unbalance is drawn with the true one.
         aborted: time and reason of an abort, shown in place of the final whirl.
     """
-    merits = merits_of(trajectory, scene)
+    metrics = metrics_of(trajectory, scene)
     trajectory = from_rest(trajectory, scene)
     motor, balls = scene.effects.get("motor"), trajectory.balls
     heights = {"speed": 0.5, "whirl": 1.2}
@@ -103,9 +103,9 @@ def drawn_run(
     panels[-1].set_xlabel("time [s]")
     for axes in panels:
         axes.grid(alpha=0.3)
-    panels[0].set_title(_summary(merits, scene, comparison, aborted), fontsize=9)
+    panels[0].set_title(_summary(metrics, scene, comparison, aborted), fontsize=9)
     _draw_speed(at["speed"], trajectory, scene, comparison)
-    _draw_whirl(at["whirl"], trajectory, scene, merits, comparison)
+    _draw_whirl(at["whirl"], trajectory, scene, metrics, comparison)
     if adaptive is not None:
         draw_unbalance(at["unbalance"], trajectory, scene, adaptive)
         mark_states(panels, adaptive)
@@ -117,7 +117,7 @@ def drawn_run(
         _draw_torque(at["torque"], trajectory, motor)
     if balls:
         _draw_forces(at["force"], trajectory, scene)
-        draw_balls(at["angles"], trajectory, scene, merits)
+        draw_balls(at["angles"], trajectory, scene, metrics)
     if period_start is not None and period_start < time[-1]:
         _mark_period(panels, scene, period_start)
     figure.align_ylabels(panels)
@@ -125,27 +125,29 @@ def drawn_run(
     return figure
 
 
-def _summary(merits: Merits, scene: Scene, comparison: Comparison, aborted: Decided | None) -> str:
+def _summary(
+    metrics: Metrics, scene: Scene, comparison: Comparison, aborted: Decided | None
+) -> str:
     """Return a summary of the run in one line."""
     if aborted is not None:  # there is no whirl at standstill
         return f"aborted at {aborted.time:.1f} s: {aborted.text}"
     e = scene.rotor.eccentricity
     scale, unit = (1 / e, " e") if e > 0 else (1e3, " mm")
-    parts = [f"final whirl {merits.final_whirl * scale:.3g}{unit}"]
-    if (share := comparison.relative_whirl(merits)) is not None:
+    parts = [f"final whirl {metrics.final_whirl * scale:.3g}{unit}"]
+    if (share := comparison.relative_whirl(metrics)) is not None:
         parts[0] += f", {share:.3g} times that without balls"
-    if not merits.settled:
+    if not metrics.settled:
         parts.append("still changing at the end")
-    elif merits.in_band_from is None:
-        least, most = (whirl * scale for whirl in merits.span)
+    elif metrics.in_band_from is None:
+        least, most = (whirl * scale for whirl in metrics.span)
         parts.append(f"between {least:.3g} and {most:.3g}{unit} at the end")
     else:
-        within = f"+-{merits.band * scale:.2g}{unit}"
-        parts.append(f"stays within {within} of it from {merits.in_band_from:.3f} s on (triangle)")
-    if merits.circulating is not None:
-        parts.append(f"balls circulate: {merits.circulating.text(scene.balls.count)}")
-    if scene.balls.count and merits.residual_unbalance is not None:
-        parts.append(f"residual unbalance {merits.residual_unbalance:.3g}")
+        within = f"+-{metrics.band * scale:.2g}{unit}"
+        parts.append(f"stays within {within} of it from {metrics.in_band_from:.3f} s on (triangle)")
+    if metrics.circulating is not None:
+        parts.append(f"balls circulate: {metrics.circulating.text(scene.balls.count)}")
+    if scene.balls.count and metrics.residual_unbalance is not None:
+        parts.append(f"residual unbalance {metrics.residual_unbalance:.3g}")
     return "; ".join(parts)
 
 
@@ -173,47 +175,47 @@ def _draw_speed(axes: Axes, path: Trajectory, scene: Scene, comparison: Comparis
 
 
 def _draw_whirl(
-    axes: Axes, path: Trajectory, scene: Scene, merits: Merits, comparison: Comparison
+    axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics, comparison: Comparison
 ) -> None:
     e = scene.rotor.eccentricity
     scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
-    shown = [merits]
-    labels = [Label(merits.final_whirl * scale, _final(merits, scale, "this run"), RUN)]
+    shown = [metrics]
+    labels = [Label(metrics.final_whirl * scale, _final(metrics, scale, "this run"), RUN)]
     for name, other in comparison.by_name().items():
         color = WITHOUT_BALLS if other is comparison.without_balls else WITHOUT_PERIOD
         if isinstance(other, Compared):
             draw_curve(axes, other.time, other.whirl * scale, color=color, lw=0.9, zorder=2)
-            shown.append(other.merits)
-            text = _final(other.merits, scale, name.replace(" variable-", "\nvariable-"))
-            labels.append(Label(other.merits.final_whirl * scale, text, color))
+            shown.append(other.metrics)
+            text = _final(other.metrics, scale, name.replace(" variable-", "\nvariable-"))
+            labels.append(Label(other.metrics.final_whirl * scale, text, color))
     draw_curve(axes, path["time"], path.whirl * scale, color=RUN, lw=1.3, zorder=3)
     hangs = ",\nfrom where the deck hangs" if "gravity" in scene.effects else ""
     axes.set_ylabel(f"whirl radius {unit}{hangs}")
     finals = [m.final_whirl for m in shown if m.final_whirl > 0]
-    peak = merits.peak_whirl * scale
+    peak = metrics.peak_whirl * scale
     if finals and peak > 0:
         axes.set_yscale("log")
         top = max(m.peak_whirl for m in shown)
         axes.set_ylim(max(0.3 * min(finals), LEAST * top) * scale, 3.0 * top * scale)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.annotate(
-            f"peak {peak:.4g} at {merits.peak_time:.3f} s", (merits.peak_time, peak),
+            f"peak {peak:.4g} at {metrics.peak_time:.3f} s", (metrics.peak_time, peak),
             xytext=(0, 6), textcoords="offset points", color=RUN,
-            ha=_towards_the_middle(merits.peak_time, path["time"]),
+            ha=_towards_the_middle(metrics.peak_time, path["time"]),
         )  # fmt: skip
-    if merits.in_band_from is not None:
-        axes.axvline(merits.in_band_from, color=RUN, lw=0.8, ls=":", zorder=1)
+    if metrics.in_band_from is not None:
+        axes.axvline(metrics.in_band_from, color=RUN, lw=0.8, ls=":", zorder=1)
         # On the upper edge, because the room above every peak is for labels.
         axes.plot(
-            merits.in_band_from, 1.0, "v", color=RUN, mec="k", ms=8, zorder=4, clip_on=False,
+            metrics.in_band_from, 1.0, "v", color=RUN, mec="k", ms=8, zorder=4, clip_on=False,
             transform=axes.get_xaxis_transform(),
         )  # fmt: skip
     label_at_right(axes, labels)
 
 
-def _final(merits: Merits, scale: float, name: str) -> str:
-    changing = "" if merits.settled else ",\nstill changing"
-    return f"{merits.final_whirl * scale:.3g}  {name}{changing}"
+def _final(metrics: Metrics, scale: float, name: str) -> str:
+    changing = "" if metrics.settled else ",\nstill changing"
+    return f"{metrics.final_whirl * scale:.3g}  {name}{changing}"
 
 
 def _towards_the_middle(at: float, time: np.ndarray) -> str:

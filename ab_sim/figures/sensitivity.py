@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.axes import Axes
 
-from ab_sim.design.derivatives import MeritSensitivities
+from ab_sim.design.derivatives import MetricSensitivities
 from ab_sim.figures.saved import ResultFigure
 
 MORE, LESS = "#1f4e8c", "#c4622d"
@@ -13,9 +13,9 @@ SMALL = 1e-6
 """Percent per percent below which a bar is not drawn."""
 
 
-def drawn_sensitivities(found: MeritSensitivities) -> ResultFigure:
+def drawn_sensitivities(found: MetricSensitivities) -> ResultFigure:
     """Return a figure with a panel for each metric, without writing it."""
-    count = len(found.merits)
+    count = len(found.metrics)
     shown = [_shown(found.elasticities[i]) for i in range(count)]
     rows = max([len(each) for each in shown] + [2])
     figure = ResultFigure(figsize=(1.5 + 5.0 * count, 1.4 + 0.26 * rows), layout="constrained")
@@ -31,15 +31,15 @@ def _shown(elasticities: np.ndarray) -> list[int]:
     return order[:MOST][::-1]
 
 
-def _bars(found: MeritSensitivities, merit: int, shown: list[int], axes: Axes) -> None:
-    values = found.elasticities[merit, shown]
+def _bars(found: MetricSensitivities, metric: int, shown: list[int], axes: Axes) -> None:
+    values = found.elasticities[metric, shown]
     colours = [MORE if value > 0 else LESS for value in values]
-    errors = found.elasticity_uncertainties[merit, shown]
+    errors = found.elasticity_uncertainties[metric, shown]
     axes.barh(range(len(shown)), values, xerr=errors, color=colours, capsize=3)
     axes.set_yticks(range(len(shown)), [found.keys[k] for k in shown], fontsize=8)
-    unit = found.merit_units[merit]
-    named = f"{found.merit_values[merit]:.4g}" + ("" if unit == "1" else f" {unit}")
-    axes.set_title(f"{found.merits[merit]} = {named}", fontsize=9)
+    unit = found.metric_units[metric]
+    named = f"{found.metric_values[metric]:.4g}" + ("" if unit == "1" else f" {unit}")
+    axes.set_title(f"{found.metrics[metric]} = {named}", fontsize=9)
     axes.axvline(0.0, color="black", lw=0.8)
     axes.grid(axis="x", alpha=0.25)
     if not shown:

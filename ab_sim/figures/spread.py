@@ -16,9 +16,9 @@ WIDE = 30.0
 
 def drawn_spread(found: Spread) -> ResultFigure:
     """Return the figure of a spread without writing it."""
-    merits, indices = list(found.quantiles), list(found.sobol.indices)
-    columns = min((4, 3), key=lambda n: -len(merits) % n + -len(indices) % n)
-    above, below = (math.ceil(len(each) / columns) for each in (merits, indices))
+    metrics, indices = list(found.quantiles), list(found.sobol.indices)
+    columns = min((4, 3), key=lambda n: -len(metrics) % n + -len(indices) % n)
+    above, below = (math.ceil(len(each) / columns) for each in (metrics, indices))
     tall = 0.9 + 0.32 * len(found.sobol.indices[indices[0]]) if indices else 0.0
     heights = [2.6] * above + [max(tall, 1.6)] * below
     figure = ResultFigure(figsize=(4.0 * columns, 1.5 + sum(heights)), layout="constrained")
@@ -26,10 +26,10 @@ def drawn_spread(found: Spread) -> ResultFigure:
         max(1, above + below), columns, squeeze=False, height_ratios=heights or [1.0]
     )
     upper, lower = panels[:above].ravel(), panels[above:].ravel()
-    for axes in (*upper[len(merits) :], *lower[len(indices) :]):
+    for axes in (*upper[len(metrics) :], *lower[len(indices) :]):
         axes.set_axis_off()
-    for axes, merit in zip(upper, merits, strict=False):
-        _draw_distribution(found, axes, merit)
+    for axes, metric in zip(upper, metrics, strict=False):
+        _draw_distribution(found, axes, metric)
     for place, (axes, what) in enumerate(zip(lower, indices, strict=False)):
         _draw_indices(found, axes, what, place % columns == 0)
     figure.suptitle(_title(found), fontsize=11)
@@ -37,24 +37,24 @@ def drawn_spread(found: Spread) -> ResultFigure:
     return figure
 
 
-def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
+def _draw_distribution(found: Spread, axes: Axes, metric: str) -> None:
     """Draw the share of runs up to a value, quantiles, and bounds as lines."""
     designs = [(found.runs, OWN)]
     if found.against is not None:
         designs.insert(0, (found.against.runs, OTHER))
     everything = []
     for runs, colour in designs:
-        values = np.sort(runs.shown(merit)[np.isfinite(runs[merit])])
+        values = np.sort(runs.shown(metric)[np.isfinite(runs[metric])])
         if len(values):
             axes.ecdf(values, color=colour, lw=1.5)
             everything.append(values)
-    factor = found.runs.factor(merit)
-    for each in found.quantiles[merit]:
+    factor = found.runs.factor(metric)
+    for each in found.quantiles[metric]:
         ends = [factor * (each.value if end is None else end) for end in (each.low, each.high)]
         axes.plot(ends, [each.p] * 2, color="black", lw=2.0, solid_capstyle="butt")
         axes.plot(factor * each.value, each.p, marker="o", ms=4, color="black")
     for bound in found.criterion:
-        if bound.merit == merit:
+        if bound.metric == metric:
             axes.axvline(factor * bound.limit, color="#d7403a", lw=1.2, ls="--")
     if not everything:
         axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
@@ -64,8 +64,8 @@ def _draw_distribution(found: Spread, axes: Axes, merit: str) -> None:
             axes.set_xscale("log")
         else:
             axes.locator_params(axis="x", nbins=5)
-    count = int(np.isfinite(found[merit]).sum())
-    axes.set_xlabel(found.runs.titled(merit), fontsize=9)
+    count = int(np.isfinite(found[metric]).sum())
+    axes.set_xlabel(found.runs.titled(metric), fontsize=9)
     axes.set_ylabel(f"share of {count} runs", fontsize=9)
     axes.set_ylim(0.0, 1.0)
     axes.grid(alpha=0.25)
@@ -104,7 +104,7 @@ def _legend(found: Spread) -> list[Line2D]:
     handles.append(
         Line2D([], [], color="black", marker="o", ms=4, label="quantile, interval of 95 %")
     )
-    bounded = {bound.merit for bound in found.criterion} & set(found.quantiles)
+    bounded = {bound.metric for bound in found.criterion} & set(found.quantiles)
     if bounded:
         handles.append(Line2D([], [], color="#d7403a", ls="--", label="bound"))
     if found.sobol.indices:

@@ -9,8 +9,8 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, Normalize
 from matplotlib.lines import Line2D
 
-from ab_sim.analysis.merits.merit import Better, merits_named
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics.metric import Better, metrics_named
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.design.judged import ABORTED, FAILED, OUTCOME
 from ab_sim.design.sweep import Sweep
 from ab_sim.figures.saved import ResultFigure
@@ -39,12 +39,12 @@ def drawn_sweep(found: Sweep) -> ResultFigure:
 
 def _lines(found: Sweep) -> ResultFigure:
     """Draw a panel for each metric; several runs at one value give a median and a band."""
-    key, merits = found.keys[0], found.merits
-    figure = ResultFigure(figsize=(8.0, 1.2 + 2.2 * len(merits)), layout="constrained")
-    panels = figure.subplots(len(merits), 1, sharex=True, squeeze=False)[:, 0]
+    key, metrics = found.keys[0], found.metrics
+    figure = ResultFigure(figsize=(8.0, 1.2 + 2.2 * len(metrics)), layout="constrained")
+    panels = figure.subplots(len(metrics), 1, sharex=True, squeeze=False)[:, 0]
     places, names = _places(found, key)
-    for axes, merit in zip(panels, merits, strict=True):
-        values = found.shown(merit).astype(float)
+    for axes, metric in zip(panels, metrics, strict=True):
+        values = found.shown(metric).astype(float)
         there = np.isfinite(values)
         across = np.unique(places[there])
         groups = [values[there & (places == x)] for x in across]
@@ -60,8 +60,8 @@ def _lines(found: Sweep) -> ResultFigure:
             if _is_wide(values[there]):
                 axes.set_yscale("log")
         _mark_others(found, axes, places, values)
-        _mark_best(found, merit, axes, places, values)
-        axes.set_ylabel(found.titled(merit), fontsize=9)
+        _mark_best(found, metric, axes, places, values)
+        axes.set_ylabel(found.titled(metric), fontsize=9)
         axes.grid(alpha=0.25)
     _scale_axis(found, key, panels[-1], names, "x")
     panels[0].set_title(_title(found), fontsize=11)
@@ -71,24 +71,24 @@ def _lines(found: Sweep) -> ResultFigure:
 
 def _maps(found: Sweep) -> ResultFigure:
     """Draw a map for each metric."""
-    (across, up), merits = found.keys, found.merits
-    columns = min(2, len(merits))
-    rows = math.ceil(len(merits) / columns)
+    (across, up), metrics = found.keys, found.metrics
+    columns = min(2, len(metrics))
+    rows = math.ceil(len(metrics) / columns)
     figure = ResultFigure(figsize=(1.0 + 5.6 * columns, 1.2 + 4.4 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
     (x, names_x), (y, names_y) = _places(found, across), _places(found, up)
-    for axes, merit in zip(panels, merits, strict=False):
-        values = found.shown(merit).astype(float)
+    for axes, metric in zip(panels, metrics, strict=False):
+        values = found.shown(metric).astype(float)
         colours = _draw_map(found, axes, (x, y), values)
         _mark_others(found, axes, x, y)
-        _mark_best(found, merit, axes, x, y)
-        axes.set_title(found.titled(merit), fontsize=10)
+        _mark_best(found, metric, axes, x, y)
+        axes.set_title(found.titled(metric), fontsize=10)
         if colours is not None:
             figure.colorbar(colours, ax=axes, pad=0.02)
-    for axes in panels[len(merits) :]:
+    for axes in panels[len(metrics) :]:
         axes.set_axis_off()
-    for place, axes in enumerate(panels[: len(merits)]):
-        _scale_axis(found, across, axes, names_x, "x", place + columns >= len(merits))
+    for place, axes in enumerate(panels[: len(metrics)]):
+        _scale_axis(found, across, axes, names_x, "x", place + columns >= len(metrics))
         _scale_axis(found, up, axes, names_y, "y", place % columns == 0)
     figure.suptitle(_title(found), fontsize=11)
     figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
@@ -123,15 +123,15 @@ def _draw_map(
 
 def _pairs(found: Sweep) -> ResultFigure:
     """Draw runs over each pair of keys, coloured by the first metric, with good runs on top."""
-    keys, merit = found.keys[:MOST_KEYS], found.merits[0]
+    keys, metric = found.keys[:MOST_KEYS], found.metrics[0]
     count = len(keys) - 1
     side = max(2.2, 7.5 / count)
     figure = ResultFigure(figsize=(1.5 + side * count, 1.2 + side * count), layout="constrained")
     panels = figure.subplots(count, count, squeeze=False, sharex="col", sharey="row")
-    values = found.shown(merit).astype(float)
+    values = found.shown(metric).astype(float)
     there = np.flatnonzero(np.isfinite(values))
     order = there[np.argsort(values[there])]
-    if merits_named([merit])[0].better is not Better.LARGER:
+    if metrics_named([metric])[0].better is not Better.LARGER:
         order = order[::-1]
     norm = _norm(values[there]) if len(there) else Normalize()
     for row, column in itertools.product(range(count), range(count)):
@@ -142,11 +142,11 @@ def _pairs(found: Sweep) -> ResultFigure:
         (x, names_x), (y, names_y) = (_places(found, k) for k in (keys[column], keys[row + 1]))
         axes.scatter(x[order], y[order], c=values[order], s=10, norm=norm, cmap="viridis")
         _mark_others(found, axes, x, y)
-        _mark_best(found, merit, axes, x, y)
+        _mark_best(found, metric, axes, x, y)
         _scale_axis(found, keys[column], axes, names_x, "x", row == count - 1)
         _scale_axis(found, keys[row + 1], axes, names_y, "y", column == 0)
     bar = ScalarMappable(norm, "viridis")
-    figure.colorbar(bar, ax=panels, label=found.titled(merit), shrink=0.6, pad=0.02)
+    figure.colorbar(bar, ax=panels, label=found.titled(metric), shrink=0.6, pad=0.02)
     left_out = (
         f"; {', '.join(found.keys[MOST_KEYS:])} not drawn" if len(found.keys) > len(keys) else ""
     )
@@ -200,10 +200,10 @@ def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None
             axes.axvline(place, color=colour, lw=1.0, alpha=0.35, zorder=0)
 
 
-def _mark_best(found: Sweep, merit: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
-    if merits_named([merit])[0].better is Better.NEITHER:
+def _mark_best(found: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    if metrics_named([metric])[0].better is Better.NEITHER:
         return
-    run = found.best(merit)
+    run = found.best(metric)
     if run is not None:
         axes.plot(
             x[run], y[run], marker="*", ms=15, mfc=BEST, mec="white", mew=0.8, ls="", zorder=4

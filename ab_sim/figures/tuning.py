@@ -17,7 +17,7 @@ DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 def drawn_tuning(found: Tuning) -> ResultFigure:
     """Return the figure of a tuning without writing it."""
-    keys, aim = found.keys, found.task.standard.aim.merit
+    keys, aim = found.keys, found.task.standard.aim.metric
     columns = min(3, len(keys))
     rows = math.ceil(len(keys) / columns)
     figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
@@ -47,14 +47,14 @@ def _left_out(found: Tuning) -> np.ndarray:
     """Return the shown objectives of unsettled candidates at their end; NaN for all others."""
     ends = np.full(len(found.candidates), np.nan)
     if found.left_out:
-        aim = found.task.standard.aim.merit
+        aim = found.task.standard.aim.metric
         chosen = np.isin(found.runs[OUTCOME].astype(str), list(found.left_out))
         ends[chosen] = found.runs.shown(aim)[chosen]
     return ends
 
 
 def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray) -> None:
-    range_, aim = found.task.ranges[place], found.task.standard.aim.merit
+    range_, aim = found.task.ranges[place], found.task.standard.aim.metric
     wide, tall = found.runs.factor(range_.key), found.runs.factor(aim)
     across, within = found.candidates[:, place] * wide, found.scores.within
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
@@ -64,9 +64,9 @@ def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.n
     for name, before, settled in found.before:
         if before is not None and settled:
             axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=DASHES[name])
-    for name, value, merit, inside in found.beside:
-        if name == range_.key and inside and merit is not None:
-            axes.plot(value * wide, merit * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
+    for name, value, metric, inside in found.beside:
+        if name == range_.key and inside and metric is not None:
+            axes.plot(value * wide, metric * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
     if found.candidate is not None:
         best = across[found.candidate], values[found.candidate]
         axes.plot(*best, marker="*", ms=15, mfc=BEST, mec="white", ls="")

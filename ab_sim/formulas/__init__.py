@@ -1,9 +1,9 @@
-"""The model's formulas in print, made from the code that computes: LaTeX and plain text.
+"""Print the model's formulas as LaTeX and plain text, derived from the code that computes them.
 
-symbols      how docs/equations.md writes what the code calls otherwise
+symbols      symbols of docs/equations.md for the code's names
 lines        a traced formula as lines, long ones with named intermediate quantities
-methods      what each method of an effect stands for
-effects      an effect's formulas
-planar       the equations of motion of a deck in the plane
-page         the parts of docs/equations.md that are made from these
+methods      arguments and equation of each method of an effect
+effects      formulas of an effect
+planar       equations of motion of a deck in the plane
+page         generated parts of docs/equations.md
 """

@@ -1,4 +1,4 @@
-"""An effect's formulas in print: each of its methods, run once on expressions."""
+"""Print an effect's formulas: each of its methods is run once on expressions."""
 
 import inspect
 from typing import Any, NamedTuple
@@ -12,33 +12,33 @@ from ab_sim.tracing.expression import Graph, reached
 from ab_sim.tracing.local_names import Named, with_local_names
 
 OTHERS = frozenset({"check_scene"})
-"""Methods that are no formulas."""
+"""Methods that are not formulas."""
 
 
 class Formula(NamedTuple):
-    """One method of an effect."""
+    """Formula of one method of an effect."""
 
     method: str
     meaning: str
-    """Empty where ``methods`` does not know it."""
+    """Meaning from ``methods``; empty for a method that is not listed there."""
     lines: Lines
     parameters: dict[str, str]
-    """By symbol in the lines the effect's parameter, where that is not called so."""
+    """Parameters of the effect by their symbols in the lines, where symbol and name differ."""
     trouble: str = ""
-    """Why there are no lines."""
+    """Reason why there are no lines; empty if there are."""
 
 
 class TracedMethod(NamedTuple):
-    """A method run on expressions."""
+    """Result of a method that was run on expressions."""
 
     equations: list[Equation]
     quantities: list[Named]
     fields: dict[str, str]
-    """Symbols of the effect's fields."""
+    """Symbols of the effect's fields, by the fields' names."""
 
 
 def formulas_of(effect: type[Any]) -> list[Formula]:
-    """All formulas of a class of effects, in the order of ``methods``, others behind these."""
+    """Return all formulas of a class of effects, first those of ``methods`` in its order."""
     own = [name for name in dir(effect) if _is_formula(effect, name)]
     order = [*(name for name in METHODS if name in own), *(n for n in own if n not in METHODS)]
     return [_formula(effect, name) for name in order]
@@ -49,7 +49,7 @@ def _formula(effect: type[Any], name: str) -> Formula:
     try:
         traced = traced_method(effect, name)
     except TypeError as error:
-        # It branches on numbers, or asks math for a function of them.
+        # Branches on traced numbers, and functions of math, raise TypeError.
         return Formula(name, meaning, Lines([], []), {}, str(error))
     nodes = reached(equation.right for equation in traced.equations)
     shown = {node.payload for node in nodes if node.op == "input"}
@@ -62,7 +62,7 @@ def _formula(effect: type[Any], name: str) -> Formula:
 
 
 def traced_method(effect: type[Any], name: str) -> TracedMethod:
-    """A method of a class of effects, run on expressions."""
+    """Run a method of a class of effects on expressions."""
     graph = Graph()
     x = Symbols(graph)
     method = METHODS[name] if name in METHODS else _unknown(effect, name)
@@ -87,7 +87,7 @@ def _is_formula(effect: type[Any], name: str) -> bool:
 
 
 def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
-    """By field its symbol; the field's name where that symbol is something else here already."""
+    """Return the symbol of each field, or the field's name if the symbol is already taken."""
     found: dict[str, str] = {}
     for field, about in effect_parameters(effect).items():
         symbol = symbol_of_field(field, about.get("description", ""))
@@ -96,7 +96,10 @@ def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
 
 
 def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
-    """An input for each number; counts and choices, which decide what is done, as by default."""
+    """Return an input for each number; counts and choices get their default values.
+
+    Counts and choices decide which operations are done, so they cannot be inputs.
+    """
     values = []
     for field, about in effect_parameters(effect).items():
         if about.get("type") == "number":
@@ -107,7 +110,7 @@ def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
 
 
 def _unknown(effect: type[Any], name: str) -> EffectMethod:
-    """A method that somebody else has added: its arguments by their names."""
+    """Return a description of a method that is not in ``methods``, from its arguments' names."""
     names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
     bodies: dict[str, Any] = {"deck": DeckMotion, "ball": Ball}
 

@@ -1,4 +1,4 @@
-"""A traced formula as lines that a reader recognises."""
+"""Print a traced formula as lines, with the intermediate quantities of its source."""
 
 from collections import Counter
 from collections.abc import Collection, Iterable, Mapping, Sequence
@@ -12,25 +12,25 @@ from ab_sim.tracing.plain_text import PlainText
 from ab_sim.tracing.printed import Printer
 
 WIDTH = 88
-"""Characters of a line in text: a longer one is written with named quantities."""
+"""Maximum number of characters of a line in text; longer ones get named quantities."""
 
 
 class Line(NamedTuple):
-    """An equation in print."""
+    """Equation in print."""
 
     text: str
     latex: str
 
 
 class Equation(NamedTuple):
-    """Two sides that are equal."""
+    """Two sides of an equation."""
 
     left: Expression
     right: Expression
 
 
 class Lines(NamedTuple):
-    """Equations, and the quantities that they are written with."""
+    """Equations, and definitions of the quantities in them."""
 
     equations: list[Line]
     quantities: list[Line]
@@ -44,14 +44,18 @@ def lines_of(
     *,
     always: bool = False,
 ) -> Lines:
-    """Equations in print, with as few named quantities as keep lines short.
+    """Return equations in print, with as few named quantities as keep the lines short.
+
+    No quantity is named if all lines are short without. Otherwise all are named at first. Then one
+    name is removed at a time, as long as there is one that is unused, or that is used once and
+    whose removal keeps every line within ``WIDTH``.
 
     Args:
-        equations: in order.
+        equations: equations in the order of printing.
         locals_: intermediate quantities that can be named.
-        known: symbols of some, by their names in the source.
-        explained: symbols that need no line.
-        always: name all, however short a line is without: for a system of equations.
+        known: symbols of some of them, by their names in the source.
+        explained: symbols that need no definition.
+        always: True to name all quantities even in short lines, for a system of equations.
     """
     symbols = _symbols(equations, locals_, dict(known or {}))
     if not always and _short(equations, {}):
@@ -74,7 +78,7 @@ def lines_of(
 def _symbols(
     equations: Sequence[Equation], locals_: Iterable[Named], known: dict[str, str]
 ) -> dict[int, str]:
-    """By node what to call it: nothing that is there already."""
+    """Return a symbol for each node that can be named, none of which is in use already."""
     taken = {node.payload for node in _nodes(equations) if node.op == "input"}
     whole = {equation.right.number for equation in equations}
     found: dict[int, str] = {}
@@ -91,7 +95,7 @@ def _symbols(
 def _can_go(
     equations: Sequence[Equation], symbols: dict[int, str], number: int, uses: Counter[int]
 ) -> bool:
-    """Whether a quantity need not be named."""
+    """Return whether a quantity need not be named."""
     if uses[number] == 0:
         return True
     fewer = {n: symbol for n, symbol in symbols.items() if n != number}
@@ -106,7 +110,7 @@ def _short(equations: Sequence[Equation], symbols: Mapping[int, str]) -> bool:
 
 
 def _uses(equations: Sequence[Equation], symbols: Mapping[int, str]) -> Counter[int]:
-    """How often each named quantity is printed in what is reached from the equations."""
+    """Return how often each named quantity is printed in the equations and in the definitions."""
     uses: Counter[int] = Counter()
     ahead = [side for equation in equations for side in equation]
     done: set[int] = set()

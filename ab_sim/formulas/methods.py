@@ -1,6 +1,6 @@
-"""What each method of an effect stands for: what goes in, and which equation comes out.
+"""Methods of effects: meaning, arguments and resulting equation of each.
 
-The list of ``ab_sim.equations.effects``, in the symbols of docs/equations.md.
+These are the methods listed in ``ab_sim.equations.effects``, in the symbols of docs/equations.md.
 """
 
 from collections.abc import Callable, Sequence
@@ -16,14 +16,14 @@ def _unchanged(result: Any, x: Symbols) -> Any:
 
 
 class EffectMethod(NamedTuple):
-    """A method of effects."""
+    """Method of effects."""
 
     meaning: str
     arguments: Callable[[Symbols], Sequence[Any]]
     left: Callable[[Symbols], Sequence[Any]]
-    """What the results are equal to, one for each."""
+    """Left sides of the equations, one for each result."""
     used: Callable[[Any, Symbols], Any] = _unchanged
-    """What the equations make of the result, where that is what is called so."""
+    """Function from the method's result to the right sides, where these differ."""
 
 
 def _symbols(*names: str) -> Callable[[Symbols], Sequence[Any]]:
@@ -121,4 +121,4 @@ METHODS: dict[str, EffectMethod] = {
     "deck_loss": EffectMethod("power dissipated by deck_force [W]", _turning, _symbols("P")),
     "space_loss": EffectMethod("power dissipated by space_force [W]", _fixed, _symbols("P")),
 }
-"""In the order in which they are printed."""
+"""Methods in the order of printing, by name."""

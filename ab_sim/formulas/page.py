@@ -1,4 +1,4 @@
-"""The parts of docs/equations.md that are made from the code, between markers."""
+"""Generate the parts of docs/equations.md that follow from the code, between markers."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -11,16 +11,16 @@ from ab_sim.scene.registry import effect_classes
 
 PAGE = "docs/equations.md"
 MAKE = "python benchmarks/equations_page.py"
-"""What makes the parts anew."""
+"""Command that generates the parts."""
 WIDE = 100
-"""Characters of a line in text, from which on its two sides get a line each."""
+"""Number of characters of a line in text above which its two sides are printed on two lines."""
 
 
 def page_from_code(page: str) -> str:
-    """A page with its parts made anew.
+    """Return a page with its generated parts replaced.
 
     Raises:
-        ValueError: a part has no place in it.
+        ValueError: the markers of a part are missing, or occur more than once.
     """
     for name, made in (("planar", _planar()), ("effects", _effects())):
         begin, end = f"<!-- {name}: made by {MAKE} -->", f"<!-- {name}: end -->"
@@ -33,7 +33,7 @@ def page_from_code(page: str) -> str:
 
 
 def typeset(lines: Lines) -> Iterator[str]:
-    """Formulas as LaTeX in Markdown, as GitHub and the documentation site show it."""
+    """Yield formulas as LaTeX in Markdown, in the syntax of GitHub and the documentation site."""
     yield from _aligned(lines.equations)
     if lines.quantities:
         yield from ["with", "", *_aligned(lines.quantities)]
@@ -60,7 +60,7 @@ def _effects() -> Iterator[str]:
 
 
 def _aligned(lines: Sequence[Line]) -> Iterator[str]:
-    """One under the other, at their signs of equality."""
+    """Yield lines below each other, aligned at their equals signs."""
     wide = any(len(line.text) > WIDE for line in lines)
     rows = [row for line in lines for row in _rows(line.latex, wide)]
     yield from ["```math", r"\begin{aligned}"]

@@ -1,7 +1,7 @@
-"""The equations of motion of a deck in the plane of the disc in print: what planar.py computes.
+"""Print the equations of motion of a deck in the plane of the disc, as planar.py computes them.
 
-Effects are stood in for by ones that have each method once and give a symbol for it, so that the
-lines show where an effect acts; its own formulas say how.
+One placeholder stands for all effects. Each of its methods returns a symbol, so the lines show
+where an effect acts; the effects' own formulas are printed elsewhere.
 """
 
 from typing import Any, NamedTuple
@@ -32,51 +32,51 @@ NAMED = {
     "g2": "gravity_2",
     "N": "N",
 }
-"""Intermediate quantities that are named, and how; others are written out."""
+"""Symbols of the intermediate quantities that are named; others are written out."""
 EXPLAINED = frozenset({"h", "l"})
-"""Those that are what the effects' formulas give, without a line of their own."""
+"""Symbols that the effects' formulas define, and which need no definition here."""
 
 
 class TracedEffect(NamedTuple):
-    """One effect in place of all."""
+    """Placeholder for all effects."""
 
     x: Symbols
 
     def deck_force(self, deck: DeckMotion) -> tuple[Any, Any]:
-        """All of the suspension."""
+        """Return the suspension's force."""
         return self.x("f_1"), self.x("f_2")
 
     def gravity(self) -> tuple[Any, Any]:
-        """Across the shaft."""
+        """Return gravity across the shaft."""
         return self.x("g_x"), self.x("g_y")
 
     def race_shape(self, c: Any, s: Any) -> tuple[Any, ...]:
-        """Of any race."""
+        """Return the shape of a race."""
         each = self.x.each
         return each("h") - each("R"), each("x"), each("l") - each("R"), each("dl/dtheta")
 
     def ball_inertia(self, ball: Ball) -> Any:
-        """Of balls that roll."""
+        """Return the inertia of rolling balls."""
         return self.x.each("I") / (ball.radius * ball.radius)
 
     def ball_drag(self, ball: Ball) -> Any:
-        """Of all that drags."""
+        """Return the drag on a ball."""
         return self.x("c_b")
 
     def rotor_moment(self) -> Any:
-        """Of a motor."""
+        """Return a motor's moment of inertia."""
         return self.x("I_r")
 
 
 class EquationGroup(NamedTuple):
-    """Equations that belong together."""
+    """Equations under one title."""
 
     title: str
     lines: Lines
 
 
 def planar_sections() -> list[EquationGroup]:
-    """The equations of deck, spindle and balls, line by line."""
+    """Return the equations of deck, spindle and balls, line by line."""
     system = _System(Symbols(Graph()))
     return [
         EquationGroup("displacement and velocity", system.rates()),
@@ -86,7 +86,7 @@ def planar_sections() -> list[EquationGroup]:
 
 
 class _System:
-    """The equations as expressions."""
+    """Equations as expressions."""
 
     def __init__(self, x: Symbols) -> None:
         each, theta = x.each, x.each("theta")
@@ -112,7 +112,7 @@ class _System:
         (self.on, self.arrow), self.named = with_local_names(equations)
 
     def rates(self) -> Lines:
-        """Of displacement and velocity."""
+        """Return the rates of displacement and velocity."""
         rates, named = with_local_names(
             self.planar.rates, self.effects, self.spindle, self.state, self.accelerations
         )
@@ -122,7 +122,7 @@ class _System:
         return self._lines([Equation(*each) for each in sides], named, set())
 
     def deck(self) -> Lines:
-        """Of the deck's accelerations and the spindle's: B x - sum_i coupling_i g_i = F."""
+        """Return the equations of deck and spindle: B x - sum_i coupling_i g_i = F."""
         equations = []
         for r, force in enumerate(self.arrow.force):
             left = -over_balls(2, self.arrow.coupling[r] * self.path)
@@ -132,7 +132,7 @@ class _System:
         return self._lines(equations, self.named, set())
 
     def balls(self) -> Lines:
-        """Of a ball along the race: mu g = path_force + coupling.x - nu N."""
+        """Return the equation of a ball along the race: mu g = path_force + coupling.x - nu N."""
         N = normal_force(self.arrow, self.accelerations)
         force = self.arrow.path_force
         for coupling, acceleration in zip(self.arrow.coupling, self.accelerations, strict=True):

@@ -1,4 +1,4 @@
-"""How docs/equations.md writes what the code calls otherwise."""
+"""Symbols of docs/equations.md for names in the code."""
 
 import re
 from typing import Any
@@ -11,11 +11,11 @@ KNOWN = {
     "al": r"\dot{\omega}",
     "dl/dtheta": r"\frac{\mathrm{d}l}{\mathrm{d}\theta}",
 }
-"""LaTeX of symbols that text writes with letters at hand."""
+"""LaTeX of symbols that have a substitute of ASCII letters in text."""
 
 
 def in_latex(symbol: str) -> str:
-    """LaTeX of a symbol in text."""
+    """Return the LaTeX of a symbol in text."""
     return latex_symbol(symbol, KNOWN)
 
 
@@ -23,7 +23,7 @@ class Symbols:
     """Inputs of a graph by their symbols in text.
 
     Args:
-        graph: where they are made.
+        graph: graph in which the inputs are created.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -31,18 +31,18 @@ class Symbols:
         self.used: set[str] = set()
 
     def __call__(self, symbol: str) -> Any:
-        """What has one value: an expression, where formulas have a number."""
+        """Return the input of a quantity with one value."""
         self.used.add(symbol)
         return self.graph.input(symbol, Level.STATE)
 
     def each(self, symbol: str) -> Any:
-        """What each ball has."""
+        """Return the input of a quantity per ball."""
         self.used.add(symbol)
         return self.graph.input(symbol, Level.STATE, each=True)
 
 
 def symbol_of_field(name: str, description: str) -> str:
-    """An effect's parameter: the symbol that its description begins with, or its name.
+    """Return a parameter's symbol: the one with which its description begins, or else its name.
 
     ``"k_3"``, ``"beta_b, a length"`` and ``"g, of free fall"`` begin with one, ``"a slower
     approach"`` does not.
@@ -54,7 +54,7 @@ def symbol_of_field(name: str, description: str) -> str:
 
 
 def symbol_of_local(name: str, known: dict[str, str]) -> str:
-    """A local variable: ``f1`` is f_1, ``vx`` is v_x; others as they are."""
+    """Return a local variable's symbol: f_1 for ``f1``, v_x for ``vx``; others are unchanged."""
     if name in known:
         return known[name]
     short = re.fullmatch(r"([a-z])(\d+|x|y|z)", name)
@@ -62,5 +62,5 @@ def symbol_of_local(name: str, known: dict[str, str]) -> str:
 
 
 def lifted(graph: Graph, value: Any) -> Expression:
-    """A number as expression."""
+    """Return a number as an expression, and an expression unchanged."""
     return value if isinstance(value, Expression) else graph.constant(value)

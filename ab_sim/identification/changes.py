@@ -8,7 +8,8 @@ import numpy as np
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, whiteness_over
-from ab_sim.identification.stages import StagedFit, Tell, minimise
+from ab_sim.identification.stages import StagedFit, minimise
+from ab_sim.progress import Progress
 from ab_sim.workers import Workers
 
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
@@ -28,7 +29,7 @@ class Departure(NamedTuple):
 
 
 def changes_in(
-    problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Tell,
+    problem: Problem, white: Sequence[bool], held: Sequence[int], seed: int, tell: Progress,
     workers: Workers,
 ) -> tuple[Departure, ...]:  # fmt: skip
     """Locate changes of drives or sensors during recordings.

@@ -8,12 +8,13 @@ from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, total_z, whiteness_over
 from ab_sim.identification.result import HeldOut, RecordingFit
-from ab_sim.identification.stages import StagedFit, Tell
+from ab_sim.identification.stages import StagedFit
+from ab_sim.progress import Progress
 from ab_sim.workers import Workers
 
 
 def held_out(
-    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Tell,
+    problem: Problem, values: np.ndarray, recordings: Sequence[Measured], seed: int, tell: Progress,
     workers: Workers,
 ) -> tuple[HeldOut, list[RecordingFit]]:  # fmt: skip
     """Evaluate a fit on other recordings; only their own parameters are fitted.

@@ -9,7 +9,8 @@ from scipy.stats import t as student
 
 from ab_sim.identification.information import covariance_of, sum_of_squares
 from ab_sim.identification.problem import Problem
-from ab_sim.identification.stages import Tell, minimise
+from ab_sim.identification.stages import minimise
+from ab_sim.progress import Progress
 
 SHARE = 0.95
 """Confidence level of intervals."""
@@ -91,7 +92,7 @@ def intervals_of(
     problem: Problem,
     values: np.ndarray,
     free: Sequence[int],
-    tell: Tell,
+    tell: Progress,
     profiles: bool = True,
 ) -> Intervals:
     """Compute intervals around a fit.

@@ -1,6 +1,6 @@
 """Identifiability: singular values of the sensitivities, and unidentifiable directions."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -8,6 +8,7 @@ import numpy as np
 from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
+from ab_sim.progress import Progress
 
 LOOKS = 2
 """Number of draws of start angles at which identifiability is evaluated."""
@@ -103,9 +104,7 @@ def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()
     return Knowledge(tuple(names), tuple(singular.tolist()), tuple(found), tuple(held))
 
 
-def knowledge_before(
-    problem: Problem, seed: int, tell: Callable[[str, int, int], None] = lambda *_: None
-) -> Knowledge:
+def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: None) -> Knowledge:
     """Return directions that are unidentifiable for all start angles, at the scene's values.
 
     Args:

@@ -18,7 +18,8 @@ from ab_sim.identification.parameters import FitParameter
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
 from ab_sim.identification.result import TriedEffect
-from ab_sim.identification.stages import Fitted, Tell, minimise
+from ab_sim.identification.stages import Fitted, minimise
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -57,7 +58,7 @@ class _Trial(NamedTuple):
 
 
 def tried_effects(
-    problem: Problem, values: np.ndarray, free: Sequence[int], white: Sequence[bool], tell: Tell
+    problem: Problem, values: np.ndarray, free: Sequence[int], white: Sequence[bool], tell: Progress
 ) -> tuple[TriedEffect, ...]:
     """Try the missing effects and return them, the best explanation first.
 

@@ -12,7 +12,7 @@ from ab_sim.identification.knowledge import UNKNOWN, shared_numbers
 from ab_sim.identification.measured import BIAS, GAIN, Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.result import Proposal
-from ab_sim.identification.stages import Tell
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.spindle import Ramp, SpeedSchedule
 
@@ -37,7 +37,11 @@ class _Standard(NamedTuple):
 
 
 def proposals_for(
-    problem: Problem, values: np.ndarray, free: Sequence[int], unbounded: Sequence[str], tell: Tell
+    problem: Problem,
+    values: np.ndarray,
+    free: Sequence[int],
+    unbounded: Sequence[str],
+    tell: Progress,
 ) -> tuple[Proposal, ...]:
     """Rank standard recordings by newly determined parameters, then by intervals.
 

@@ -27,9 +27,10 @@ from ab_sim.identification.result import (
     RecordingFit,
     TriedEffect,
 )
-from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, Tell, minimise
+from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, minimise
 from ab_sim.identification.time_scale import tried_scales
 from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.workers import WorkerLost, Workers
@@ -60,7 +61,7 @@ def run_identification(
     recordings: Sequence[Measured],
     question: Question,
     held_out: Sequence[Measured] = (),
-    tell: Tell = lambda *_: None,
+    tell: Progress = lambda *_: None,
     workers: int = 1,
 ) -> Identification:
     """Fit a scene to recordings, and assess the fit.
@@ -96,7 +97,7 @@ def run_identification(
 class _Work:
     def __init__(
         self, scene: Scene, recordings: Sequence[Measured], question: Question,
-        held_out: Sequence[Measured], tell: Tell,
+        held_out: Sequence[Measured], tell: Progress,
     ) -> None:  # fmt: skip
         self._scene, self._question, self._tell = scene, question, tell
         self._recordings, self._held_out = recordings, held_out

@@ -11,11 +11,10 @@ from scipy.stats import qmc
 
 from ab_sim.identification.information import deviations_of, sum_of_squares, triangle
 from ab_sim.identification.problem import Problem
+from ab_sim.progress import Progress
 from ab_sim.workers import Workers
 
 Function = Callable[[np.ndarray], np.ndarray]
-Tell = Callable[[str, int, int], None]
-"""Progress callback: current task, finished tasks, total; an exception in it ends the work."""
 Seen = Callable[[np.ndarray, float], None]
 """Callback with values of all parameters [SI] and half the sum of squares."""
 STARTS = 24
@@ -173,12 +172,12 @@ class StagedFit:
         problem: problem with all recordings.
         held: indices of the parameters that stay at their start.
         seed: seed of the random starts.
-        tell: see ``Tell``.
+        tell: see ``Progress``.
         workers: worker processes for the starts; results do not depend on their number.
     """
 
     def __init__(
-        self, problem: Problem, held: Sequence[int], seed: int, tell: Tell, workers: Workers
+        self, problem: Problem, held: Sequence[int], seed: int, tell: Progress, workers: Workers
     ) -> None:
         self.problem, self._held, self._tell = problem, set(held), tell
         self._seed, self._workers = seed, workers

@@ -15,7 +15,8 @@ from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
 from ab_sim.identification.result import TriedEffect
-from ab_sim.identification.stages import Fitted, StagedFit, Tell, minimise
+from ab_sim.identification.stages import Fitted, StagedFit, minimise
+from ab_sim.progress import Progress
 from ab_sim.spindle import Ramp, SpeedSchedule
 from ab_sim.workers import Workers
 
@@ -35,7 +36,7 @@ STEPS, POINTS = 15, 16
 
 def tried_scales(
     problem: Problem, values: np.ndarray, white: Sequence[bool], held: Sequence[int], seed: int,
-    tell: Tell, workers: Workers,
+    tell: Progress, workers: Workers,
 ) -> tuple[TriedEffect, ...]:  # fmt: skip
     """Try another time scale for each recording that is not explained, the best first.
 

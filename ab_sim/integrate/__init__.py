@@ -1,4 +1,4 @@
-"""Steppers: their registry, the machinery that takes fixed steps, and the step's limits."""
+"""Steppers: their registry, the choice of one for a scene, and limits of the step."""
 
 from ab_sim.integrate.registry import stepper_named
 from ab_sim.integrate.stepper import Stepper

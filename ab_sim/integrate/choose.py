@@ -1,4 +1,4 @@
-"""Which stepper a scene is run with, and why."""
+"""Choose the stepper of a scene, and explain the choice."""
 
 import math
 from collections.abc import Mapping
@@ -16,36 +16,35 @@ from ab_sim.spindle import top_speed_of
 
 
 class Choice(NamedTuple):
-    """A stepper, why it was taken, and the longest step that it may take here."""
+    """Stepper of a scene, with the reason for the choice and the longest stable step."""
 
     stepper: Stepper
     reason: str
     longest: float
-    """s; infinite where nothing limits the step."""
+    """Longest stable step [s]; infinite if nothing limits it."""
     limited_by: str
+    """Name of the motion that limits the step; empty if none does."""
     cycle: float
-    """Of the fastest motion that its steps follow [s]: the deck's whirl or the motor's loop. What
-    the drag makes of a ball's speed is faster now and then, but dies away."""
+    """Period of the fastest motion that the steps must follow [s]: the deck's whirl or the motor's
+    loop. The decay of a ball's speed by drag may be faster, but it dies away."""
 
 
 USUAL = "rk8"
-"""What ``auto`` takes where nothing speaks against it; ``accuracy:`` may find another cheaper."""
-
-
+"""Default stepper of ``auto``; ``accuracy:`` may find another one cheaper."""
 STIFF = "imex8"
-"""What it takes where that takes less effort, because of the drag."""
+"""Stepper of ``auto`` where it needs fewer evaluations than ``USUAL`` because of drag."""
 FEW_PARTS = 4
-"""Parts of a step up to which ``USUAL`` is taken anyway: it is more accurate."""
+"""Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
 MOST_PARTS = 1024
-"""Into how many parts a step is divided at most."""
+"""Maximum number of parts of a step."""
 
 
 def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepper | None:
-    """The method that is stable at this step with the least effort, in parts if need be.
+    """Return the stepper that is stable at this step with the least effort.
 
     Returns:
-        None where none is. Where there is not a sample in each turn of the spindle, nobody divides
-        a step unasked.
+        The stepper, which may divide the step into parts; None if no stepper is stable, or if
+        steps would have to be divided below one sample per revolution.
     """
     usual, stiff = (_in_stable_parts(stepper_named(name), step, rates) for name in (USUAL, STIFF))
     if usual.parts == 1:
@@ -67,17 +66,18 @@ def _effort(stepper: Stepper) -> int:
 
 
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
-    """Those of ``linear_rates`` that limit a stepper's step."""
+    """Return those of ``linear_rates`` that limit a stepper's step."""
     return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
 
 
 def top_speed(scene: Scene, commanded: bool = False) -> float:
-    """The fastest that the spindle can go [rad/s], which steps have to be stable at.
+    """Return the largest speed of the spindle [rad/s], at which steps have to be stable.
 
     Args:
-        scene: what is run.
-        commanded: whether commands are taken, which go up to ``spindle.max_speed``; else its
-            profile says how fast, but for a motor's, whose speed need not follow it.
+        scene: scene to run.
+        commanded: True if the run takes commands, which may go up to ``spindle.max_speed``. Else
+            the profile gives the largest speed. With a motor it is ``spindle.max_speed``, too, as
+            the speed need not follow the profile.
     """
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed
@@ -85,17 +85,21 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
 
 
 def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
-    """The stepper that a scene names, or the one that it calls for if it leaves that open.
+    """Return the stepper that a scene names, or a suitable one for ``auto``.
+
+    ``auto`` takes ``rk8`` if it is stable at the scene's step. If not, it divides steps into equal
+    parts: those of ``rk8``, or those of ``imex8`` if drag makes them cheaper. It does so only if
+    the step samples each revolution at least once.
 
     Args:
-        scene: what is run.
-        system: its system.
+        scene: scene to run.
+        system: system of the scene.
         fastest: spindle speed [rad/s] up to which the step has to be stable; default: the
             ``top_speed`` of the scene's profile.
 
     Raises:
-        SceneError: unknown stepper, the step is beyond its stability limit, parameters without a
-            stepper that is named, or the scene asks for an accuracy instead.
+        SceneError: unknown stepper, step beyond its stability limit, parameters without a named
+            stepper, or the scene requests an accuracy instead.
     """
     if scene.accuracy is not None:
         raise SceneError(
@@ -128,13 +132,13 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
         raise SceneError(f"{error}; or leave solver.stepper to auto") from None
     beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
-    # Where nothing moves by itself, and the spindle stands, there is no cycle and no curve.
+    # Without any motion of its own and with the spindle at rest, the system has no period.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
     return Choice(stepper, reason, longest, what, cycle)
 
 
 def _check_no_parameters_of_auto(solver: Solver) -> None:
-    """Refuse parameters for ``auto``: they belong to one stepper, which has to be named."""
+    """Refuse parameters for ``auto``, as they belong to one stepper, which has to be named."""
     if solver.stepper != AUTO or not solver.parameters:
         return
     key, value = next(iter(solver.parameters.items()))
@@ -152,7 +156,7 @@ def _check_no_parameters_of_auto(solver: Solver) -> None:
 
 
 def _check_suits(stepper: Stepper, scene: Scene, system: System) -> None:
-    """Refuse a stepper that cannot be cut at this system's events."""
+    """Refuse a stepper whose steps cannot be cut at this system's events."""
     if has_events(system.effects) and not stepper.locates_events:
         able = ", ".join(name for name, known in steppers().items() if known.locates_events)
         because = ", ".join(f"{name} ({why})" for name, why in eventful(scene.effects).items())

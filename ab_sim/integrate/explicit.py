@@ -1,4 +1,4 @@
-"""Explicit Runge-Kutta methods, from their tableau."""
+"""Create explicit Runge-Kutta methods from their tableaus."""
 
 from collections.abc import Sequence
 
@@ -11,7 +11,7 @@ from ab_sim.kernels.runge_kutta import Tableau
 def explicit(
     name: str, order: int, source: str, rows: Sequence[Sequence[float]], weights: Sequence[float]
 ) -> Stepper:
-    """A method from the rows below its tableau's diagonal; stage times are the row sums."""
+    """Return a method from the rows below its tableau's diagonal; stage times are the row sums."""
     stages = len(weights)
     a, b = np.zeros((stages, stages)), np.array(weights)
     for i, row in enumerate(rows, start=1):

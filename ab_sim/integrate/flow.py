@@ -1,8 +1,8 @@
-"""What a stretch of time makes of a state, and of all states near it.
+"""Flow of the equations over a period of time, and its derivative by the initial state.
 
-Values are those of a run, and the partial derivatives those of the steps that were taken, to
-rounding, not of the motion that they approximate (Griewank and Walther, Evaluating Derivatives
-(2008), ch. 3): tangents are stepped along with the state, by the same method.
+The states are those of a run. The derivatives are, up to rounding, exact for the discrete steps
+that were taken, not for the continuous motion (Griewank and Walther, Evaluating Derivatives (2008),
+ch. 3): tangents are stepped along with the state by the same method.
 """
 
 from typing import NamedTuple
@@ -19,27 +19,27 @@ from ab_sim.spindle import ScheduledSegment
 
 
 class Flown(NamedTuple):
-    """Where steps of one length have led."""
+    """Result of steps of a fixed length."""
 
     states: np.ndarray
-    """The state at the start and after each step, shape (steps + 1, states); angles as they grow,
-    whole turns not taken out."""
+    """State at the start and after each step, shape (steps + 1, states); angles include whole
+    turns."""
     matrix: np.ndarray
-    """d end_i / d start_j, shape (states, columns)."""
+    """Derivatives d end_i / d start_j, shape (states, columns)."""
 
 
 class Flow:
-    """The flow of a scene's equations, in steps of a fixed length, and its exact derivative.
+    """Flow of a scene's equations in steps of a fixed length, and its exact derivative.
 
     Args:
-        system: what moves; it has no events.
-        scheduled: of the speed profile, taken to go on for ever.
-        discrete_state: branches of set-valued laws, shape (n + 1, MODES).
-        stepper: an explicit Runge-Kutta method.
+        system: system without events.
+        scheduled: segment of the speed profile, continued without end.
+        discrete_state: branches of set-valued laws, shape (n + 1, DISCRETE_COLUMNS).
+        stepper: explicit Runge-Kutta method.
 
     Raises:
-        ValueError: the system has events, at which the flow has kinks and jumps that its steps
-            would have to be cut at; or the stepper is of another kind.
+        ValueError: the system has events, at which the flow has kinks and jumps where steps would
+            have to be cut; or the stepper is not an explicit Runge-Kutta method.
     """
 
     def __init__(
@@ -60,14 +60,14 @@ class Flow:
     def over(
         self, start: np.ndarray, duration: float, steps: int, columns: int | None = None
     ) -> Flown:
-        """From the start of the piece on.
+        """Simulate from the start of the segment on.
 
         Args:
-            start: the state, shape (states,).
-            duration: s.
-            steps: how many it is cut into.
-            columns: by how many of the start's entries, the first ones, there are to be
-                derivatives; default all.
+            start: initial state, shape (states,).
+            duration: duration [s].
+            steps: number of steps.
+            columns: number of entries of the initial state, from the first on, with respect to
+                which derivatives are computed; default: all.
         """
         size = self.layout.size
         count = size if columns is None else columns
@@ -97,27 +97,27 @@ class _Room(NamedTuple):
     at: Table
     """States of the stages, shape (stages, states)."""
     slopes: Table
-    """The slopes there."""
+    """Slopes of the stages, shape (stages, states)."""
     tangents: Table
-    """Of each group of lanes, one below the other, shape (groups * states, lanes)."""
+    """Tangents, the groups of lanes below each other, shape (groups * states, lanes)."""
     along: Table
-    """Of a stage, and the change of time; shape (states + 1, lanes)."""
+    """Tangents of a stage, and the change of time; shape (states + 1, lanes)."""
     rates: Table
-    """Of each stage, one below the other, shape (stages * states, lanes)."""
+    """Rates of the tangents, the stages below each other, shape (stages * states, lanes)."""
 
 
 def fly(
     steps: _Steps, room: _Room, length: float, columns: int, states: Table, matrix: Table
 ) -> None:
-    """Take steps from the first line of ``states`` on, and tangents with it.
+    """Take steps from the first line of ``states`` on, together with tangents.
 
     Args:
-        steps: the equations and the method.
-        room: to work in.
-        length: of a step [s].
-        columns: how many derivatives.
-        states: shape (steps + 1, states); the first line is given.
-        matrix: where derivatives go, shape (states, columns).
+        steps: equations and method.
+        room: work arrays.
+        length: length of a step [s].
+        columns: number of derivatives.
+        states: input and output, shape (steps + 1, states); the first line is the initial state.
+        matrix: output, derivatives, shape (states, columns).
     """
     field, size, lanes = steps.field, states.shape[1], steps.field.lanes
     stages, blocks = steps.b.size, (columns + lanes - 1) // lanes
@@ -139,6 +139,8 @@ def fly(
             for q in range(stages):
                 change = fma(steps.b[q], room.slopes[q, j], change)
             states[s + 1, j] = fma(length, change, states[s, j])
+        # The same Runge-Kutta step for the tangents, whose slope at each stage is the Jacobian
+        # at the stage's state times the tangent: the derivative of the discrete step itself.
         for block in range(blocks):
             own = tangents[block * size : (block + 1) * size]
             for i in range(stages):

@@ -1,4 +1,4 @@
-"""How long a step may be before a stepper goes unstable."""
+"""Longest step with which a stepper is stable."""
 
 import cmath
 import functools
@@ -11,28 +11,31 @@ from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.stepper import Stepper
 
 TOLERANCE = 1e-3
-"""Growth per step that still counts as stable: methods amplify undamped motion a little."""
+"""Growth per step that counts as stable, since methods amplify undamped motion slightly."""
 REACHES = np.concatenate([0.01 * np.arange(1, 5001), 50.0 * 2.0 ** np.arange(1, 31)])
-"""Where growth is looked at; a method that is stable at all of these has no limit."""
+"""Values of |z| at which growth is examined; a method stable at all of them has no limit."""
 
 
 @functools.lru_cache(maxsize=1000)
 def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
-    """How far the stability region of a stepper reaches from 0.
+    """Return the extent of a stepper's stability region from 0 in a direction.
 
     Args:
-        stepper: the method.
-        direction: of modulus 1; -1 is the negative real axis, decay, and +-1j undamped motion.
+        stepper: method.
+        direction: complex number of modulus 1; -1 is the negative real axis, for decay, and +-1j
+            the imaginary axis, for undamped motion.
 
     Returns:
         Largest x for which one step does not amplify y' = (x direction / step) y; infinite for a
-        method that never does.
+        method that never amplifies it.
     """
     tolerance = 0.0 if direction == -1.0 else TOLERANCE
 
     def unstable(x: float) -> bool:
         return abs(stepper.growth(x * direction)) > 1.0 + tolerance
 
+    # The first unstable point ends the interval of stability that begins at 0; bisection between
+    # it and the last stable point gives the limit. Stable points beyond it do not count.
     inside = outside = 0.0
     for outside in REACHES.tolist():
         if unstable(outside):
@@ -47,14 +50,15 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
 
 
 def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float, str]:
-    """The longest stable step [s], rounded down to three digits, and what limits it.
+    """Return the longest stable step [s], rounded down to three digits, and its cause.
 
     Args:
-        stepper: the method.
-        rates: eigenvalues [1/s] by what they belong to; those of 0 do not limit the step.
+        stepper: method.
+        rates: eigenvalues [1/s] by the names of their motions; zeros do not limit the step.
 
     Returns:
-        Infinite, and an empty string, where nothing limits it.
+        The step and the name of the motion that limits it; infinity and an empty string if none
+        does.
     """
     steps = {
         what: stability_limit(stepper, _direction(rate)) / abs(rate)
@@ -74,13 +78,13 @@ def check_step(
     """Refuse a step that is beyond the stability limit.
 
     Args:
-        stepper: the method.
-        step: s.
-        rates: eigenvalues [1/s] by what they belong to.
-        limit: their ``largest_step``.
+        stepper: method.
+        step: length of the step [s].
+        rates: eigenvalues [1/s] by the names of their motions.
+        limit: ``largest_step`` of the method and these rates.
 
     Raises:
-        SceneError: names what limits the step, and the largest allowed one.
+        SceneError: the step is too long; the message names the limit and its cause.
     """
     largest, what = limit
     if step <= largest:

@@ -1,4 +1,4 @@
-"""The steppers that a scene can name: every file in ``steppers/`` that registers one."""
+"""Registry of the steppers that a scene can name; each file in ``steppers/`` registers one."""
 
 import functools
 import pkgutil
@@ -10,12 +10,12 @@ from ab_sim.errors import SceneError, exact, nearest
 from ab_sim.integrate.stepper import Stepper
 
 AUTO = "auto"
-"""What a scene names to leave the choice open."""
+"""Name of the automatic choice."""
 _FOLDER = "ab_sim.integrate.steppers"
 
 
 class Parameter(NamedTuple):
-    """A number that a scene may give a stepper."""
+    """Number that a scene may pass to a stepper."""
 
     meaning: str
     default: float
@@ -23,11 +23,11 @@ class Parameter(NamedTuple):
     highest: float
     unit: str = "1"
     values: tuple[float, ...] = ()
-    """The only ones that it may have; empty: all from ``lowest`` to ``highest``."""
+    """Allowed values; if empty, all from ``lowest`` to ``highest``."""
 
     @property
     def what(self) -> str:
-        """Its meaning, with the unit, if it has one."""
+        """Meaning, with the unit if there is one."""
         return self.meaning if self.unit == "1" else f"{self.meaning} [{self.unit}]"
 
 
@@ -40,7 +40,7 @@ _families: dict[str, _Family] = {}
 
 
 def register(stepper: Stepper) -> Stepper:
-    """Make a stepper known under its name; returns it."""
+    """Register a stepper under its name, and return it."""
     register_family(stepper.name, {})(lambda: stepper)
     return stepper
 
@@ -48,7 +48,7 @@ def register(stepper: Stepper) -> Stepper:
 def register_family(
     name: str, parameters: Mapping[str, Parameter]
 ) -> Callable[[Callable[..., Stepper]], Callable[..., Stepper]]:
-    """Decorator: make a function known that makes steppers of this name from parameters.
+    """Return a decorator that registers a function from parameters to steppers of this name.
 
     Raises:
         ValueError: the name is taken.
@@ -64,29 +64,29 @@ def register_family(
 
 
 def steppers() -> dict[str, Stepper]:
-    """Every stepper by name, with its parameters' defaults."""
+    """Return every stepper by name, with its parameters' defaults."""
     return {name: stepper_named(name) for name in _known()}
 
 
 def parameters_of(name: str) -> Mapping[str, Parameter]:
-    """What a scene may tell the stepper of that name.
+    """Return the parameters of the stepper of a name.
 
     Raises:
-        SceneError: see ``stepper_named``.
+        SceneError: there is no such stepper, see ``stepper_named``.
     """
     return _family(name).parameters
 
 
 def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Stepper:
-    """The stepper of that name; the same object for the same parameters.
+    """Return the stepper of a name, the same object for the same parameters.
 
     Args:
-        name: what scenes call it.
-        parameters: by name; what is left out has its default.
+        name: name of the stepper in scenes.
+        parameters: values by parameter's name; others have their defaults.
 
     Raises:
-        SceneError: unknown; names the known ones and the nearest. Or it has no such parameter, or
-            not with such a value.
+        SceneError: the stepper is unknown (the message lists all and the nearest), it has no such
+            parameter, or the parameter's value is not allowed.
     """
     family, given = _family(name), dict(parameters or {})
     for key, value in given.items():
@@ -136,5 +136,5 @@ def _import_all() -> None:
 
 def _known() -> dict[str, _Family]:
     _import_all()
-    # By name: whoever imports a stepper before registers it before.
+    # Sorted by name, as the order of registration depends on earlier imports.
     return dict(sorted(_families.items()))

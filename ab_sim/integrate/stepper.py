@@ -1,7 +1,7 @@
-"""What a stepper is, and what may be asked of one.
+"""Description of a stepper and its abilities.
 
-Who chooses, prices or runs steppers asks for an ability by its name, never for a class. A stepper
-is one file in ``steppers/``: it makes a ``Stepper`` and registers what makes it.
+Code that chooses, prices or runs steppers queries abilities by name, never a class. A stepper is
+one file in ``steppers/``, which registers a ``Stepper`` or a function that creates one.
 """
 
 import dataclasses
@@ -13,37 +13,39 @@ from typing import Any
 
 @dataclass(frozen=True, eq=False)
 class Stepper:
-    """A named method for steps of a fixed length, with the order that it is declared to have."""
+    """Named method for steps of a fixed length, with its declared order and abilities."""
 
     name: str
     order: int
     source: str
     weights: Any
-    """A NamedTuple of numbers that say how steps are taken: a ``Tableau``, of which a step is
-    emitted for each scene; or what the method's own code in the subset of ``ab_sim.compiling``
-    takes."""
+    """NamedTuple of the method's numbers: a ``Tableau``, from which a step is emitted for each
+    scene, or the input of the method's own code in the subset of ``ab_sim.compiling``."""
     evaluations: int
-    """Of the right-hand side per step."""
+    """Evaluations of the right-hand side per step."""
     growth: Callable[[complex], complex]
-    """What one step, or part of one, makes of y' = lambda y, from z = its length times lambda."""
+    """Stability function: factor by which one step, or one part of it, multiplies y for
+    y' = lambda y, as a function of z = its length times lambda. With ``solves_drag``, lambda is the
+    rate of any motion except drag."""
     memory: int = 0
-    """Rows of numbers that it carries from one step to the next; they belong to the state. It
-    starts anew where they are zero, and they are made so where the motion has a kink."""
+    """Rows of numbers carried from one step to the next, which belong to the state. Zeros restart
+    the method; they are set to zero where the motion has a kink."""
     parts: int = 1
-    """Into how many it divides a step of the scene, where the motion asks for that."""
+    """Number of parts into which the method divides a step of the scene; for ``taylor`` the
+    maximum."""
     solves_drag: bool = False
-    """Any amount of the race's drag leaves it stable."""
+    """True if the method is stable for any amount of the race's drag."""
     takes_lanes: bool = False
-    """Runs side by side can take its steps."""
+    """True if several runs can take its steps together, in lanes."""
     locates_events: bool = True
-    """Its steps may be cut at events."""
+    """True if its steps can be cut at events."""
     priced: bool = True
-    """It is tried where a scene asks for an accuracy."""
+    """True if the method is tried when a scene requests an accuracy."""
     keeps_tolerance: bool = False
-    """Its error follows from its parameter ``tolerance``, and not from the step."""
+    """True if the error depends on the parameter ``tolerance`` and not on the step."""
 
     def in_parts(self, parts: int) -> "Stepper":
-        """The same method, which divides each step of the scene into equal parts."""
+        """Return this method with each step of the scene divided into equal parts."""
         return self if parts == 1 else _divided(self, parts)
 
 

@@ -1,4 +1,4 @@
-"""The equations of motion for callers: f, and its exact derivatives."""
+"""Evaluate the equations of motion: f, and its exact derivatives."""
 
 from typing import Any, NamedTuple
 
@@ -15,35 +15,35 @@ from ab_sim.spindle import ScheduledSegment
 
 
 class Field(NamedTuple):
-    """A scene's equations as code in the subset of ``ab_sim.compiling`` calls them."""
+    """Equations of a scene, for calls from code in the subset of ``ab_sim.compiling``."""
 
     slope: int
-    """slope(c, b, y, k, time)."""
+    """Address of slope(c, b, y, k, time)."""
     tangent: int
-    """tangent(c, b, t, y, d, out)."""
+    """Address of tangent(c, b, t, y, d, out)."""
     c: Floats
     """Constants."""
     b: Floats
     """Branches of set-valued laws."""
     time: Floats
-    """Where the time goes for ``tangent``, shape (1,)."""
+    """Time for ``tangent``, shape (1,)."""
     lanes: int
-    """Directions side by side."""
+    """Number of directions computed together."""
 
 
 class VectorField:
-    """f of y' = f(t, y), as the code that runs has it, and its exact derivatives.
+    """Right-hand side f of y' = f(t, y), as used in runs, and its exact derivatives.
 
-    Smooth where the profile is: one piece of it, whose segment is taken to go on for ever. What
-    has events has them at other branches than those given: here nothing switches.
+    f is smooth: it belongs to one segment of the profile, which is continued without end, and to
+    fixed branches of set-valued laws. No event changes these here.
 
     Args:
-        system: what moves.
-        scheduled: of the speed profile.
-        discrete_state: branches of set-valued laws in force, shape (n + 1, MODES).
+        system: system of equations.
+        scheduled: segment of the speed profile.
+        discrete_state: branches of set-valued laws, shape (n + 1, DISCRETE_COLUMNS).
 
     Raises:
-        ValueError: the modes are not those of so many balls.
+        ValueError: the shape of ``discrete_state`` does not fit the number of balls.
     """
 
     def __init__(
@@ -51,7 +51,7 @@ class VectorField:
     ) -> None:
         self.system, self.scheduled = system, scheduled
         self.layout = layout_of(system)
-        """What the states are, and where."""
+        """Names and positions of the states."""
         self.discrete_state = _shaped(
             "modes", discrete_state, (len(system.balls) + 1, DISCRETE_COLUMNS), np.int64
         )
@@ -66,32 +66,32 @@ class VectorField:
 
     @property
     def emitted(self) -> Field:
-        """For code that calls it."""
+        """Equations for calls from compiled code."""
         code = self._code
         addresses = code.address("slope"), tangent_address(code)
         return Field(*addresses, self._c, self._b, self._time, self._lanes)
 
     def slope(self, time: float, state: np.ndarray) -> np.ndarray:
-        """f: the state's time derivative, shape (states,).
+        """Return f, the state's time derivative, shape (states,).
 
         Args:
-            time: s, counted as the piece's start is.
-            state: shape (states,).
+            time: time [s], with the same origin as the segment's start.
+            state: state, shape (states,).
 
         Raises:
-            ValueError: so many states there are not.
+            ValueError: the state has another shape.
         """
         at, out = self._state(state), np.empty(self.layout.size)
         self.fill(float(time), at, out)
         return out
 
     def fill(self, time: float, state: np.ndarray, out: np.ndarray) -> None:
-        """``slope`` into an array, for those who call it often: nothing is looked at.
+        """Write ``slope`` to an array, without any checks, for frequent calls.
 
         Args:
-            time: s.
-            state: shape (states,), side by side in memory.
-            out: likewise.
+            time: time [s].
+            state: state, shape (states,), contiguous.
+            out: output, shape (states,), contiguous.
         """
         self._function(
             *self._pointers,
@@ -101,17 +101,17 @@ class VectorField:
         )
 
     def jacobian(self, time: float, state: np.ndarray) -> np.ndarray:
-        """d f_i / d y_j, shape (states, states); arguments and errors as of ``slope``."""
+        """Return d f_i / d y_j, shape (states, states); arguments and errors as for ``slope``."""
         size = self.layout.size
         return self._along(time, state, np.eye(size, size + 1))
 
     def time_derivative(self, time: float, state: np.ndarray) -> np.ndarray:
-        """d f_i / d t, shape (states,); arguments and errors as of ``slope``."""
+        """Return d f_i / d t, shape (states,); arguments and errors as for ``slope``."""
         size = self.layout.size
         return self._along(time, state, np.eye(1, size + 1, size))[:, 0]
 
     def _along(self, time: float, state: np.ndarray, directions: np.ndarray) -> np.ndarray:
-        """Changes of f along directions, a line for each; shape (states, directions)."""
+        """Return derivatives of f along directions, one per line; shape (states, directions)."""
         at, address, lanes = self._state(state), tangent_address(self._code), self._lanes
         size, count = self.layout.size, len(directions)
         when, found = np.array([float(time) - self.scheduled.start]), np.empty((size, count))
@@ -128,7 +128,7 @@ class VectorField:
 
 
 def _shaped(name: str, given: Any, shape: tuple[int, ...], kind: type) -> np.ndarray:
-    """A copy of the right kind: code reads what lies at an address, whatever that is."""
+    """Return a copy with the right type and shape, as compiled code does not check its input."""
     found: np.ndarray = np.array(given, kind, order="C")
     if found.shape != shape:
         raise ValueError(f"{name}: has the shape {found.shape}, must have {shape} here")

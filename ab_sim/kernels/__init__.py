@@ -1,9 +1,9 @@
-"""Machine code of a scene's equations: traced once for what it is made of, emitted, called.
+"""Machine code of a scene's equations: traced once for each kind of scene, emitted, called.
 
-model         the equations of a kind of scene as expressions
-constants     where the numbers of a scene are in memory
+model         equations of a kind of scene as expressions
+constants     layout of a scene's numbers in memory
 emission      functions of expressions: slope, tables for events, samples
-runge_kutta   a step of an explicit method
-tangent       derivatives by states and time
-code          all functions of a kind of scene, made when first asked for
+runge_kutta   step of an explicit method
+tangent       derivatives with respect to states and time
+code          all functions of a kind of scene, compiled when first requested
 """

@@ -1,4 +1,4 @@
-"""All functions of a kind of scene as machine code, each made when it is first asked for."""
+"""All functions of a kind of scene as machine code, each compiled when it is first requested."""
 
 import ctypes
 import functools
@@ -30,7 +30,7 @@ class Code:
     """Machine code of a kind of scene.
 
     Args:
-        system: one of the kind.
+        system: any system of this kind.
         segment: class of its profile's segments.
     """
 
@@ -44,12 +44,16 @@ class Code:
         self._lock, self._others_lock = threading.Lock(), threading.Lock()
 
     def branches(self) -> int:
-        """How many numbers say which branches of set-valued laws hold."""
+        """Return the length of the array that selects branches of set-valued laws.
+
+        It holds a sign of friction per ball, the mobility (a matrix with contact, else a number
+        per ball), and the direction in which the motor is at its limit.
+        """
         n = self.model.count
         return n + n * (n if self.model.has_contact else 1) + 1
 
     def address(self, name: str, lanes: int = 1) -> int:
-        """Of the function ``Emission.name``."""
+        """Return the address of the function that ``Emission`` emits in the method ``name``."""
         made: Callable[..., Function] = getattr(self.emission, name)
 
         def text() -> str:
@@ -58,12 +62,12 @@ class Code:
         return self.made((name, lanes), name, text)
 
     def step(self, method: Tableau | Extrapolation, lanes: int = 1, parts: int = 1) -> int:
-        """Address of a method's step, see ``runge_kutta.step_text``."""
+        """Return the address of a method's step (``runge_kutta.step_text``)."""
         key = *(np.asarray(each).tobytes() for each in method), lanes, parts
         return self.made(key, "step", lambda: step_text(self.emission, method, lanes, parts))
 
     def made(self, key: Any, name: str, text: Callable[[], str]) -> int:
-        """Address of a function of a text, which is made if need be."""
+        """Return the address of a function in LLVM IR, which is compiled if necessary."""
         with self._lock:
             if key not in self._made:
                 code = MachineCode(text())
@@ -71,11 +75,12 @@ class Code:
             return self._made[key][0]
 
     def other(self, key: Any, make: Callable[[], Other]) -> Other:
-        """What else is made of the equations: the same object each time, as long as they are there.
+        """Return another object derived from the equations, cached as long as this code lives.
 
         Args:
-            key: of it.
-            make: makes it if need be, and may ask for functions of this code.
+            key: key of the object in the cache.
+            make: function that creates the object; it may request functions of this code, as
+                these have another lock.
         """
         with self._others_lock:
             if key not in self._others:
@@ -84,28 +89,32 @@ class Code:
             return found
 
     def constants(self, system: System) -> np.ndarray:
-        """Constants of a system of the kind, aligned; its place on the profile is all zeros."""
+        """Return the aligned constants of a system; its place on the profile is all zeros."""
         found = aligned((self.size,))
         found[: self.layout.place] = numbers_of(system)
         return found
 
     def put_place(self, constants: np.ndarray, numbers: Sequence[float]) -> None:
-        """Say where on the speed profile a run is: the segment's numbers, phase, end and angle."""
+        """Set the place on the speed profile: the segment's numbers, phase, end and angle.
+
+        Constants that depend on the place are computed again.
+        """
         constants[self.layout.place : self.layout.place + len(numbers)] = numbers
         called(self.address("prepare"), constants)
 
 
 KINDS = 16
-"""Of scenes whose code is remembered, 0.7 MB each."""
+"""Kinds of scenes whose code is cached; each takes 0.7 MB."""
 _codes: OrderedDict[Any, Code] = OrderedDict()
-"""The latest last."""
+"""Cached code, the most recently used last."""
 _lock = threading.Lock()
 
 
 def code_of(system: System, segment: type[Any]) -> Code:
-    """The code of a system's kind: the same object for systems that differ in numbers only.
+    """Return the code of a system's kind, the same object for systems that differ in numbers only.
 
-    The last ``KINDS`` are remembered. Whoever keeps an address has to keep the Code.
+    The ``KINDS`` most recently used are cached. An address is valid only as long as its ``Code``
+    exists, so keep a reference to it.
     """
     key = pattern(system), len(system.balls), bool(system.energy_balance), segment
     with _lock:
@@ -119,7 +128,7 @@ def code_of(system: System, segment: type[Any]) -> Code:
 
 @functools.cache
 def caller(pointers: int, numbers: int) -> Any:
-    """C's kind of a function of so many pointers and doubles."""
+    """Return the ctypes type of a function with these numbers of pointers and doubles."""
     kinds = [ctypes.c_void_p] * pointers + [ctypes.c_double] * numbers
     return ctypes.CFUNCTYPE(None, *kinds)
 

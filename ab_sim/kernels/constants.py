@@ -1,8 +1,8 @@
 """Constants of a scene in memory: traced as inputs, filled in with numbers.
 
-Raw constants come first, in the order in which ``flattened`` goes through them; columns of the
-balls behind those of deck and effects; then the place on the speed profile, which a driver changes
-from step range to step range; then what follows from them, which the emitted ``prepare`` fills in.
+In memory come the raw constants of deck and effects, in the order of ``flattened``; the columns of
+the balls; the place on the speed profile, which a driver changes from one range of steps to the
+next; and derived constants, which the emitted ``prepare`` computes.
 """
 
 from collections.abc import Callable, Iterator
@@ -14,24 +14,24 @@ from ab_sim.dynamics.system import System, constants_of_balls
 from ab_sim.equations.race import BallConstants
 
 PLACE_FIELDS = ("phase", "until", "angle")
-"""Behind the fields of a segment."""
+"""Names of the numbers that follow the fields of a segment."""
 
 
 class ConstantsLayout(NamedTuple):
-    """Where raw constants are."""
+    """Positions of the raw constants in memory."""
 
     scalars: tuple[str, ...]
-    """Names of those of deck and effects, from 0 on."""
+    """Names of the constants of deck and effects, which begin at 0."""
     balls: int
-    """Where the columns of the balls begin."""
+    """Position of the first column of the balls."""
     place: int
-    """Where the place on the speed profile begins."""
+    """Position of the place on the speed profile."""
     size: int
-    """Of all."""
+    """Number of raw constants."""
 
 
 def flattened(value: Any, name: str) -> Iterator[tuple[str, float]]:
-    """The floats in nested tuples and arrays, each with a name."""
+    """Yield the floats in nested tuples and arrays, each with a name."""
     if type(value) is float or isinstance(value, np.floating):
         yield name, float(value)
     elif isinstance(value, np.ndarray):
@@ -44,9 +44,9 @@ def flattened(value: Any, name: str) -> Iterator[tuple[str, float]]:
 
 
 def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:
-    """The same nested tuples with what ``make`` gives for a name in place of each float.
+    """Return nested tuples with each float replaced by ``make`` of its name.
 
-    What is no float, as a count or a choice, stays: it decides what is computed.
+    Other values, such as counts and choices, stay, because they decide which code is traced.
     """
     if type(value) is float or isinstance(value, np.floating):
         return make(name)
@@ -61,7 +61,7 @@ def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:
 
 
 def layout_of_constants(system: System, segment: type[Any]) -> ConstantsLayout:
-    """Where the constants of a system are, with segments of a kind."""
+    """Return the layout of a system's constants, for a class of segments."""
     scalars = tuple(name for name, _ in flattened(_bodies(system), ""))
     n = len(system.balls)
     place = len(scalars) + n * (len(BallConstants._fields) - 1)
@@ -70,24 +70,27 @@ def layout_of_constants(system: System, segment: type[Any]) -> ConstantsLayout:
 
 
 def numbers_of(system: System) -> np.ndarray:
-    """Raw constants of a system but for its place on the profile."""
+    """Return the raw constants of a system, except its place on the profile."""
     scalars = [number for _, number in flattened(_bodies(system), "")]
     return np.concatenate([scalars, constants_of_balls(system).ravel()])
 
 
 def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tuple[Any, ...]]:
-    """Deck and effects of a system with expressions for numbers."""
+    """Return deck and effects of a system with expressions instead of numbers."""
     deck, effects = traced(_bodies(system), "", make)
     return deck, effects
 
 
 def traced_balls(count: int, make: Callable[[str], Any]) -> BallConstants:
-    """Constants of so many balls."""
+    """Return the constants of ``count`` balls as expressions."""
     return BallConstants(count, *(make(name) for name in BallConstants._fields[1:]))
 
 
 def pattern(system: System) -> Any:
-    """What code follows from: types, and what is no float; equal for scenes that share code."""
+    """Return everything on which code depends: types, and values other than floats.
+
+    Scenes with equal patterns share their code.
+    """
     return _pattern(_bodies(system))
 
 

@@ -1,4 +1,4 @@
-"""Functions of a model's expressions in LLVM's language, and where their inputs are in memory."""
+"""Emit functions of a model's expressions as LLVM IR, and place their inputs in memory."""
 
 from collections.abc import Mapping, Sequence
 from math import pi
@@ -14,12 +14,12 @@ CONSTANTS, BRANCHES, TIMES = "c", "b", "t"
 
 
 class Emission:
-    """What a model's functions have in common.
+    """Emitter of a model's functions.
 
     Args:
-        model: the equations as expressions.
-        layout: of the constants.
-        segment_fields: how many numbers a segment has.
+        model: equations as expressions.
+        layout: layout of the constants.
+        segment_fields: names of a segment's fields.
     """
 
     def __init__(
@@ -52,48 +52,54 @@ class Emission:
         self.roots = self.lowered(roots)
         self.known: dict[int, MemorySlot] = {}
         self.size = layout.size
-        """Of the constants, with what follows from them."""
+        """Number of constants, including derived ones."""
         self.derived: list[Expression] = []
-        """What follows from the constants, in the order in which it lies behind them."""
+        """Derived constants, in the order in which they follow the raw ones."""
+        # Subexpressions that depend on parameters only leave the functions: ``prepare`` computes
+        # them once, and the functions load them.
         for x in border([x for group in self.roots.values() for x in group], Level.PARAMETER):
             self.known[x.number] = MemorySlot(CONSTANTS, self.size)
             self.derived.append(x)
             self.size += n if x.each else 1
         if model.has_events:
-            # Of what is lowered, and not lowered with it: the other formulas keep their rounding.
+            # Built from lowered expressions, not lowered together with them: an additional use of
+            # a product would prevent its fusion, and so change the rounding of other formulas.
             accelerations = self.roots["accelerations"]
             self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
     def implicit_slope(self) -> list[Expression]:
-        """Rates of change, with the drag at the speed that it leads to after the time ``ahead``."""
+        """Return the rates of change with drag at the speeds after the time ``ahead``.
+
+        The input ``ahead`` makes drag implicit, see ``Model.mobility``.
+        """
         at, ahead = self.model.motion(), self.model.graph.input("ahead", Level.TIME)
         slope = self.model.slope(at, self.model.evaluated(at, ahead))
         return self.lowered({"slope": slope})["slope"]
 
     @property
     def states(self) -> int:
-        """How many numbers a state has."""
+        """Number of states."""
         # Two of the names, the balls' angle and rate, stand for all balls.
         return len(self.model.state_names) - 2 + 2 * self.model.count
 
     @property
     def row_channels(self) -> int:
-        """How many numbers a sample's row has."""
+        """Number of channels in a sample's row."""
         return len(self.roots["sample"]) + 2 * self.model.count + self.model.has_motor
 
     def motor(self, evaluated: Evaluated) -> list[Expression]:
-        """Torque asked for and its limit [N m], and the speed of the spindle [rad/s]."""
+        """Return the commanded torque and its limit [N m], and the spindle's speed [rad/s]."""
         torques = evaluated.torques
         asked = (torques.commanded, torques.limit) if torques else (0.0, 0.0)
         return [self.model.lifted(x) for x in (*asked, evaluated.spindle.speed)]
 
     def lowered(self, roots: Mapping[str, Sequence[Expression]]) -> dict[str, list[Expression]]:
-        """Groups of expressions, lowered together."""
+        """Return groups of expressions, lowered together so that they share subexpressions."""
         flat = iter(lowered([x for group in roots.values() for x in group]))
         return {name: [next(flat) for _ in group] for name, group in roots.items()}
 
     def state_places(self, pointer: str) -> dict[str, MemorySlot]:
-        """Where the states are that a pointer points to."""
+        """Return the positions of the states relative to a pointer."""
         found, at = {}, 0
         for name in self.model.state_names:
             found[name] = MemorySlot(pointer, at)
@@ -101,7 +107,7 @@ class Emission:
         return found
 
     def prepare(self, lanes: int = 1) -> Function:
-        """``prepare(c)``: what follows from the constants."""
+        """Emit ``prepare(c)``, which computes the derived constants."""
         into = Function("prepare", [CONSTANTS], Shape(self.model.count, lanes))
         body = Body(into, self.places)
         for x in self.derived:
@@ -119,17 +125,17 @@ class Emission:
         uniform: Sequence[str] = (),
         times: bool = False,
     ) -> tuple[Function, Body]:
-        """A function with the arguments c, b, pointers and numbers; its body is still empty.
+        """Return a function with the arguments c, b, pointers and numbers, and its empty body.
 
         Args:
-            name: of the function.
+            name: name of the function.
             pointers: names of further pointers.
-            numbers: inputs that are handed over as doubles; in lanes they lie, one after the other,
-                behind the pointer ``TIMES``, which comes after b.
-            state: which of the pointers is the state.
-            lanes: runs, or instants, side by side.
-            uniform: pointers to what is the same in all lanes.
-            times: whether numbers lie behind ``TIMES`` without lanes, too.
+            numbers: inputs that are passed as doubles; in lanes, they are in memory one after the
+                other at the pointer ``TIMES``, which comes after b.
+            state: name of the pointer to the state.
+            lanes: number of runs or instants computed together.
+            uniform: pointers to numbers that are the same in all lanes.
+            times: True if numbers are at ``TIMES`` without lanes, too.
         """
         shape, places = Shape(self.model.count, lanes), dict(self.places)
         places |= self.state_places(state) if state else {}
@@ -144,16 +150,17 @@ class Emission:
         return into, Body(into, places, self.known, bound)
 
     def store_slope(self, body: Body, roots: Sequence[Expression], pointer: str) -> None:
-        """Write the rates of change of all states."""
+        """Emit stores of the rates of change of all states."""
         for (name, place), x in zip(self.state_places(pointer).items(), roots, strict=False):
             is_ball = name in OF_EACH_BALL
             if self.model.count or not is_ball:
                 body.store(x, place, each=is_ball)
 
     def row(self, turned: bool) -> tuple[list[Expression], tuple[Expression, Expression]]:
-        """A sample's row but for a motor's torque: spindle and deck, the balls' angles and rates.
+        """Return a sample's row without a motor's torque: spindle and deck, angles and rates.
 
-        With ``turned``, whole turns are added: inputs ``turns`` of each ball and ``turn``.
+        With ``turned``, whole turns are added, from the inputs ``turns`` of each ball and ``turn``
+        of a motor's spindle.
         """
         graph, roots = self.model.graph, list(self.roots["sample"])
         angles, rates = (graph.input(name, each=True) for name in OF_EACH_BALL)
@@ -171,7 +178,7 @@ class Emission:
         of_balls: Sequence[Expression],
         torque: Expression,
     ) -> None:
-        """Write what is to lie as a row does: spindle and deck, of each ball two numbers, motor."""
+        """Emit stores in the layout of a row: spindle and deck, numbers of each ball, motor."""
         for k, x in enumerate(first):
             body.store(x, MemorySlot(pointer, k))
         behind, n = len(first), self.model.count
@@ -181,16 +188,16 @@ class Emission:
             body.store(torque, MemorySlot(pointer, behind + len(of_balls) * n))
 
     def slope(self, lanes: int = 1) -> Function:
-        """``slope(c, b, y, k, time)``."""
+        """Emit ``slope(c, b, y, k, time)``, which writes the rates of change of the states to k."""
         into, body = self.function("slope", ["y", "k"], ["time"], state="y", lanes=lanes)
         self.store_slope(body, self.roots["slope"], "k")
         return into
 
     def finish(self, lanes: int = 1) -> Function:
-        """``finish(c, b, y, k, row, time, profile_time)``: slope and sample at a step's end.
+        """Emit ``finish(c, b, y, k, row, time, profile_time)``: slope and sample at a step's end.
 
-        In lanes ``finish(c, b, t, y, k, turns, row)``, with the whole turns of balls and of a
-        motor's spindle added.
+        In lanes, it is ``finish(c, b, t, y, k, turns, row)``, and adds the whole turns of the balls
+        and of a motor's spindle.
         """
         names, pointers = ["time", "profile_time"], ["y", "k", *["turns"] * (lanes > 1), "row"]
         into, body = self.function("finish", pointers, names, state="y", lanes=lanes)
@@ -203,7 +210,7 @@ class Emission:
         return into
 
     def evaluate(self, lanes: int = 1) -> Function:
-        """``evaluate(c, b, y, k, x, motor, table, time)``: the slope, and the table for events."""
+        """Emit ``evaluate(c, b, y, k, x, motor, table, time)``: slope and table for events."""
         pointers = ["y", "k", "x", "motor", "table"]
         into, body = self.function("evaluate", pointers, ["time"], state="y", lanes=lanes)
         self.store_slope(body, self.roots["slope"], "k")
@@ -217,21 +224,24 @@ class Emission:
         return into
 
     def arrow(self) -> Function:
-        """``arrow(c, b, y, block, time)``."""
+        """Emit ``arrow(c, b, y, block, time)``, which writes the equations' block with forces."""
         into, body = self.function("arrow", ["y", "block"], ["time"], state="y")
         for k, x in enumerate(self.roots["block"]):
             body.store(x, MemorySlot("block", k))
         return into
 
     def restitution(self) -> Function:
-        """``restitution(c, b, out, approach)``."""
+        """Emit ``restitution(c, b, out, approach)``, which computes the coefficient."""
         into, body = self.function("restitution", ["out"], ["approach"])
         (root,) = lowered([self.model.restitution()])
         body.store(root, MemorySlot("out", 0))
         return into
 
     def apply_impulse(self) -> Function:
-        """``apply_impulse(c, b, y, jumps, v)``: adds jumps of velocity to v, laid out as states."""
+        """Emit ``apply_impulse(c, b, y, jumps, v)``, which adds jumps of velocity to v.
+
+        v has the layout of the states.
+        """
         into, body = self.function("apply_impulse", ["y", "jumps", "v"], [], state="y")
         model = self.model
         places = dict(body.places) | {
@@ -242,6 +252,7 @@ class Emission:
         own = Body(into, places, self.known)
         added = model.jump(model.motion())
         sums = lowered([before[j] + x for j, x in enumerate(added)])
+        # Compute all sums before the first store: v may be the memory of y.
         for x in sums:
             own.values(x)
         for j, x in enumerate(sums):

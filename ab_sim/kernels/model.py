@@ -1,4 +1,4 @@
-"""The equations of a kind of scene as expressions: everything that is emitted comes from here."""
+"""Equations of a kind of scene as expressions, from which all functions are emitted."""
 
 import functools
 from collections.abc import Sequence
@@ -28,24 +28,24 @@ from ab_sim.tracing import Expression, Graph, Level, cos, sin
 from ab_sim.tracing.expression import rows
 
 OF_EACH_BALL = ("theta", "rate")
-"""States of which each ball has one."""
+"""Names of the states per ball."""
 
 
 class TracedState(NamedTuple):
-    """A state at a time, as expressions."""
+    """State at a time, as expressions."""
 
     time: Number
     deck: Sequence[Number]
-    """The deck's own states."""
+    """States of the deck."""
     theta: Number
     rate: Number
-    """Of each ball."""
+    """Rate of each ball's angle."""
     spindle: MotorState | None
-    """With a motor."""
+    """Spindle's state with a motor, else None."""
 
 
 class Evaluated(NamedTuple):
-    """What the equations say of a state."""
+    """Results of the equations for a state."""
 
     spindle: SpindleMotion
     torques: Torques | None
@@ -55,10 +55,10 @@ class Evaluated(NamedTuple):
 
 
 class Model:
-    """A kind of scene: deck model, effects, number of balls, kind of the profile's segments.
+    """Kind of scene: deck model, effects, number of balls, class of the profile's segments.
 
     Args:
-        system: one of the kind.
+        system: any system of this kind.
         segment: class of the segments.
     """
 
@@ -82,7 +82,7 @@ class Model:
 
     @property
     def state_names(self) -> tuple[str, ...]:
-        """Names of the inputs that are states, in their order: ``OF_EACH_BALL`` for all balls."""
+        """Names of the inputs that are states, in order; ``OF_EACH_BALL`` stand for all balls."""
         return (
             *(f"deck[{j}]" for j in range(self.states)),
             *OF_EACH_BALL,
@@ -91,18 +91,18 @@ class Model:
         )
 
     def state_inputs(self) -> list[Expression]:
-        """All states as they are in memory; of the balls, one for all."""
+        """Return the inputs of all states, in their order; one input stands for all balls."""
         return [self.graph.input(name, each=name in OF_EACH_BALL) for name in self.state_names]
 
     def _parameter(self, name: str, each: bool = False) -> Expression:
         return self.graph.input(name, Level.PARAMETER, each)
 
     def motion(self) -> TracedState:
-        """Of inputs: the state as it is in memory, at the input ``time``."""
+        """Return the state in memory, as inputs, at the input ``time``."""
         given = self.graph.input
         spindle = None
         if self.has_motor:
-            # Which branch the motor is in changes at events only.
+            # The motor's branch changes at events only, so it is not a state.
             limit = given("limit", Level.TIME)
             spindle = MotorState(given("psi"), given("omega"), given("integral"), limit)
         return TracedState(
@@ -114,19 +114,19 @@ class Model:
         )
 
     def friction(self) -> Number | None:
-        """Coefficient of sliding friction of each ball, with its sign; None without friction."""
+        """Return each ball's signed coefficient of sliding friction, or None without friction."""
         if not self.has_friction:
             return None
         sign = self.graph.input("sign", Level.TIME, each=True)
         return sign * friction_coefficient(self.effects, self.balls)
 
     def mobility(self, force: Number, ahead: Number | None = None) -> Number:
-        """See ``equations.arrowhead.Mobility``.
+        """Return the balls' accelerations under a force (``equations.arrowhead.Mobility``).
 
         Args:
-            force: along the race on each ball.
-            ahead: time [s] after which the drag acts at the speed that it leads to; None for the
-                drag at the speed of the state.
+            force: force along the race on each ball.
+            ahead: time [s] after which the drag is evaluated, at the speed reached then; None
+                evaluates it at the speed of the state.
         """
         if ahead is not None:
             drag = over_effects(self.effects, "ball_drag", 0.0, self.balls.each)
@@ -138,7 +138,7 @@ class Model:
         return force * self.balls.mobility
 
     def spindle(self, at: TracedState) -> tuple[SpindleMotion, Torques | None]:
-        """The spindle's motion."""
+        """Return the spindle's motion and, with a motor, its torques."""
         if at.spindle is None:
             return prescribed(self.effects, self.place, at.time, self.angle_needed), None
         return motor_driven(self.effects, self.place, at.time, at.spindle, self.angle_needed)
@@ -146,7 +146,7 @@ class Model:
     def arrow(
         self, at: TracedState, c: Number | None = None, s: Number | None = None
     ) -> tuple[SpindleMotion, Torques | None, OnRace, Arrow]:
-        """The equations, not yet solved; cosines and sines of the balls' angles may be given."""
+        """Return the equations before their solution; c, s may give the balls' cos and sin."""
         spindle, torques = self.spindle(at)
         c = cos(at.theta) if c is None else c
         s = sin(at.theta) if s is None else s
@@ -155,7 +155,7 @@ class Model:
         return spindle, torques, on, arrow
 
     def evaluated(self, at: TracedState, ahead: Number | None = None) -> Evaluated:
-        """The equations, solved; ``ahead`` as of ``mobility``."""
+        """Return the equations and their solution; ``ahead`` is that of ``mobility``."""
         spindle, torques, on, arrow = self.arrow(at)
         prescribed_one = None if self.has_motor else spindle.acceleration
         mobility = functools.partial(self.mobility, ahead=ahead)
@@ -163,7 +163,7 @@ class Model:
         return Evaluated(spindle, torques, on, arrow, solved)
 
     def slope(self, at: TracedState, found: Evaluated) -> list[Expression]:
-        """Rates of change of all states, in their order; of the balls, one for all."""
+        """Return the rates of change of all states, in order; one expression for all balls."""
         spindle, torques, on, arrow, solved = found
         deck = self.deck.rates(self.effects, spindle, at.deck, solved.x)
         rates = [*deck, at.rate, rate_change(on, solved.path)]
@@ -185,7 +185,7 @@ class Model:
         return [self.lifted(rate) for rate in rates]
 
     def sample(self, at: TracedState, found: Evaluated) -> list[Expression]:
-        """A sample's row but for the balls, at the input ``profile_time``; torque last.
+        """Return a sample's row without the balls and the torque, at the input ``profile_time``.
 
         Whole turns of a motor's spindle are left out.
         """
@@ -202,7 +202,7 @@ class Model:
         return [self.lifted(x) for x in row]
 
     def table(self, at: TracedState, found: Evaluated) -> list[Expression]:
-        """Columns of the balls' table for events, see ``ab_sim.events``."""
+        """Return columns of the balls' table for events, see ``ab_sim.events``."""
         _, _, on, arrow, solved = found
         friction = self.friction()
         along = 0.0
@@ -226,7 +226,11 @@ class Model:
     def with_forces(
         self, columns: Sequence[Expression], x: Sequence[Expression]
     ) -> list[Expression]:
-        """The columns of ``table``, and between them those that follow from the accelerations."""
+        """Return the columns of ``table`` with three more that depend on the accelerations.
+
+        These are the normal force, the force along the race that is left after sliding friction,
+        and the size of the terms in it, which bounds its rounding error.
+        """
         load, _, pull, friction, *others = columns
         coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]
         normal = load if self.has_friction else self.lifted(0.0)
@@ -238,20 +242,20 @@ class Model:
         return [*columns[:9], normal, pull, size, *columns[9:]]
 
     def block(self, arrow: Arrow) -> list[Expression]:
-        """The equations' block, forces in its last column, line by line."""
+        """Return the equations' block row by row, with the forces in its last column."""
         lines = [[*line, f] for line, f in zip(arrow.block, arrow.force, strict=True)]
         return [self.lifted(x) for line in lines for x in line]
 
     def restitution(self) -> Expression:
-        """By the input ``approach`` [m/s]."""
+        """Return the coefficient of restitution for the input ``approach`` [m/s]."""
         approach = self.graph.input("approach")
         return self.lifted(over_effects(self.effects, "restitution", 0.0, approach))
 
     def jump(self, at: TracedState) -> list[Expression]:
-        """What jumps of velocity, inputs ``jump[r]``, add to the deck's states."""
+        """Return the changes of the deck's states by jumps of velocity, the inputs ``jump[r]``."""
         jumps = [self.graph.input(f"jump[{r}]") for r in range(self.unknowns)]
         return [self.lifted(x) for x in self.deck.jump(at.deck, jumps)]
 
     def lifted(self, x: Number) -> Expression:
-        """An expression as it is, a number as a constant."""
+        """Return an expression unchanged, and a number as a constant."""
         return x if isinstance(x, Expression) else self.graph.constant(x)

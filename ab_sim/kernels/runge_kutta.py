@@ -1,4 +1,8 @@
-"""Steps of Runge-Kutta methods and of extrapolation, emitted: the state stays in registers."""
+"""Emit steps of explicit Runge-Kutta methods and of extrapolation, with the state in registers.
+
+All stages call one function that takes a state and returns a slope as values. So the stages need no
+arrays in memory, and the code of the equations exists only once.
+"""
 
 import math
 from collections.abc import Sequence
@@ -13,7 +17,7 @@ from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, kind, li
 
 
 class Tableau(NamedTuple):
-    """Butcher's, of an explicit method."""
+    """Butcher tableau of an explicit method."""
 
     a: np.ndarray
     """Stage weights, shape (s, s), strictly lower triangular."""
@@ -24,30 +28,31 @@ class Tableau(NamedTuple):
 
 
 class Extrapolation(NamedTuple):
-    """Euler's method in n equal parts, with the drag implicit, extrapolated over numbers n."""
+    """Extrapolation of Euler's method in n equal parts to infinite n, with implicit drag."""
 
     divisions: tuple[int, ...]
-    """The numbers n, rising."""
+    """Numbers n of parts, increasing."""
 
     @property
     def weights(self) -> list[float]:
-        """Weight of each n in the step: Aitken and Neville's polynomial in 1/n, at 0."""
+        """Weight of each n: value at 0 of Lagrange's polynomial in 1/n, as by Aitken-Neville."""
         return [math.prod(n / (n - k) for k in self.divisions if k != n) for n in self.divisions]
 
 
 EMITTED = (Tableau, Extrapolation)
+"""Classes of the methods whose steps are emitted here."""
 
 
 class StatePart(NamedTuple):
-    """Numbers of a state that lie side by side, and are one value."""
+    """Adjacent numbers of a state that are held in one vector."""
 
     first: int
     width: int
-    """How many; in lanes always one."""
+    """Number of states in the vector; in lanes always one."""
 
 
 def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
-    """How a state is held: the deck's states by twos or fours, the balls' by groups."""
+    """Return the division of a state into vectors: deck's states by 2 or 4, balls' by groups."""
     model = emission.model
     own, n = model.states, model.count
     size = emission.states
@@ -64,15 +69,16 @@ def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
 def step_text(
     emission: Emission, method: Tableau | Extrapolation, lanes: int = 1, parts: int = 1
 ) -> str:
-    """``step(c, b, y, k, trial, begin, length)``: one step; k is the slope at its beginning.
+    """Return LLVM IR of ``step(c, b, y, k, trial, begin, length)``, which takes one step.
 
-    In lanes ``step(c, b, t, y, k, trial)``, with begin and length of each run behind t.
+    k is the slope at the step's beginning, and the state at its end is written to trial. In lanes,
+    it is ``step(c, b, t, y, k, trial)``, with begin and length of each run at t.
 
     Args:
-        emission: of the model.
-        method: of the step.
-        lanes: runs side by side.
-        parts: how many equal parts the step is divided into.
+        emission: emitter of the model's functions.
+        method: method of the step.
+        lanes: number of runs computed together.
+        parts: number of equal parts into which the step is divided.
     """
     if isinstance(method, Extrapolation):
         step = _Step(emission, lanes, parts, emission.implicit_slope(), ahead=True)
@@ -82,11 +88,12 @@ def step_text(
 
 
 def _explicit(step: "_Step", tableau: Tableau) -> list[str]:
-    # Of a part of a step the slope at its beginning is not known.
+    """Emit the stages of an explicit method; return the state at the end."""
+    # Only the first part's initial slope is known, so each part evaluates its own.
     slopes = [step.loaded("k") if step.parts == 1 else step.slope(step.state, step.time(0.0))]
 
     def combined(row: np.ndarray) -> list[str]:
-        """State plus length times weighted slopes."""
+        """Return the state plus ``length`` times the sum of weighted slopes."""
         total: list[str] = []
         for weight, each in zip(row.tolist(), slopes, strict=False):
             if weight != 0.0:
@@ -100,9 +107,10 @@ def _explicit(step: "_Step", tableau: Tableau) -> list[str]:
 
 
 def _extrapolated(step: "_Step", method: Extrapolation) -> list[str]:
-    """Each part takes the drag at its end, and all else at its beginning; k is not used.
+    """Emit the extrapolated step; return the state at the end.
 
-    The state's change is extrapolated, not the state, of which it is a small part.
+    Each part evaluates drag at its end and all else at its beginning, so k is not used. The change
+    of the state is extrapolated, as it is small relative to the state and so rounds less.
     """
     total: list[str] = []
     for n, weight in zip(method.divisions, method.weights, strict=True):
@@ -116,14 +124,14 @@ def _extrapolated(step: "_Step", method: Extrapolation) -> list[str]:
 
 
 class _Step:
-    """A step's function: its state in registers, and calls of the slope at trial states.
+    """Function of a step, with the state in registers and calls of the slope at trial states.
 
     Args:
-        emission: of the model.
-        lanes: runs side by side.
-        parts: how many times what follows is done, each with the state that it has led to.
+        emission: emitter of the model's functions.
+        lanes: number of runs computed together.
+        parts: number of equal parts of the step; a loop repeats the method for each.
         roots: rates of change of the states.
-        ahead: whether these take the input ``ahead``.
+        ahead: whether the rates take the input ``ahead``.
     """
 
     def __init__(
@@ -150,7 +158,7 @@ class _Step:
             self._enter_loop()
 
     def _enter_loop(self) -> None:
-        """Part by part: how many are done, and the state, are what the one before has left."""
+        """Begin the loop over parts, which passes on the number of finished parts and the state."""
         self._start, self.state = self.state, [f"%s{at}" for at in range(len(self.state))]
         self.length = self.times(self.literal(1.0 / self.parts), self.length)
         self.into.lines += ["br label %part", "part:"]
@@ -158,6 +166,7 @@ class _Step:
         self.begin = self.into.call("fma", self._lanes, "%done", self.length, self.begin)
 
     def _end_loop(self, end: Sequence[str]) -> None:
+        """End the loop; the phi nodes at its head need the state at its end."""
         lanes, into = self._lanes, self.into
         passed = [("%done", kind(lanes), literal(0.0, lanes), "%more")]
         passed += zip(self.state, self._slope.kinds, self._start, end, strict=True)
@@ -171,24 +180,24 @@ class _Step:
         into.lines += [f"br i1 {again}, label %part, label %end", "end:"]
 
     def loaded(self, pointer: str) -> list[str]:
-        """What lies at a pointer as a state does."""
+        """Load a vector of states from a pointer."""
         pieces = self._slope.pieces
         return [self.into.load(MemorySlot(pointer, p.first), 0, p.width) for p in pieces]
 
     def literal(self, value: float) -> str:
-        """A constant in all lanes."""
+        """Return a constant in all lanes."""
         return literal(value, self._lanes)
 
     def times(self, one: str, other: str) -> str:
-        """A product of what is the same for all states."""
+        """Return the product of two numbers, one per lane."""
         return self.into.put(f"fmul {kind(self._lanes)} {one}, {other}")
 
     def time(self, share: float) -> str:
-        """The time after a share of the step."""
+        """Return the time after a fraction of the step."""
         return self.into.call("fma", self._lanes, self.literal(share), self.length, self.begin)
 
     def sums(self, factor: str, values: Sequence[str], added: Sequence[str]) -> list[str]:
-        """A factor times values, added to others, or to nothing where these are empty."""
+        """Return ``factor`` times ``values`` plus ``added``, which may be empty."""
         found = []
         for at, piece in enumerate(self._slope.pieces):
             width, of = piece.width * self._lanes, self._slope.kinds[at]
@@ -200,7 +209,7 @@ class _Step:
         return found
 
     def slope(self, trial: Sequence[str], *numbers: str) -> list[str]:
-        """The slope at a trial state and a time; with ``ahead`` behind it."""
+        """Call the slope at a trial state; ``numbers`` are the time and, if taken, ``ahead``."""
         slope, of = self._slope, kind(self._lanes)
         arguments = [f"ptr %{CONSTANTS}", f"ptr %{BRANCHES}", *(f"{of} {x}" for x in numbers)]
         arguments += [f"{each} {value}" for each, value in zip(slope.kinds, trial, strict=True)]
@@ -211,7 +220,7 @@ class _Step:
         ]
 
     def text(self, end: Sequence[str]) -> str:
-        """All of the step, which ends in a state."""
+        """Return the LLVM IR of the step that ends in a state."""
         if self.parts > 1:
             self._end_loop(end)
         for piece, value in zip(self._slope.pieces, end, strict=True):
@@ -228,7 +237,7 @@ class _Step:
 
 
 class _Slope(Function):
-    """The slope as a function of values: what each stage calls."""
+    """Function from a state to its slope, both as values, which each stage calls."""
 
     def __init__(self, emission: Emission, lanes: int, times: Sequence[str]) -> None:
         pointers = [CONSTANTS, BRANCHES]
@@ -289,7 +298,7 @@ def _slope_function(
 
 
 def _packed(into: Function, body: Body, roots: Sequence[Expression]) -> str:
-    """One value of several numbers."""
+    """Return one vector of several numbers."""
     values, width = [body.values(x)[0] for x in roots], len(roots)
     if width == 1:
         return values[0]

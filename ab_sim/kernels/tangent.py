@@ -1,6 +1,6 @@
-"""The exact derivative of the equations along states and time, emitted.
+"""Emit the exact directional derivative of the equations, with respect to states and time.
 
-As many directions lie side by side as ``lanes_for`` says.
+``lanes_for`` returns the number of directions that are computed together.
 """
 
 from ab_sim.kernels.code import Code
@@ -10,22 +10,24 @@ from ab_sim.tracing import Expression, Level, derivatives
 from ab_sim.tracing.llvm_text import Function, MemorySlot, module_text
 
 FEW = 8
-"""Balls up to which directions go in lanes; of more, vectors are made of the balls."""
+"""Maximum number of balls for directions in lanes; with more, vectors are formed of the balls."""
 LANES = 8
+"""Number of directions in lanes."""
 DIRECTION = "d"
-"""Pointer to changes of state, time and time on the profile, one behind the other."""
+"""Name of the pointer to the changes of state, time and time on the profile, in this order."""
 
 
 def lanes_for(balls: int) -> int:
-    """How many directions go side by side."""
+    """Return the number of directions that are computed together."""
     return LANES if balls <= FEW else 1
 
 
 def tangent_address(code: Code) -> int:
-    """Address of ``tangent(c, b, t, y, d, out)``: the slope's change along d, in ``out``.
+    """Return the address of ``tangent(c, b, t, y, d, out)``, the slope's derivative along d.
 
-    d has a direction in the states, and behind it the change of time; constants and how the balls
-    yield stay. y and the time behind t are one number for all directions.
+    d holds a direction in the states, followed by the changes of the times; the constants and the
+    branches of set-valued laws do not change. The derivative is written to out. y and the times at
+    t are the same for all directions.
     """
 
     def text() -> str:
@@ -55,7 +57,7 @@ def _function(code: Code) -> Function:
 
 
 def _directions(code: Code) -> tuple[dict[Expression, Expression], dict[str, MemorySlot]]:
-    """By input its change, as ``derivatives`` takes it; and where these changes are."""
+    """Return the change of each input, for ``derivatives``, and the positions of the changes."""
     emission = code.emission
     graph, states = code.model.graph, emission.states
     of_states = emission.state_places(DIRECTION)

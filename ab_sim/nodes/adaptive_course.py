@@ -39,12 +39,12 @@ class AdaptiveCourse:
 
     @property
     def ended(self) -> bool:
-        """Whether the final speed is held; see ``Course``."""
+        """True if the final speed is held; see ``Course``."""
         return self._start_up.state in (State.DONE, State.GAVE_UP)
 
     @property
     def reached(self) -> bool:
-        """Whether the start-up has reached its aim; see ``Course``."""
+        """True if the start-up has reached its aim; see ``Course``."""
         return self._start_up.state is State.DONE
 
     @property

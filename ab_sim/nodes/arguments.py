@@ -1,5 +1,6 @@
 """Command line of a node: arguments that ROS would silently ignore are errors."""
 
+import os
 import sys
 from collections.abc import Sequence
 
@@ -8,6 +9,11 @@ from rclpy.signals import SignalHandlerOptions
 
 from ab_sim.errors import InputError
 from ab_sim.nodes import discovery
+from ab_sim.nodes.participants import unheard_users
+from ab_sim.quoting import visible
+
+MOST_DOMAIN = 232
+"""Largest domain whose ports exist (DDSI-RTPS, 9.6.2)."""
 
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
@@ -20,7 +26,8 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
         arguments: program and arguments; default: those of the process.
 
     Raises:
-        InputError: ROS would ignore an argument, or does not understand it.
+        InputError: ROS would ignore an argument, or does not understand it; the domain is none, or
+            ROS cannot write its log.
     """
     given = sys.argv if arguments is None else arguments
     if stray := _outside_ros_args(given[1:]):
@@ -28,15 +35,33 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             f"argument {stray[0]!r}: is not known; parameters come after --ros-args, each after "
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
         )
+    _check_domain()
     discovery.prepare()
+    for warning in (discovery.unused_transports(), unheard_users()):
+        if warning:
+            print(visible(warning), file=sys.stderr)
     try:
         rclpy.init(args=list(given), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         # rclpy does not export its own exceptions.
+        if "initialize logging" in str(error) or "for writing" in str(error):
+            raise InputError(
+                f"ROS cannot write its log: {error}; set ROS_LOG_DIR to a folder in which this "
+                "user can write"
+            ) from error
         raise InputError(
             f"arguments {' '.join(given[1:])}: ROS does not understand them: {error}; a parameter "
             "is given as `--ros-args -p name:=value`"
         ) from error
+
+
+def _check_domain() -> None:
+    domain = os.environ.get("ROS_DOMAIN_ID", "")
+    if domain and not (domain.isdecimal() and int(domain) <= MOST_DOMAIN):
+        raise InputError(
+            f"ROS_DOMAIN_ID = {domain!r}: must be a whole number from 0 to {MOST_DOMAIN}; set "
+            "another one, or unset it for 0"
+        )
 
 
 def _outside_ros_args(arguments: Sequence[str]) -> list[str]:

@@ -119,7 +119,7 @@ class CommandPath:
         self._rules = rules
         self.stopped = False
         self.stop_wanted = False
-        """Whether the next call of ``order`` begins an emergency stop; any thread may set it."""
+        """True if the next call of ``order`` begins an emergency stop; any thread may set it."""
         self.lead(scene_limits, step)
 
     @property

@@ -6,6 +6,8 @@ from pathlib import Path
 
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
 """ROS's variable for the discovery range, and our value unless the user has set it."""
+TRANSPORTS = "FASTDDS_BUILTIN_TRANSPORTS"
+"""Fast DDS's variable for its transports; rmw_fastrtps sets its own ones for LOCALHOST."""
 PROFILES = {
     2: ("FASTRTPS_DEFAULT_PROFILES_FILE", Path(__file__).with_name("discovery_fast_dds_2.xml")),
     3: ("FASTDDS_DEFAULT_PROFILES_FILE", Path(__file__).with_suffix(".xml")),
@@ -21,6 +23,21 @@ def ends_here() -> bool:
     """Return whether the environment limits discovery to this machine."""
     reach = os.environ.get(DISCOVERY_RANGE, RANGE)
     return reach == RANGE and not os.environ.get("ROS_STATIC_PEERS")
+
+
+def has_udp_only() -> bool:
+    """Return whether the user chose UDP and a range in which ROS uses the choice."""
+    return not ends_here() and os.environ.get(TRANSPORTS, "").startswith("UDP")
+
+
+def unused_transports() -> str:
+    """Return a warning if ROS does not use the user's choice of transports, else an empty text."""
+    if not (chosen := os.environ.get(TRANSPORTS)) or not ends_here():
+        return ""
+    return (
+        f"{TRANSPORTS} = {chosen}: ROS does not use it while {DISCOVERY_RANGE} is {RANGE}, "
+        f"the default here; set {DISCOVERY_RANGE}=SUBNET, too (other hosts are heard then)"
+    )
 
 
 def fast_dds() -> int:

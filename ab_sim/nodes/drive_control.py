@@ -192,7 +192,7 @@ class DriveControl:
         return self._leap(leap, f"restored {path}", asked)
 
     def emergency_stop(self) -> Answer:
-        """To standstill as fast as the spindle can, whatever is commanded."""
+        """Decelerate to standstill as fast as the spindle can, regardless of commands."""
         try:
             with self._node.active(patience=PROMPTLY) as session:
                 if session.path.stopped:

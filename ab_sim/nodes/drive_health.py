@@ -16,7 +16,7 @@ WINDOWS = (10, 60)
 
 
 class RealTimeTolerance(NamedTuple):
-    """Limits of what counts as real time."""
+    """Limits within which a drive counts as running in real time."""
 
     factor: float
     """Largest relative deviation of the real-time factor from the requested one."""
@@ -46,7 +46,7 @@ class DriveHealth:
         self._drive, self._pacer, self.checks = drive, pacer, checks
         self.tolerance, self._work_precision = tolerance, work_precision
         self.paced = True
-        """Whether simulated time has to keep pace with the clock."""
+        """True if simulated time has to keep pace with the clock."""
         self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(WINDOWS) + 1)
         self._factor: float | None = None
         self._unresolved = 0

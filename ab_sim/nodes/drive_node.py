@@ -59,7 +59,7 @@ class DriveNode(ManagedNode):
     def active(
         self, asked: Session | None = None, patience: float = threading.TIMEOUT_MAX
     ) -> Iterator[Session]:
-        """The session, under the node's lock.
+        """Yield the session, under the node's lock.
 
         Args:
             asked: the session that is expected; None: any.
@@ -206,7 +206,8 @@ class DriveNode(ManagedNode):
 
     def _tell(self, level: Level, text: str) -> None:
         self._state, self._reported = (level, text), time.monotonic()
-        self._outputs.report(0, level, text)
+        # an error is logged where the transition fails
+        self._outputs.report(0, level, text, logged=level is Level.ERROR)
 
     def _rest(self) -> float:
         session = self._session

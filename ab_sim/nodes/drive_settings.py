@@ -33,18 +33,18 @@ class Fixed(NamedTuple):
     """Settings that do not change while the node lives."""
 
     autostart: bool
-    """Whether the node configures and activates itself."""
+    """True if the node configures and activates itself."""
     hardware: str
     """Name of the drive in the diagnostics; empty: namespace and scene."""
     rates: Rates
     per_block: int
     """Wake-ups per block."""
     paused: bool
-    """Whether the drive starts paused."""
+    """True if the drive starts paused."""
     seed: int
     """Seed of the bus jitter."""
     clock: bool
-    """Whether simulated time is published."""
+    """True if simulated time is published."""
     real_time: RealTimeRequests
 
 

@@ -21,7 +21,7 @@ class FaultPublisher:
 
     @property
     def words(self) -> str:
-        """The faults as one line of text."""
+        """Faults as one line of text."""
         return ", ".join(self._texts or []) or "none"
 
     def publish(self, faults: Sequence[Fault]) -> None:

@@ -5,11 +5,11 @@ from pathlib import Path
 
 from rclpy.node import Node
 
-from ab_msgs_py import Block, Health, Level, Task, topics
+from ab_msgs_py import Block, Level, Task, topics
 from ab_msgs_py.prefilled import Prefilled
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
+from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.state_publishers import StatePublishers
 from ab_sim.scene import Scene
 
@@ -30,7 +30,7 @@ class Outputs:
         self._block = topics.BLOCK.publisher(node)
         self._clock = topics.CLOCK.publisher(node) if clock else None
         self._now = Prefilled(topics.CLOCK.message(0))
-        self._diagnostics = topics.DIAGNOSTICS.publisher(node)
+        self._diagnostics = DiagnosticsPublisher(node, Task.DRIVE)
 
     def begin(self, scene: Scene, channels: Sequence[str]) -> None:
         """Publish a drive of this scene from now on."""
@@ -70,15 +70,16 @@ class Outputs:
             self._block.publish(topics.block_bytes(Block(block.channels, block.samples)))
 
     def report(
-        self, time_ns: int, level: Level, text: str, values: Mapping[str, str] | None = None
+        self,
+        time_ns: int,
+        level: Level,
+        text: str,
+        values: Mapping[str, str] | None = None,
+        logged: bool = False,
     ) -> None:
-        """Publish the node's diagnostics."""
-        node = self._node
-        hardware = self._hardware or f"{node.get_namespace()}/{self._scene}".lstrip("/")
-        name = node.get_fully_qualified_name()
-        shown = {**(values or {}), PARAMETERS: changed_parameters(node)}
-        health = Health(name, Task.DRIVE, level, text, shown, hardware, time_ns)
-        self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
+        """Publish the node's diagnostics; ``logged``: the text is in the log already."""
+        hardware = self._hardware or f"{self._node.get_namespace()}/{self._scene}".lstrip("/")
+        self._diagnostics.publish(level, text, values or {}, time_ns, hardware, logged)
 
     def other_clock(self) -> str:
         """Return an error text if another node publishes the same clock; empty if not."""

@@ -92,7 +92,7 @@ class PairedSamples:
 
     @property
     def spindle_is_silent(self) -> bool:
-        """Whether readings arrive without samples of the spindle."""
+        """True if readings arrive without samples of the spindle."""
         if not self._waiting:
             return False
         return self._last is None or self._waiting[-1].time > self._last.time + GAP

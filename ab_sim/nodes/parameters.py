@@ -34,7 +34,7 @@ class ParameterSpec(NamedTuple):
 
     @property
     def allowed_text(self) -> str:
-        """The allowed values in words, for messages."""
+        """Allowed values in words, for messages."""
         if self.choices:
             return "one of " + ", ".join(self.choices)
         if self.allowed is None:

@@ -1,6 +1,7 @@
 """Number of DDS participants on this machine, read from the system's socket tables."""
 
 import os
+import pwd
 from pathlib import Path
 
 from ab_sim.nodes import discovery
@@ -22,17 +23,54 @@ def participants_here() -> int | None:
     """
     if not discovery.ends_here():
         return None
+    sockets = _sockets()
+    return None if sockets is None else len(sockets)
+
+
+def unheard_users() -> str:
+    """Return a warning if other users' participants are on our domain, else an empty text.
+
+    Discovery finds them by UDP. Data go through shared memory, which belongs to one user.
+    """
+    if discovery.has_udp_only():
+        return ""
+    users = sorted({_name(user) for user in (_sockets() or {}).values() if user != os.getuid()})
+    if not users:
+        return ""
+    return (
+        f"programs of {', '.join(users)} are on ROS_DOMAIN_ID {_domain()}, and this one is of "
+        f"{_name(os.getuid())}: Fast DDS's shared memory keeps users apart, and neither hears the "
+        "other; run them as one user, or each with "
+        f"{discovery.DISCOVERY_RANGE}=SUBNET {discovery.TRANSPORTS}=UDPv4"
+    )
+
+
+def _domain() -> int:
+    return int(os.environ.get("ROS_DOMAIN_ID") or 0)
+
+
+def _name(user: int) -> str:
     try:
-        first = BASE + PER_DOMAIN * int(os.environ.get("ROS_DOMAIN_ID") or 0) + FIRST
+        return f"user {pwd.getpwuid(user).pw_name}"
+    except KeyError:
+        return f"user {user}"
+
+
+def _sockets() -> dict[int, int] | None:
+    """Return the user of each participant on our domain by its port; None if unknown."""
+    try:
+        first = BASE + PER_DOMAIN * _domain() + FIRST
         files = [file for file in SOCKETS if file.exists()]
         tables = [file.read_text() for file in files for _ in range(READS)]
     except (OSError, ValueError):
         return None
-    bound = {_port(line) for table in tables for line in table.splitlines()[1:]}
+    bound = dict(_socket(line) for table in tables for line in table.splitlines()[1:])
     last = first + PER_DOMAIN - FIRST
-    return len(bound & set(range(first, last, PER_PARTICIPANT))) if tables else None
+    ports = range(first, last, PER_PARTICIPANT)
+    return {port: bound[port] for port in ports if port in bound} if tables else None
 
 
-def _port(line: str) -> int:
-    """Return the local port of a socket: the second word is address and port, in hexadecimal."""
-    return int(line.split()[1].rpartition(":")[2], 16)
+def _socket(line: str) -> tuple[int, int]:
+    """Return port and user of a socket: the second word is address and port, in hexadecimal."""
+    words = line.split()
+    return int(words[1].rpartition(":")[2], 16), int(words[7])

@@ -10,18 +10,17 @@ from typing import Any
 
 from rclpy.publisher import Publisher
 
-from ab_msgs_py import ENDED, Health, Level, Task, services, topics
+from ab_msgs_py import ENDED, Level, Task, services, topics
 from ab_msgs_py.actions import Asked, Outcome
 from ab_msgs_py.services import Answer, serve_trigger
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.nodes import profile_words
 from ab_sim.nodes.courses import PlannedCourse
+from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import (
-    PARAMETERS,
     ParameterSpec,
-    changed_parameters,
     close_parameters,
     declare,
     path_of,
@@ -118,7 +117,7 @@ class ProfileController(PlainLog):
         self._command = topics.COMMAND.publisher(self)
         self._trajectory = topics.TRAJECTORY.publisher(self)
         self._status = topics.PROFILE_STATUS._replace(name="~/status").publisher(self)
-        self._diagnostics = topics.DIAGNOSTICS.publisher(self)
+        self._diagnostics = DiagnosticsPublisher(self, Task.PROFILE)
         for name, act in (
             (services.START, self.start),
             (services.ABORT, self.abort),
@@ -222,9 +221,9 @@ class ProfileController(PlainLog):
     def run(self, stopping: threading.Event) -> None:
         """Tick, start when there is a drive, and report, until stopped.
 
-        Reports go out once a second of the steady clock, and as soon as somebody else listens or
-        the profile goes on. ROS's timers and Python's events wait by the system's clock, on some
-        releases: when it is set back they would stand still.
+        Reports are published once per second of the steady clock, and at once for a new subscriber
+        or a new state of the profile. On some releases, ROS's timers and Python's events use the
+        system clock, and would stand still if it were set back.
         """
         if not self._simulated:
             self._ticker = Ticker(self._period, time.monotonic())
@@ -259,17 +258,9 @@ class ProfileController(PlainLog):
             "commands published": str(self._published),
             "sends": "speeds" if self._sent is None else "a trajectory",
             "listeners": str(self.listeners),
-            PARAMETERS: changed_parameters(self),
         }
-        health = Health(
-            self.get_fully_qualified_name(),
-            Task.PROFILE,
-            level,
-            ENDED if ended else message,
-            values,
-            time=self.get_clock().now().nanoseconds,
-        )
-        self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
+        now = self.get_clock().now().nanoseconds
+        self._diagnostics.publish(level, ENDED if ended else message, values, now)
 
     def end(self) -> None:
         """Publish the last diagnostics and send nothing more."""

@@ -38,7 +38,7 @@ class RecordedFiles:
         shown: folder for these copies.
         logger: reports files.
         drives: returns the number of publishers of blocks.
-        thinned: selection of samples, as for `Recording`.
+        decimated: selection of samples, as for `Recording`.
     """
 
     def __init__(
@@ -48,9 +48,9 @@ class RecordedFiles:
         shown: Path,
         logger: RcutilsLogger,
         drives: Callable[[], int],
-        thinned: Mapping[str, Any],
+        decimated: Mapping[str, Any],
     ) -> None:
-        self._path, self._viewer, self._logger, self._thinned = path, viewer, logger, thinned
+        self._path, self._viewer, self._logger, self._decimated = path, viewer, logger, decimated
         self._shown_folder = shown
         self._drives, self._ran_back = drives, -math.inf
         self._number = 1
@@ -63,7 +63,7 @@ class RecordedFiles:
         self._tried = 0.0
         self._time = 0.0  # of the newest sample [s]
         self._states: dict[str, str] = {}
-        self._standing: dict[tuple[str, str], str] = {}  # by source and what it is about: text
+        self._standing: dict[tuple[str, str], str] = {}  # text by source and subject
         self._written = self._lost = 0  # in the files before this one
         self._left_out = self._refused = 0  # there, too
         self.missing = 0
@@ -195,7 +195,7 @@ class RecordedFiles:
             path.parent.mkdir(parents=True, exist_ok=True)
         try:
             self._recording = Recording(
-                path, description=self._description, index=False, **self._thinned
+                path, description=self._description, index=False, **self._decimated
             )
         except RecordingError as error:
             self._complain(str(error))

@@ -17,11 +17,11 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
+from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.inbox import Inbox
 from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import (
     PARAMETERS,
-    changed_parameters,
     close_parameters,
     declare,
     recording_file,
@@ -87,16 +87,16 @@ class Recorder(PlainLog):
         self._for_now = contextlib.ExitStack()
         shown = self._folder_for_now()
         file = kept or (None if self._viewer is None else self._folder_for_now() / "live.rrd")
-        thinned = {"every": every, "around": around}
+        decimated = {"every": every, "around": around}
         drives = functools.partial(topics.BLOCK.publishers, self)
-        self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, thinned)
+        self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, decimated)
         self._description: dict[str, Any] | None = None
         self._time = 0.0
         self._levels: dict[str, Level] = {}
         self._malformed = 0
         self._ignored: dict[str, tuple[int, str]] = {}  # since the last report, by topic
 
-        self._diagnostics = topics.DIAGNOSTICS.publisher(self)
+        self._diagnostics = DiagnosticsPublisher(self, Task.RECORDING)
         heard = (
             (topics.DESCRIPTION, self._write_description),
             (topics.BLOCK, self._write_block),
@@ -283,7 +283,6 @@ class Recorder(PlainLog):
             **{f"messages dropped, {topic}": count for topic, count in dropped.items()},
             "messages malformed": self._malformed,
             "messages waiting": len(self._inbox),
-            PARAMETERS: changed_parameters(self),
         }
         level = Level.OK
         slow_bag = self._bag is not None and self._bag.dropped
@@ -302,15 +301,8 @@ class Recorder(PlainLog):
                 level, text = Level.WARN, f"{text}; viewer {viewer.state}"
         if failed or files.trouble:
             level, text = Level.ERROR, files.trouble if files.trouble and not failed else text
-        health = Health(
-            self.get_fully_qualified_name(),
-            Task.RECORDING,
-            level,
-            text,
-            {key: str(value) for key, value in values.items()},
-            time=round(self._time * 1e9),
-        )
-        self._diagnostics.publish(topics.DIAGNOSTICS.message(health))
+        texts = {key: str(value) for key, value in values.items()}
+        self._diagnostics.publish(level, text, texts, round(self._time * 1e9))
         for topic, (count, last) in self._ignored.items():
             self.get_logger().warning(f"ignored {count} messages on {topic}, the last one: {last}")
         self._ignored.clear()

@@ -47,7 +47,7 @@ class Session:
         self._node, self._outputs, self._settings = node, outputs, settings
         self._real_time, self.paused = fixed.real_time, fixed.paused
         self.active = False
-        """Whether the node is active."""
+        """True if the node is active."""
         self._per_block = fixed.per_block
         self.trouble = ""
         self.pending: list[Trajectory] = []
@@ -77,7 +77,7 @@ class Session:
 
     @property
     def standing(self) -> bool:
-        """Whether time is stopped until a request."""
+        """True if time is stopped until a request."""
         return self.paused or self.mode is TimeMode.LOCK_STEP
 
     def begin(self, prepared: PreparedDrive) -> None:

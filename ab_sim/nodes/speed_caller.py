@@ -30,7 +30,7 @@ class AcceptedSpeed(NamedTuple):
 
     @property
     def standing(self) -> bool:
-        """Whether the drive's time is paused."""
+        """True if the drive's time is paused."""
         return self.health.message.startswith("paused")
 
     @property

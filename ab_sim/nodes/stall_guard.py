@@ -39,11 +39,11 @@ class StallGuard:
         self._thread = threading.Thread(target=self._watch, name="stall guard", daemon=True)
 
     def begin(self) -> None:
-        """A round of the loop begins."""
+        """Note that a round of the loop begins."""
         self._begun = time.monotonic()
 
     def end(self) -> None:
-        """The round is over; the loop rests."""
+        """Note that the round is over, and the loop waits."""
         self._begun = None
 
     def __enter__(self) -> "StallGuard":

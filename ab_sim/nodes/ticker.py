@@ -25,7 +25,7 @@ class Ticker:
         return max(self._origin + self._next * self.period - now, 0.0)
 
     def due(self, now: float) -> bool:
-        """Whether a tick is to be made now; then it counts as made."""
+        """Return whether a tick is due now; a due tick counts as made."""
         passed = math.floor((now - self._origin) / self.period + 1e-9)
         if passed < self._next:
             return False

@@ -42,7 +42,7 @@ class TimedRun:
 
     @property
     def waits(self) -> bool:
-        """Whether the run was restored before the drive."""
+        """True if the run was restored before the drive."""
         return self._put_back is not None
 
     @property

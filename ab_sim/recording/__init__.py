@@ -28,23 +28,22 @@ entity                  contents                                             sho
                         ``channels:left_out``, how many were left out up to
                         each one
 ``/plot``, ``/state``   derived: angles in degrees, driving forces, tilt,    plots
-                        r.m.s., orders and spectra of the vibration; what
-                        the spindle does
+                        r.m.s., orders and spectra of the vibration; state
+                        of the spindle
 ``/top``, ``/space``    derived: the drawings, in mm, at most 100 times a    top view, 3-D
                         second                                               view
-``/about``              what is seen                                         text
-``/run/NAME``           what `Recording.scalar` is given                     plot
-``/events/SOURCE``      what `Recording.event` is given                      text log
-``/thinned``            rule by which not every step is kept
-``/health/NAME``        what `Recording.state` is given
+``/about``              explanation of the pictures                          text
+``/run/NAME``           values of `Recording.scalar`                         plot
+``/events/SOURCE``      entries of `Recording.event`                         text log
+``/decimated``            rule by which not every step is kept
+``/health/NAME``        values of `Recording.state`
 ``/closed``             how many samples there are, once all are
 ======================  ===================================================  =================
 
-docs/recording.md says what room that takes, and what else was tried. Timelines: ``sim_time`` and
-``step``. A recording of unknown length has no index, so that it takes no memory; ``rerun rrd
-verify`` then asks for one, and ``rerun rrd optimize`` adds it. Writing and
-reading files sends no analytics; Rerun's viewer does, until ``rerun analytics disable`` has been
-run once.
+Sizes of files are in docs/recording.md. Timelines: ``sim_time`` and ``step``. A recording of
+unknown length has no index, so that it takes no memory; ``rerun rrd verify`` then reports that it
+is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no analytics;
+Rerun's viewer does, until ``rerun analytics disable`` has been run once.
 """
 
 import os
@@ -54,6 +53,7 @@ os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
 # So does its allocator, which by default keeps freed pages for later: 10 MB more in a recorder.
 os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
 
+from ab_sim.recording.decimation import AROUND  # noqa: E402
 from ab_sim.recording.layout import LEFT_OUT  # noqa: E402
 from ab_sim.recording.reader import RecordedRun, read_recording  # noqa: E402
 from ab_sim.recording.stored import (  # noqa: E402
@@ -63,7 +63,6 @@ from ab_sim.recording.stored import (  # noqa: E402
     StoredRun,
     open_recording,
 )
-from ab_sim.recording.thinning import AROUND  # noqa: E402
 from ab_sim.recording.views import drawable  # noqa: E402
 from ab_sim.recording.writer import BATCH_ROWS, CHUNK_ROWS, SHOWN_PERIOD, Recording  # noqa: E402
 

@@ -15,7 +15,7 @@ from ab_sim.recording.top_view import TopView
 from ab_sim.recording.vectors import Arrows
 from ab_sim.scene.drawn import ball_radius
 
-Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
+Parts = Iterator[tuple[str, Any]]  # entities and their data
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Drawing:
 
     @classmethod
     def of(cls, description: Mapping[str, Any]) -> Drawing:
-        """Read from a description what is drawn; RecordingError if it is missing."""
+        """Create a drawing from a description; RecordingError if a value is missing."""
         try:
             race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
             eccentricity = 1e3 * float(description["eccentricity"])

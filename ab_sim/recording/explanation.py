@@ -69,7 +69,7 @@ class Explanation:
 
     @property
     def vectors(self) -> bool:
-        """Whether there is an unbalance, or are balls, to draw as arrows."""
+        """True if there is an unbalance, or are balls, to draw as arrows."""
         return self.unbalance is not None and max([self.unbalance, *self.moments], default=0.0) > 0
 
 

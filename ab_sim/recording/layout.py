@@ -14,10 +14,10 @@ Array = NDArray[np.float64]
 
 CLOSED = "/closed"
 """Entity with the number of rows, written last."""
-THINNED = "/thinned"
-"""Entity with the rule by which steps were thinned."""
+DECIMATED = "/decimated"
+"""Entity with the rule by which steps were decimated."""
 LEFT_OUT = "left_out"
-"""Component with the number of rows left out by thinning before each row."""
+"""Component with the number of rows left out by decimation before each row."""
 
 SAMPLES = "/samples"
 """Entity of all samples. Each entity costs 32 bytes of index per row, and some 1.2 kB per message:
@@ -75,7 +75,7 @@ def index_columns(time: ArrayLike, step: Array | None = None) -> list[rr.TimeCol
 
 def entity_path(*parts: str) -> str:
     """Return the path of an entity from parts with any characters."""
-    return str(rr.new_entity_path(list(parts)))  # escapes what Rerun reserves
+    return str(rr.new_entity_path(list(parts)))  # escapes reserved characters
 
 
 def layout_of(channels: Sequence[str]) -> dict[str, list[int]]:

@@ -46,7 +46,7 @@ class Space:
     factor: float
     """Factor by which displacement and tilt are exaggerated."""
     tilts: bool
-    """Whether the deck moves in space, and not only in the plane of the disc."""
+    """True if the deck moves in space, and not only in the plane of the disc."""
     arrows: Arrows | None
 
     @classmethod

@@ -17,7 +17,7 @@ from rerun.chunk import Chunk, RrdReader
 
 from ab_sim.drive.trajectory import Trajectory, column_of
 from ab_sim.errors import RecordingError
-from ab_sim.recording.layout import CHANNELS, CLOSED, LEFT_OUT, SAMPLES, THINNED, Array, layout_of
+from ab_sim.recording.layout import CHANNELS, CLOSED, DECIMATED, LEFT_OUT, SAMPLES, Array, layout_of
 from ab_sim.recording.unfinished_file import readable_part
 
 BLOCK_ROWS = 10_000
@@ -67,7 +67,7 @@ class StoredRun:
         self._size = -1
         found: dict[str, pa.RecordBatch] = {}
         for chunk in self._chunks(is_static=True):
-            if chunk.entity_path in ("/description", THINNED, "/channels"):
+            if chunk.entity_path in ("/description", DECIMATED, "/channels"):
                 found[chunk.entity_path] = chunk.to_record_batch()
                 if chunk.entity_path == "/channels":
                     break
@@ -79,10 +79,10 @@ class StoredRun:
         text = _column(found["/description"], "TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
         self.remarks = self._remarks()
-        """Texts on what of the file is not read: a torn end, further recordings."""
+        """Texts on parts of the file that are not read: a torn end, further recordings."""
         named = _column(found["/channels"], "names") if "/channels" in found else ()
         self.channels: tuple[str, ...] = tuple(named)
-        rule = found.get(THINNED)
+        rule = found.get(DECIMATED)
         self.every = int(_column(rule, "every")[0]) if rule else 1
         """Decimation: one step in every ``every`` is kept away from events."""
         self.around = float(_column(rule, "around")[0]) if rule else 0.0
@@ -184,7 +184,7 @@ class StoredRun:
 
     @property
     def complete(self) -> bool:
-        """Whether the recording was closed.
+        """True if the recording was closed.
 
         Otherwise it is in progress, was killed, or the disk was full.
         """

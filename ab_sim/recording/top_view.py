@@ -20,7 +20,7 @@ from ab_sim.recording.layout import Array
 from ab_sim.recording.overlapping_balls import shrunk
 from ab_sim.recording.vectors import Arrows
 
-Parts = Iterator[tuple[str, Any]]  # entities, each with what is sent there
+Parts = Iterator[tuple[str, Any]]  # entities and their data
 
 _SIDE = 1.35
 """Half the width of the picture, relative to the race's radius."""

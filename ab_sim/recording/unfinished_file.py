@@ -12,7 +12,7 @@ from ab_sim.errors import RecordingError
 
 _MAGIC = b"RRF2"
 _HEADER = 12  # bytes: magic, version, options
-_MESSAGE = struct.Struct("<QQ")  # kind and length [bytes] of what follows
+_MESSAGE = struct.Struct("<QQ")  # kind and length [bytes] of a message
 _KINDS = 16  # more than there are
 
 
@@ -58,7 +58,7 @@ def _whole_size(path: Path) -> int:
             after = end + _MESSAGE.size + length
             if kind >= _KINDS or after > size:
                 return end
-            if kind == 0:  # the end, behind which is the index
+            if kind == 0:  # the end mark, which the index follows
                 return size
             file.seek(length, os.SEEK_CUR)
             end = after

@@ -13,13 +13,14 @@ from numpy.typing import ArrayLike
 
 from ab_sim.errors import RecordingError
 from ab_sim.recording.blueprint import state_colours, style
+from ab_sim.recording.decimation import AROUND, DecimatedInput, Decimation
 from ab_sim.recording.drawing import description_text
 from ab_sim.recording.layout import (
     CHANNELS,
     CLOSED,
+    DECIMATED,
     LEFT_OUT,
     SAMPLES,
-    THINNED,
     Array,
     entity_path,
     index_columns,
@@ -28,12 +29,11 @@ from ab_sim.recording.layout import (
 )
 from ab_sim.recording.pictures import PERIOD
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
-from ab_sim.recording.thinning import AROUND, ThinnedInput, Thinning
 from ab_sim.recording.views import ALWAYS, DriveView, PlotsView
 from ab_sim.recording.windows import FrameRate
 
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
-PICTURES_WAIT = 1.0  # s of the run, where nobody watches
+PICTURES_WAIT = 1.0  # s of the run, without a viewer
 SHOWN_PERIOD = 0.02  # s between two rows for a viewer, and two frames
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
@@ -48,7 +48,7 @@ class Recording:
     the file is cut back to the last batch that was written whole, so that it stays readable; one
     that would hold no samples is removed. Rows, scalars and events are collected until there are
     `BATCH_ROWS` of them, or until `flush`. A live recorder calls it periodically; a killed
-    recording loses what came after the last flush.
+    recording loses the data after the last flush.
 
     :param path: the file; its folder must exist.
     :param description: description of the run, JSON-able, stored unchanged. The pictures use
@@ -62,14 +62,14 @@ class Recording:
     :param drawn: whether there is a drawing. Without a drawing, description and channels need not
         contain anything about the drive, and all channels are plotted.
     :param every: keep one step in every ``every``, and all steps around events and the ends of a
-        command's ramps (`ab_sim.recording.thinning`); 1 keeps all. Rows then wait for twice
+        command's ramps (`ab_sim.recording.decimation`); 1 keeps all. Rows then wait for twice
         ``around`` before they are sent.
     :param around: time at full rate before and after an event [s], if ``every`` is more than 1.
     :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
         are still made from all rows, because the shown rows alone would falsify the vibration.
         Nothing is sent until `flush`. The viewer follows the newest samples until the recording is
         closed; every other file opens at its start, paused.
-    :param thinned: ``every`` and ``around`` have already been applied, and `block` receives the
+    :param decimated: ``every`` and ``around`` have already been applied, and `block` receives the
         numbers of rows left out.
 
     Examples
@@ -93,7 +93,7 @@ class Recording:
         every: int = 1,
         around: float = AROUND,
         shown: bool = False,
-        thinned: bool = False,
+        decimated: bool = False,
     ) -> None:
         self.path = Path(path)
         self.rows = 0  # rows taken by block()
@@ -111,8 +111,8 @@ class Recording:
         self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
-        self._thinning = ThinnedInput(every, around) if thinned else Thinning(every, around)
-        self._left_out: list[Array] = []  # beside blocks
+        self._decimation = DecimatedInput(every, around) if decimated else Decimation(every, around)
+        self._left_out: list[Array] = []  # one array for each block
         period = SHOWN_PERIOD if shown else PERIOD
         self._view = DriveView(description, period) if drawn else PlotsView()
         self._rows_shown = FrameRate(period) if shown else None
@@ -127,12 +127,12 @@ class Recording:
         for entity, archetype in self._view.statics():
             self._static(entity, archetype)
         if every > 1:
-            self._static(THINNED, rr.AnyValues(every=every, around=around))
+            self._static(DECIMATED, rr.AnyValues(every=every, around=around))
         self.flush()
 
     @property
     def failed(self) -> bool:
-        """Whether a write error has ended the recording."""
+        """True if a write error has ended the recording."""
         return self._error is not None
 
     def __enter__(self) -> Recording:
@@ -143,13 +143,13 @@ class Recording:
 
     @property
     def left_out(self) -> int:
-        """Number of rows that thinning has left out of the file."""
-        return self._thinning.left_out
+        """Number of rows that decimation has left out of the file."""
+        return self._decimation.left_out
 
     @property
     def stretches_refused(self) -> int:
         """Number of events around which the full rate was refused, as there were too many."""
-        return self._thinning.refused
+        return self._decimation.refused
 
     def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
         """Send the layout before the first samples, complete, so that it is sent once only.
@@ -172,8 +172,8 @@ class Recording:
             ``z`` and its quaternion; other channels are free.
         :param samples: (rows, channels), float64, copied. ``step`` must increase from row to row;
             gaps are counted by `read_recording`.
-        :param left_out: for samples that were thinned before, the number of rows left out up to
-            each row; only with ``thinned``.
+        :param left_out: for samples that were decimated before, the number of rows left out up to
+            each row; only with ``decimated``.
         """
         self._check_usable()
         names, rows = tuple(channels), np.array(samples, dtype=np.float64)
@@ -192,13 +192,13 @@ class Recording:
         self.last_step = rows[-1, 0]
         self.rows += len(rows)
         if left_out is not None:
-            assert isinstance(self._thinning, ThinnedInput)
-            before, counts = self._thinning.left_out, np.array(left_out, dtype=np.float64)
-            self._collect(self._keep(*self._thinning.counted(rows, counts)))
-            self.rows += self._thinning.left_out - before
+            assert isinstance(self._decimation, DecimatedInput)
+            before, counts = self._decimation.left_out, np.array(left_out, dtype=np.float64)
+            self._collect(self._keep(*self._decimation.counted(rows, counts)))
+            self.rows += self._decimation.left_out - before
             return
         command = names.index("command") if "command" in names else None
-        self._collect(self._keep(*self._thinning.take(rows, command)))
+        self._collect(self._keep(*self._decimation.take(rows, command)))
 
     def scalar(self, name: str, time: float, value: float) -> None:
         """Record a number that is not in the samples, such as the real-time factor, at time [s].
@@ -221,7 +221,7 @@ class Recording:
         """Record an event at time [s]; ``level`` as in Python's logging."""
         self._check_usable()
         level = _LEVELS.get(level.upper(), level.upper())
-        self._thinning.note(time)
+        self._decimation.note(time)
         self._events.setdefault(source, []).append((time, text, level))
         self._collect(1)
 
@@ -257,7 +257,7 @@ class Recording:
         """Write the rest and the end mark. Does nothing if closed, or after an error."""
         if self._closed or self._error:
             return
-        self._keep(*self._thinning.rest())
+        self._keep(*self._decimation.rest())
         if not self._channels:
             self._send_layout()
         self.flush()
@@ -363,7 +363,7 @@ class Recording:
         if self._rows_shown is not None and not len(rows := self._rows_shown.of(rows)):
             return
         groups = {name: rows[:, columns] for name, columns in layout_of(self._channels).items()}
-        if self._thinning.every > 1:
+        if self._decimation.every > 1:
             groups[LEFT_OUT] = left_out[:, None]
         columns = named_columns(CHANNELS, groups) + self._view.of_samples(rows)
         self._send(SAMPLES, index_columns(rows[:, 1], rows[:, 0]), columns)

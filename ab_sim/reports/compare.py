@@ -3,6 +3,7 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,9 +13,9 @@ from ab_sim.drive import Drive
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, exact
 from ab_sim.presentation import Column, Columns, Presented
-from ab_sim.recording import StoredRun
+from ab_sim.recording import StoredRun, open_recording
 from ab_sim.reports.envelope import Envelope
-from ab_sim.scene.load import with_solver
+from ab_sim.scene.load import SceneLike, as_scene, with_solver
 from ab_sim.scene.model import Scene
 
 ASKED = ("step", "time", "command")
@@ -33,7 +34,7 @@ class ChannelDeviation:
     at: float = math.nan
     """Time of the largest deviation [s]."""
     same: bool = True
-    """Whether all samples are identical to the bit."""
+    """True if all samples are identical to the bit."""
     least: float = math.inf
     """Least recorded value."""
     most: float = -math.inf
@@ -110,7 +111,7 @@ class RecordingComparison(Presented):
 
     @property
     def same(self) -> bool:
-        """Whether every compared channel is identical to the bit."""
+        """True if every compared channel is identical to the bit."""
         return all(deviation.same for deviation in self.deviations)
 
     def _facts(self) -> dict[str, str]:
@@ -151,28 +152,57 @@ class RecordingComparison(Presented):
         }
 
 
-def compare_with(
-    run: StoredRun, scene: Scene, progress: Callable[[int], None] | None = None
+def compare_recording(
+    recording: StoredRun | Path | str,
+    scene: SceneLike,
+    *,
+    progress: Callable[[int], None] | None = None,
 ) -> RecordingComparison:
-    """Run a scene under the commands of a recording, and measure the deviations.
+    """Run a scene under a recording's commands, and compare each channel: ``ab-sim compare``.
 
+    Parameters
+    ----------
+    recording : StoredRun, Path or str
+        Result of ``open_recording``, or an .rrd file.
+    scene : Scene, str or Path
+        Scene to run as recorded.
+    progress : callable, optional
+        Called with the number of compared samples.
+
+    Returns
+    -------
+    RecordingComparison
+        ``deviations``, one for each channel that both have, in its unit: largest and r.m.s.;
+        ``same``: whether all of them are the same to the bit.
+
+    Raises
+    ------
+    RecordingError
+        The recording cannot be read.
+    SceneError, InputError
+        The two have nothing in common, or the scene does not take the commands.
+    DivergedError
+        The state went beyond all bounds.
+
+    Notes
+    -----
     A recording of ab_sim contains its step. With that step the scene is simulated step by step, and
-    under the same circumstances gives the same bits. If the commands are the scene's profile, the
-    recording is treated as a run of that profile. Any other recording is aligned by time: it begins
-    with the scene's start, commands act from their time on, and the simulation is interpolated
-    linearly at the recorded times.
+    under the same circumstances gives the same bits. Any other recording is aligned by time: it
+    begins with the scene's start, commands act from their time on, and the simulation is
+    interpolated linearly at the recorded times.
 
-    Args:
-        run: a recording with the channels ``ASKED`` and at least one that the scene has, too.
-        scene: scene to run; if it requests an accuracy, the recording's solver is used.
-        progress: called with the number of samples compared so far.
-
-    Raises:
-        InputError: the recording cannot be compared with this scene; the message has reason and
-            remedy.
-        RecordingError: the recording cannot be read.
-        SceneError, DivergedError: see ``Drive``.
+    Examples
+    --------
+    >>> import ab_sim, tempfile, pathlib
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.1"])
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "run.rrd")
+    ...     ab_sim.save_recording(ab_sim.simulate(scene), file)
+    ...     ab_sim.compare_recording(file, scene)
+    <RecordingComparison: scene thesis-hold, samples 101, channels 13, the same to the bit True>
     """
+    run = recording if isinstance(recording, StoredRun) else open_recording(recording)
+    scene = as_scene(scene)
     missing = [name for name in ASKED if name not in run.channels]
     if missing or run.extent.rows == 0:
         what = "it is empty" if not run.channels or not run.extent.rows else ""

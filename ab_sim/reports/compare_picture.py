@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 
 from ab_sim.figures.colours import GREY, RUN, VERMILION
 from ab_sim.figures.curves import say_conventions
-from ab_sim.figures.saved import ResultFigure, save, with_plain_texts
+from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
 MOST = 6
@@ -28,7 +28,7 @@ def compare_picture(found: RecordingComparison, recording: str, path: Path) -> N
 
 def drawn_comparison(found: RecordingComparison) -> ResultFigure:
     """Return the figure without writing it, for ``plot()`` of a comparison."""
-    return with_plain_texts(_drawn(found, "the recording"))
+    return _drawn(found, "the recording")
 
 
 def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:

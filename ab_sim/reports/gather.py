@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis.merits import LAST, Merits, merits_of_pieces, passes_of
+from ab_sim.analysis.metrics import LAST, Metrics, metrics_of_pieces, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.rotor_without_balls import RotorWithoutBalls, WhirlWithoutBalls
@@ -38,7 +38,7 @@ class RunData:
     name: str
     scene: Scene | None
     """Scene of the run; None: unknown, and the run cannot be judged."""
-    merits: Merits | None
+    metrics: Metrics | None
     curves: Envelope
     """Curves of speed, command, whirl, ball angles, ... [SI units], for existing channels."""
     orbit: np.ndarray
@@ -67,7 +67,7 @@ class RunData:
     def report(self) -> dict[str, Any]:
         """Return JSON-able values: see ``ab-sim report --help``."""
         extent, factors = self.run.extent, self.real_time_factors
-        merits = None if self.merits is None else self.merits.report(self.eccentricity)
+        metrics = None if self.metrics is None else self.metrics.report(self.eccentricity)
         return {
             "recording": str(self.run.path),
             "scene": None if self.scene is None else self.scene.name,
@@ -79,7 +79,7 @@ class RunData:
             "missing": extent.missing,
             "complete": self.run.complete,
             "log_entries": len(self.run.notes.events),
-            "merits": merits,
+            "metrics": metrics,
             "vibration_of": self.vibrating,
             "vibration_rms": self.vibration.rms,
             "once_per_turn_share": self.vibration.share,
@@ -138,7 +138,7 @@ def gather(
         raise InputError(
             f"{run.path}: there is no whole interval of {run.every} steps to report on"
         )
-    merits = None if scene is None else merits_of_pieces(pieces, count, scene)
+    metrics = None if scene is None else metrics_of_pieces(pieces, count, scene)
     collected = _Collected(run, scene, count)
     for piece in pieces():
         collected.take(piece)
@@ -152,9 +152,9 @@ def gather(
         )
     if extent.missing:
         notes.append(f"{extent.missing} steps are missing, at {extent.gaps} places")
-    if merits is not None:
-        notes += merits.cautions()
-    return collected.result(name, merits, tuple(notes))
+    if metrics is not None:
+        notes += metrics.cautions()
+    return collected.result(name, metrics, tuple(notes))
 
 
 def _scene_of(run: StoredRun) -> tuple[Scene | None, str | None]:
@@ -244,7 +244,7 @@ class _Collected:
         if len(self._turning) > 100:  # at standstill, old samples are not drawn
             del self._turning[:50]
 
-    def result(self, name: str, merits: Merits | None, notes: tuple[str, ...]) -> RunData:
+    def result(self, name: str, metrics: Metrics | None, notes: tuple[str, ...]) -> RunData:
         last = np.empty((0, 3))
         if self._turning:
             turning = np.concatenate(self._turning)
@@ -252,7 +252,7 @@ class _Collected:
             last = turning[:: max(1, len(turning) // ORBIT), :3]
         orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
         return RunData(
-            self._run, name, self._scene, merits, self.curves, orbit, last, self._vibrating,
+            self._run, name, self._scene, metrics, self.curves, orbit, last, self._vibrating,
             self._vibration, self._spectrum, self._waterfall, notes,
             None if self._alone is None else self._alone_curve, self._final_alone.value,
         )  # fmt: skip

@@ -24,7 +24,7 @@ class Grid:
     limits: tuple[tuple[Limits, ...], ...]
     """Limits of each row's panels: shared, unless that would flatten one of them."""
     own: tuple[bool, ...]
-    """Whether the panels of each row have separate vertical scales."""
+    """True if the panels of each row have separate vertical scales."""
 
 
 def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:

@@ -120,13 +120,13 @@ def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
     for axis, direction in enumerate(measured.axes):
         name = f"{measured.kind} along {math.degrees(direction):.4g} deg"
         curves = (
-            PanelLine("measured", *_thinned(time, signals[:, axis]), GREY, 2.0),
-            PanelLine("fitted", *_thinned(time, simulated[:, axis]), RUN, 1.0),
+            PanelLine("measured", *_decimated(time, signals[:, axis]), GREY, 2.0),
+            PanelLine("fitted", *_decimated(time, simulated[:, axis]), RUN, 1.0),
         )
         most = 1.05 * float(np.nanmax(np.abs(signals[:, axis])))
         yield Panel("fit", name, TIME, f"[{unit}]", 1.0, curves), (span, (-most, most))
     lines = tuple(
-        PanelLine(f"axis {axis + 1}", *_thinned(time, left[:, axis]), SERIES[axis], 1.0)
+        PanelLine(f"axis {axis + 1}", *_decimated(time, left[:, axis]), SERIES[axis], 1.0)
         for axis in range(left.shape[1])
     )
     most = 1.05 * float(np.nanmax(np.abs(left)))
@@ -182,7 +182,7 @@ def _correlations(found: Identification) -> Rows:
     ]
 
 
-def _thinned(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def _decimated(time: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return fewer points without hiding a peak."""
     if len(time) <= POINTS:
         return time, values

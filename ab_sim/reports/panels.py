@@ -79,7 +79,7 @@ class Panel:
     heat: Heat | None = None
     log: bool = False
     equal: bool = False
-    """Whether both axes have the same scale."""
+    """True if both axes have the same scale."""
     note: str = ""
     """Reason for an empty panel."""
 

@@ -3,9 +3,9 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from ab_sim.analysis.merits import BAND, FLOOR, LAST, reported_merits
-from ab_sim.analysis.merits.merit import NO, NOTHING, WhirlScale
-from ab_sim.analysis.merits.merit import Row as MeritRow
+from ab_sim.analysis.metrics import BAND, FLOOR, LAST, reported_metrics
+from ab_sim.analysis.metrics.metric import NO, NOTHING, WhirlScale
+from ab_sim.analysis.metrics.metric import Row as MetricRow
 from ab_sim.conventions import NOTATION
 from ab_sim.reports.gather import RunData
 from ab_sim.reports.panels import whirl_scale
@@ -28,21 +28,21 @@ def summary_rows(runs: Sequence[RunData]) -> list[Row]:
 
 def _told() -> Iterator[tuple[str, Callable[[RunData], str]]]:
     yield from (("scene", _scene), ("duration", _duration), ("final speed", _speed))
-    for merit in reported_merits():
-        if merit.row is not None and merit.row.in_reports:
-            yield merit.row.head("W"), _judged(merit.row)
+    for metric in reported_metrics():
+        if metric.row is not None and metric.row.in_reports:
+            yield metric.row.head("W"), _judged(metric.row)
     yield "final W / without balls", _share_of_whirl
     yield from (("vibration, rms", _vibration), ("once per turn", _share))
     yield from (("samples", _samples), ("log entries", _log_entries), ("real-time factor", _factor))
 
 
-def _judged(row: MeritRow) -> Callable[[RunData], str]:
+def _judged(row: MetricRow) -> Callable[[RunData], str]:
     def cell(data: RunData) -> str:
-        if data.merits is None:
+        if data.metrics is None:
             return NOTHING
         _, unit, factor = whirl_scale(data)
         unit = "e" if unit == "1" else unit
-        text = row.text(data.merits, WhirlScale(factor, unit, "W", f" {unit}"))
+        text = row.text(data.metrics, WhirlScale(factor, unit, "W", f" {unit}"))
         return NOTHING if text == NO else text
 
     return cell
@@ -50,7 +50,9 @@ def _judged(row: MeritRow) -> Callable[[RunData], str]:
 
 def _share_of_whirl(data: RunData) -> str:
     alone = data.final_without_balls
-    return NOTHING if data.merits is None or not alone else f"{data.merits.final_whirl / alone:.3g}"
+    return (
+        NOTHING if data.metrics is None or not alone else f"{data.metrics.final_whirl / alone:.3g}"
+    )
 
 
 def _scene(data: RunData) -> str:

@@ -6,7 +6,6 @@ from typing import Annotated, Any, Protocol
 import numpy as np
 from pydantic import Field
 
-from ab_sim.errors import exact
 from ab_sim.scene.probes import Probes
 from ab_sim.scene.quantities import Inertia, Length, Number, PerBall, Vector, quantity
 from ab_sim.scene.section import Section
@@ -104,12 +103,6 @@ def check_deck(scene: WithDeck) -> None:
         raise ValueError(
             "rotor.eccentric_mass: is needed, the scene has a deck in space (deck): the mass of "
             "rotor and disc, whose centre is off the shaft axis by rotor.eccentricity"
-        )
-    left = scene.total_mass - scene.balls.total_mass - rotor.eccentric_mass
-    if left <= 0:
-        raise ValueError(
-            f"rotor.eccentric_mass = {exact(rotor.eccentric_mass)} kg: must leave something of the "
-            f"{exact(scene.total_mass - scene.balls.total_mass)} kg besides the balls for the deck"
         )
     _check_inertia("deck.inertia", scene.deck.inertia)
     _check_inertia("rotor.inertia", rotor.inertia)

@@ -2,6 +2,7 @@
 
 import difflib
 import math
+import re
 import sys
 from collections.abc import Iterable
 from typing import Any, get_args
@@ -26,6 +27,8 @@ _INSTEAD = {
     "damping_ratio": "give effects.suspension.damping, c = 2 zeta M w of a damping ratio zeta",
 }
 """Quantities in data sheets, and the keys to use instead."""
+_NUMPY = re.compile(r"\s*np\.[a-z]+\d*\((.{1,40})\)\s*")
+"""NumPy's notation of a number in Python, ``f"{x!r}"``."""
 _BOUNDS = {
     "greater_than": ("gt", "more than"),
     "greater_than_equal": ("ge", "at least"),
@@ -81,6 +84,8 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind in _BOUNDS:
         bound, words = _BOUNDS[kind]
         return f"{key} = {short(value)}: must be {words} {exact(context[bound])}{_meaning(loc)}"
+    if kind in ("float_parsing", "int_parsing") and (numpy := _NUMPY.fullmatch(str(value))):
+        return f"{key} = {short(value)}: is NumPy's notation of a number; write {numpy[1]}"
     if kind == "float_parsing" and isinstance(value, str):
         return f"{key} = {short(value)}: {_no_number(value, loc)}{_meaning(loc)}"
     if kind == "float_type" and isinstance(value, int):  # an int beyond the range of floats

@@ -17,6 +17,9 @@ from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.unit_texts import without_units
 from ab_sim.scene_files import find_scene, read_scene_file
 
+SceneLike = Scene | str | Path
+"""A scene, the name of one in the package, or the path of a YAML file."""
+
 
 def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     """Read and check a scene.
@@ -59,6 +62,15 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     apply(raw, all_parsed(changes))
     raw.setdefault("name", path.stem)
     return check_scene(raw, origin=str(path))
+
+
+def as_scene(scene: SceneLike) -> Scene:
+    """Return the scene itself, or the one with that name or path.
+
+    Raises:
+        SceneError: see ``load_scene``.
+    """
+    return scene if isinstance(scene, Scene) else load_scene(scene)
 
 
 def changed_scene(scene: Scene, changes: Mapping[str, Any], origin: str) -> Scene:

@@ -64,7 +64,8 @@ class Scene(Section):
         description="which equations the deck has, by name; without, those of a deck in space "
         "where the scene has one (section deck), else those of a deck in the plane of the disc",
     )
-    race: Race
+    race: Race = Race(radius=0.01)
+    """Needed with balls; else its radius is the scale of pictures."""
     balls: Balls
     effects: dict[str, Any] = Field(
         description="what acts on the motion: a list of names, each with its parameters (`ab-sim "
@@ -175,6 +176,8 @@ class Scene(Section):
         }
         if self.accuracy is not None:
             del given["solver"]
+        if "race" not in self.model_fields_set:
+            del given["race"]
         wanted = given.keys() & keys
         given |= self.model_dump(mode="json", exclude_none=True, include=wanted - {"effects"})
         if "effects" in wanted:
@@ -245,6 +248,8 @@ def _check_masses(scene: Scene) -> None:
 
 def _check_radii(scene: Scene) -> None:
     balls, race = scene.balls, scene.race.radius
+    if balls.count and "race" not in scene.model_fields_set:
+        raise ValueError("race: is missing; add it: the balls need one, e.g. race: {radius: 0.01}")
     given = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
     effects = scene.effects.items()
     users = [name for name, each in effects if getattr(each, "uses_ball_radius", False)]
@@ -281,6 +286,12 @@ def _check_start(scene: Scene) -> None:
                 f"start.deck.{key}: the deck moves in the plane of the disc and does not tilt; "
                 "remove it, or describe the deck in space (sections deck and mounts)"
             )
+    integral, effects = scene.start.motor_integral, scene.effects.values()
+    if integral and not any(hasattr(effect, "rotor_moment") for effect in effects):
+        raise ValueError(
+            f"start.motor_integral = {exact(integral)} rad: is the motor's, and the scene has "
+            "none; remove it, or name the effect motor"
+        )
     if start.tilt is not None and abs(math.cos(start.tilt[0])) < 1e-6:
         raise ValueError(
             f"start.deck.tilt = {list(start.tilt)} rad: at alpha = +-pi/2 the angles beta and "

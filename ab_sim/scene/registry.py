@@ -7,7 +7,7 @@ optional method:
 
     check_scene(self, scene) -> None
         called with an otherwise valid scene; raises a ValueError if the effect makes no sense in
-        it, whose text names key, value, what is allowed and what to do
+        it, whose text names key, value, allowed values and remedy
 """
 
 from collections.abc import Callable
@@ -48,8 +48,7 @@ def register(
         if name in _effects:
             raise ValueError(f"effect {name!r} is registered twice")
         for other, known in _effects.items():
-            # Numba identifies named tuples by class name and fields only: one of two with the same
-            # name would be computed by the other's law.
+            # Error messages name an effect by its class, so equal names would be ambiguous.
             if known.__name__ == effect.__name__:
                 raise ValueError(
                     f"effect {name!r}: its class is called {effect.__name__}, as that of the "

@@ -173,6 +173,9 @@ class Start(Section):
     ball_rates: tuple[Number, ...] | None = quantity(
         "theta', each ball's speed relative to the race; default all 0", "rad/s", default=None
     )
+    motor_integral: Number = quantity(
+        "z, integral of the motor's speed loop", "rad", ge=-1e10, le=1e10, default=0.0
+    )
     deck: StartDeck = StartDeck()
 
 

@@ -46,7 +46,11 @@ class Sampled(Section):
     )
     resolution: Number
     seed: Count = quantity(
-        "picks the noise; the same seed, the same noise", "1", ge=0, le=10**9, default=0
+        "picks the noise; several sensors of a scene with one seed differ",
+        "1",
+        ge=0,
+        le=10**9,
+        default=0,
     )
 
     def gain(self, frequency: float) -> float:

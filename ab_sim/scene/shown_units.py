@@ -17,7 +17,7 @@ class ShownUnit(NamedTuple):
 
 ShownUnits = dict[str, ShownUnit]
 """Units for display by SI unit; other quantities are shown in SI."""
-MERITS_OWN = {"mm/s": ("m/s", 1e-3)}
+METRICS_OWN = {"mm/s": ("m/s", 1e-3)}
 """Units of metrics that are not SI: the SI unit and the factor from this unit to it."""
 
 
@@ -52,7 +52,7 @@ def shown_units(text: str) -> ShownUnits:
                 f"{KINDS[unit].name}; give one of them"
             )
         found[unit] = ShownUnit(written, 1.0 / in_si(f"1 {written}", unit))
-    for own, (unit, factor) in MERITS_OWN.items():
+    for own, (unit, factor) in METRICS_OWN.items():
         if unit in found:
             found[own] = found[unit]._replace(factor=factor * found[unit].factor)
     return found

@@ -109,19 +109,21 @@ class Pickup:
 
     Steps are counted as in ``Trajectory``: the state at t = 0 is step 0. Readings are bit-identical
     however the steps are grouped into calls, and after restoring a ``state``. The noise of a step
-    depends on the seed and the step's number only.
+    depends on the seed, the stream and the step's number only.
 
     Args:
         sensor: its parameters.
         step: integration step [s].
         axes: number of axes: 2, or 3 on a deck that moves in space, the third along the shaft.
+        stream: number of earlier sensors with the same seed, whose noise is another.
 
     Raises:
         ValueError: the number of steps between samples is not an integer.
     """
 
-    def __init__(self, sensor: Sampled, step: float, axes: int = 2) -> None:
+    def __init__(self, sensor: Sampled, step: float, axes: int = 2, stream: int = 0) -> None:
         self.sensor = sensor
+        self._stream = stream
         self.axes = axes
         self.step = step
         self.steps_per_sample = steps_per_sample(sensor.sample_rate, step)
@@ -209,8 +211,9 @@ class Pickup:
 
     def _noise_of_block(self, block: int) -> np.ndarray:
         if block != self._block:
-            # Neighbouring blocks are 2^64 random numbers apart.
-            bits = np.random.Philox(key=(_STREAM << 64) | self.sensor.seed, counter=block << 64)
+            # Neighbouring blocks are 2^64 random numbers apart, streams 2^128.
+            at = (self._stream << 128) | (block << 64)
+            bits = np.random.Philox(key=(_STREAM << 64) | self.sensor.seed, counter=at)
             normal = np.random.Generator(bits).standard_normal((NOISE_BLOCK, self.axes))
             self._block, self._block_noise = block, self._noise_size * normal
         return self._block_noise

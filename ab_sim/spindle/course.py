@@ -12,9 +12,9 @@ class Hears(NamedTuple):
     sensor: str | None = None
     """Name of the sensor of which it needs every sample, with the spindle's angle."""
     first_sensor: bool = True
-    """Whether that sensor is the drive's first accelerometer, or its first probe."""
+    """True if that sensor is the drive's first accelerometer, or its first probe."""
     probe: bool = False
-    """Whether that sensor is a proximity probe."""
+    """True if that sensor is a proximity probe."""
 
 
 class Believed(NamedTuple):
@@ -44,11 +44,11 @@ class Course(Protocol):
 
     @property
     def ended(self) -> bool:
-        """Whether the final speed is held from now on."""
+        """True if the final speed is held from now on."""
 
     @property
     def reached(self) -> bool:
-        """Whether the profile has ended and reached its aim."""
+        """True if the profile has ended and reached its aim."""
 
     @property
     def failure(self) -> str:

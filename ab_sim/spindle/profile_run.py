@@ -25,7 +25,7 @@ class ProfileState(enum.Enum):
 
     @property
     def under_way(self) -> bool:
-        """Whether the profile was started and is not over."""
+        """True if the profile was started and is not over."""
         return self in (ProfileState.RUNNING, ProfileState.ABORTING)
 
 

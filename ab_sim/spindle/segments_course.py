@@ -44,12 +44,12 @@ class SegmentsCourse:
 
     @property
     def ended(self) -> bool:
-        """Whether the final speed is held; see ``Course``."""
+        """True if the final speed is held; see ``Course``."""
         return self._number >= self._course.count
 
     @property
     def reached(self) -> bool:
-        """Whether the profile has reached its aim; see ``Course``."""
+        """True if the profile has reached its aim; see ``Course``."""
         return self.ended
 
     @property
@@ -79,7 +79,7 @@ class SegmentsCourse:
             self._watch.receive(now, sensor, stamp, vector)
 
     def command(self, now: float) -> float:
-        """As of ``Course``."""
+        """Return the speed to command; see ``Course``."""
         course, elapsed, passed = self._course, max(now - self._began, 0.0), max(self._number, 0)
         watch, still = self._watch, course.number(elapsed) == self._number
         if watch is not None and watch.met:
@@ -107,7 +107,7 @@ class SegmentsCourse:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """As of ``Course``."""
+        """Restore a state; see ``Course``."""
         self._began = finite(state["began"], 0.0, MOST_TIME)
         self._number = whole(state["number"], -1, self._course.count)
         self._left = [finite(time, 0.0, MOST_TIME) for time in state["left"]]

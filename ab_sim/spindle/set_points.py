@@ -166,7 +166,7 @@ def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
 
 
 def _leads(ramp: Ramp, duration: float, to: Segment) -> bool:
-    """Whether a ramp leads to the speed of the next segment exactly, in a duration [s]."""
+    """Return whether a ramp of a duration [s] ends exactly at the next segment's speed."""
     return bool(ramp.speed(duration) == to.speed(0.0))
 
 

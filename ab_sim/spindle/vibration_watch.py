@@ -11,7 +11,7 @@ LEAST_SAMPLES = 8
 """Least number of samples in a window, which is extended if there are fewer."""
 
 AXES = 3
-"""Of a vector of the vibration."""
+"""Number of axes of a vibration vector."""
 
 
 class _Sensor:
@@ -94,7 +94,7 @@ class VibrationWatch:
 
     @property
     def met(self) -> bool:
-        """Whether the condition holds."""
+        """True if the condition holds."""
         below, above, rms = (
             self._until.vibration_rms_below,
             self._until.vibration_rms_above,
@@ -115,7 +115,7 @@ class VibrationWatch:
         return {"sensors": sensors, "heard": self._heard, "began": self._began}
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Go on from what ``state`` gave."""
+        """Continue from a state of ``state``."""
         self._began = finite(state["began"], 0.0, MOST_TIME)
         self._heard = {
             str(name): finite(heard, 0.0, MOST_TIME) for name, heard in state["heard"].items()

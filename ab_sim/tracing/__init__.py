@@ -1,9 +1,10 @@
-"""Formulas traced: run once on expressions, and written out as machine code, C, LaTeX and Python.
+"""Trace formulas into expressions, and emit these as machine code, C, LaTeX and Python.
 
-A formula is plain Python on numbers. Run on floats, it computes; run on expressions of a
-``Graph``, it leaves behind what it is made of. That can be differentiated (``derivatives``),
-printed (``latex``), and, once ``lowered``, emitted: for one run or several in lanes
-(``llvm_text``), as C (``c_text``) or Python (``plain``). All of these have the same bits.
+A formula is plain Python on numbers. Called with floats, it computes; called with expressions of a
+``Graph``, it records its operations as nodes of that graph. The graph can be differentiated
+(``derivatives``), printed (``latex``), and, once ``lowered``, emitted: as machine code for one run
+or several in lanes (``llvm_text``), as C (``c_text``) or as Python (``plain``). All emitted forms
+give bitwise the same results.
 """
 
 from ab_sim.tracing.derivative import derivatives

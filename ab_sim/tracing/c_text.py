@@ -1,8 +1,8 @@
-"""Lowered expressions as statements of C99, with the same bits as machine code made here.
+"""Emit lowered expressions as C99 statements, bitwise equal to the machine code of this package.
 
-To be compiled without ``-ffast-math`` and with ``-ffp-contract=off``: what is to be fused is said.
-What each ball has is computed in a loop over the balls; sums over them call the functions of
-``SUMS``.
+Compile the C without ``-ffast-math`` and with ``-ffp-contract=off``: fused operations are written
+as calls of ``fma``, so the compiler must not add any. Quantities per ball are computed in loops
+over the balls; sums over the balls call the functions of ``SUMS``.
 """
 
 from collections import Counter
@@ -14,7 +14,7 @@ from ab_sim.tracing.expression import Expression, reached
 from ab_sim.tracing.functions import GROUP
 
 BALLS = "BALLS"
-"""What the number of balls is called in C."""
+"""Name of the number of balls in C."""
 SUMS = f"""\
 /* The sum of the numbers of all balls, in the one order that ab_sim has: whole groups of {GROUP}
  * are added to each other, then the second half to the first until one is left; the last group, if
@@ -50,7 +50,7 @@ static double total(const double *each)
     return halved(x, {GROUP}) + halved(rest, REST);
 }}
 """
-"""What ``total`` stands for: needs at least one ball."""
+"""C source of ``total``, the sum over the balls; it needs at least one ball."""
 REPEATED = f"""\
 static double repeated(double x)
 {{
@@ -60,7 +60,7 @@ static double repeated(double x)
     return total(each);
 }}
 """
-"""What ``repeated`` does, the sum of what is the same for all; behind ``SUMS``."""
+"""C source of ``repeated``, the sum of a value that all balls share; placed after ``SUMS``."""
 
 _FORMS = {
     "add": "{} + {}",
@@ -78,37 +78,37 @@ _FORMS = {
 _CALLS = ("abs", "sqrt", "fma")
 _COMPARISONS = ("lt", "le")
 _LONGEST = 64
-"""Characters of an expression that stands within another one."""
+"""Maximum number of characters of an expression that is written inside another one."""
 
 
 class Store(NamedTuple):
-    """A root, and the C text of where it goes."""
+    """A root and the C text of its destination."""
 
     root: Expression
     target: str
-    """What each ball has has the index ``[i]`` in it: ``"slope[4 + i]"``."""
+    """C lvalue; for a quantity per ball with the index ``i``: ``"slope[4 + i]"``."""
     each: bool = False
-    """Whether it goes to each ball; of what is the same for all, too."""
+    """True if each ball gets a value, even if the root is the same for all balls."""
 
 
 def c_statements(
     stores: Sequence[Store], inputs: Mapping[str, str], known: Mapping[int, str] | None = None
 ) -> list[str]:
-    """The lines of a function's body that computes some expressions.
+    """Return the lines of a C function body that computes expressions.
 
     Args:
-        stores: what is computed: lowered; nothing that is read may lie where something goes.
-        inputs: by input's name the C text of where it is; of what each ball has ending in ``[i]``.
-        known: by number of a node, the C text of where its value is already.
+        stores: lowered roots and their destinations, which must not overlap any input.
+        inputs: C text of each input by its name, ending in ``[i]`` for a quantity per ball.
+        known: C text of values that are already available, by the number of their node.
 
     Raises:
-        ValueError: an operation is for machine code only: lanes, or rows of balls that touch.
+        ValueError: an operation exists in machine code only: lanes, or rows of touching balls.
     """
     return _Statements(stores, inputs, known or {}).lines()
 
 
 def c_literal(value: float) -> str:
-    """A number in C, to the last bit: in decimals where these are exact."""
+    """Return a number as an exact C literal: decimal if short and exact, else hexadecimal."""
     if value != value:
         return "NAN"
     if value in (float("inf"), float("-inf")):
@@ -119,10 +119,11 @@ def c_literal(value: float) -> str:
 
 
 class _Statements:
-    """Nodes in the order in which they are computed: numbers, a loop over the balls, and so on.
+    """Nodes in the order in which they are computed: scalars, a loop over the balls, and so on.
 
-    A node's *round* is the loop that it is computed in, or before: a sum over the balls is in the
-    round after its terms.
+    The loops are numbered in *rounds*: a node's round is that of the loop in which it is computed,
+    or before which it is computed if it is a scalar. A sum over the balls is one round later than
+    its terms, because it needs the finished loop.
     """
 
     def __init__(
@@ -140,16 +141,16 @@ class _Statements:
         self._uses = Counter(number for number, _ in users)
         self._uses.update(store.root.number for store in stores)
         self._user = dict(users)
-        """By number of a node what computes with it; of those with several uses, one."""
+        """A user of each node, by the node's number; one of them if it has several."""
         self._columns = self._kept()
         self._text: dict[int, str] = {}
-        """Of a node, as it stands in another expression."""
+        """C text of each node as an operand, by the node's number."""
 
     def _args(self, x: Expression) -> tuple[Expression, ...]:
         return () if x.number in self._known else x.args
 
     def _kept(self) -> set[int]:
-        """What of each ball a later round needs, or a sum: it has an array."""
+        """Return the numbers of per-ball nodes that need an array, for a later round or a sum."""
         found = set()
         for x in self._nodes:
             for arg in self._args(x):
@@ -159,7 +160,7 @@ class _Statements:
         return found
 
     def lines(self) -> list[str]:
-        """All of them."""
+        """Return all lines: in each round first its scalars, then its loop; scalar roots last."""
         found: list[str] = []
         last = max(self._round.values(), default=0)
         for turn in range(last + 1):
@@ -194,7 +195,11 @@ class _Statements:
         return x.number in self._known or x.op in ("const", "input")
 
     def _computed(self, x: Expression) -> list[str]:
-        """The line that computes a node; none if it is at hand, or stands where it is used."""
+        """Return the line that computes a node, or none if it is available or written inline.
+
+        A node is written inside its user if that is its only one, in the same loop, and the text
+        is short. All others get a variable, or an element of an array if a later loop reads them.
+        """
         number = x.number
         if number in self._known:
             self._text[number] = self._known[number]
@@ -217,7 +222,7 @@ class _Statements:
         return [f"const {kind} t{number} = {form};"]
 
     def _used_near(self, x: Expression) -> bool:
-        """Whether its one use is in the same loop, or outside of all as it is."""
+        """Return whether a node's only use is in the same loop, or is outside all loops, too."""
         user = self._user.get(x.number)
         if user is not None:
             same_round = self._round[user.number] == self._round[x.number]

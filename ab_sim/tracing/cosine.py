@@ -1,27 +1,29 @@
-"""Cosine and sine by arithmetic alone: the same bits on every machine.
+"""Cosine and sine by arithmetic alone, bitwise the same on every machine.
 
-One formula for floats, for expressions, and in the subset of Python that ``ab_sim.compiling``
+The formula takes floats and expressions, and is in the subset of Python that ``ab_sim.compiling``
 translates. Source: fdlibm's k_cos and k_sin (Sun Microsystems, 1993), with its three-piece
-reduction; the polynomials in pairs (Estrin), which wait less for each other than Horner's.
+reduction. The polynomials are evaluated in pairs (Estrin's scheme), whose operations depend less on
+each other than those of Horner's.
 """
 
 from ab_sim.tracing.functions import fma
 
 QUARTERS = 0.6366197723675814
-"""2/pi."""
+"""2/pi, the number of quarter turns per radian."""
 ROUND = 6755399441055744.0
-"""1.5 * 2^52: what is added to it is rounded to a whole number."""
+"""1.5 * 2^52; adding and subtracting it rounds a number to the nearest integer."""
 PI_2A, PI_2B, PI_2C = 1.5707963267341256, 6.077100506303966e-11, 2.0222662487959506e-21
-"""pi/2 in pieces of 33 bits, whose products with up to 2^20 quarters are exact; with more, what is
-left by the first is, and the others are small."""
+"""pi/2 in pieces of 33 bits, whose products with up to 2^20 quarter turns are exact. With more, the
+remainder after the first piece is still exact, and the other pieces are small."""
 
 
 def cos_sin(x: float) -> tuple[float, float]:
-    """(cos x, sin x), each to within 2^-53 or so of 1 for abs(x) up to 10^9.
+    """Return (cos x, sin x), with an absolute error of about 2^-53 for abs(x) up to 10^9.
 
-    Without a branch, so that it goes in lanes.
+    The code has no branches, so it can run in lanes.
     """
     quarters = fma(x, QUARTERS, ROUND) - ROUND
+    # Cody and Waite reduction: r is x less the nearest multiple of pi/2, so abs(r) <= pi/4.
     r = fma(quarters, -PI_2A, x)
     r = fma(quarters, -PI_2C, fma(quarters, -PI_2B, r))
     z = r * r
@@ -36,7 +38,8 @@ def cos_sin(x: float) -> tuple[float, float]:
     half = 0.5 * z
     near = 1.0 - half
     c = near + fma(zz, c, (1.0 - near) - half)
-    # Turn by the quarters left over, -2 .. 2: their cosine and sine are whole numbers.
+    # Rotate by the number of quarter turns modulo 4, from -2 to 2: cosine and sine of that
+    # rotation are -1, 0 or 1, and (1 - |n|, n (2 - |n|)) gives them without a branch.
     left = fma(-(fma(quarters, 0.25, ROUND) - ROUND), 4.0, quarters)
     turn_c = 1.0 - abs(left)
     turn_s = left * (2.0 - abs(left))

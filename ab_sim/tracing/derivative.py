@@ -1,4 +1,4 @@
-"""Derivatives of expressions along a direction (forward mode): by states and parameters alike."""
+"""Directional derivatives of expressions (forward mode), with respect to states and parameters."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 
@@ -20,19 +20,20 @@ def derivatives(
     roots: Iterable[Expression],
     along: Mapping[Expression, Expression],
 ) -> list[Expression]:
-    """How roots change along a direction.
+    """Return the derivatives of roots along a direction.
 
     Args:
         roots: expressions of one graph.
-        along: by input its rate of change, an expression of the same graph; inputs that are not
-            named do not change.
+        along: rate of change of each input, an expression of the same graph; inputs that are not
+            named stay constant.
 
     Returns:
-        Their rates of change, in the same order. That of ``abs`` at 0 is that of its argument, that
-        of ``where`` is that of the branch taken: at the border itself there is none.
+        The roots' rates of change, in the order of the roots. The rate of ``abs`` at 0 is that of
+        its argument, the rate of ``where`` that of the branch taken; at the switch itself the
+        function has no derivative.
 
     Raises:
-        ValueError: something else than an input is to change.
+        ValueError: a key of ``along`` is not an input.
     """
     roots = list(roots)
     for x in along:

@@ -1,9 +1,9 @@
-"""Expressions: what formulas leave behind when they are run on them instead of on floats.
+"""Expressions: records of the operations of a formula that is called with them instead of floats.
 
-An expression is a node of a graph. Equal nodes of one graph are one object, so common parts of
-formulas are there once. A node may stand for one number per ball (``each``): ``total`` adds such a
-node up over the balls. Where numbers have lanes, ``lane`` takes one of them, for all lanes, and
-``across`` adds them up.
+An expression is a node of a graph. Equal nodes of one graph are one object (hash consing), so a
+common subexpression exists once. A node may stand for one number per ball (``each``); ``total``
+sums such a node over the balls. If numbers have lanes, ``lane`` copies one lane to all of them, and
+``across`` sums them.
 """
 
 from collections.abc import Callable, Container, Iterable
@@ -12,18 +12,18 @@ from typing import Any, NoReturn
 
 
 class Level(IntEnum):
-    """When the value of a node is known; a node is known as late as the latest of its arguments."""
+    """Time at which a node's value is known: that of the argument known last."""
 
     CONSTANT = 0
-    """When code is made."""
+    """Known when code is generated."""
     PARAMETER = 1
-    """Before a run: parameters of a scene."""
+    """Known before a run: parameters of a scene."""
     TIME = 2
     STATE = 3
 
 
 class Graph:
-    """The nodes that one trace makes."""
+    """Nodes of one trace."""
 
     def __init__(self) -> None:
         self._nodes: dict[tuple[Any, ...], Expression] = {}
@@ -32,17 +32,16 @@ class Graph:
         return len(self._nodes)
 
     def constant(self, value: float) -> "Expression":
-        """A number that is known now."""
+        """Return the node of a constant."""
         value = float(value)
-        # By its digits: -0.0 is not 0.0, and NaN is itself.
+        # The key is the hexadecimal text: it tells -0.0 from 0.0, and NaN equals itself.
         return self._node("const", (), Level.CONSTANT, False, value, value.hex())
 
     def input(self, name: str, level: Level = Level.STATE, each: bool = False) -> "Expression":
-        """A number that is given; with ``each``, one per ball.
+        """Return the node of an input; with ``each``, of one number per ball.
 
         Raises:
-            ValueError: there is an input of that name that is known at another time, or of another
-                shape.
+            ValueError: an input of that name exists with another level or shape.
         """
         node = self._node("input", (), level, each, name, name)
         if (node.level, node.each) != (level, each):
@@ -50,7 +49,11 @@ class Graph:
         return node
 
     def node(self, op: str, *args: "Expression") -> "Expression":
-        """An operation on nodes of this graph."""
+        """Return the node of an operation on nodes of this graph.
+
+        Raises:
+            ValueError: an argument belongs to another graph.
+        """
         each, level = op == "rows", Level.TIME if op == "rows" else Level.CONSTANT
         for arg in args:
             if arg.graph is not self:
@@ -60,17 +63,20 @@ class Graph:
                 level = arg.level
         numbers = [arg.number for arg in args]
         if op in ("add", "mul", "fma") and numbers[0] > numbers[1]:
-            # The first two commute: either order is the same node, printed as written first.
+            # The first two arguments commute, so both orders are one node. It is printed in the
+            # order that came first.
             numbers[:2] = numbers[1::-1]
         return self._node(op, args, level, each, None, tuple(numbers))
 
     def lane(self, x: "Expression", k: int) -> "Expression":
-        """Lane k of a node of this graph, in all lanes."""
+        """Return the node that has lane k of another node in all its lanes."""
         return self._node("lane", (x,), x.level, x.each, k, (x.number, k))
 
     def _node(
         self, op: str, args: Any, level: Level, each: bool, payload: Any, key: Any
     ) -> "Expression":
+        # Common subexpressions: the key names the operation and its arguments' numbers, so an
+        # operation that exists already is returned instead of a second node.
         found = self._nodes.get((op, key))
         if found is None:
             found = Expression()
@@ -94,12 +100,12 @@ class Expression:
     op: str
     args: "tuple[Expression, ...]"
     each: bool
-    """Whether it stands for one number per ball."""
+    """True if the node stands for one number per ball."""
     level: Level
     payload: Any
-    """Value of a constant, name of an input, which lane."""
+    """Value of a constant, name of an input, or index of a lane."""
     number: int
-    """In the order in which the graph's nodes were made: after all its arguments."""
+    """Position in the order of creation, so after all arguments."""
 
     def __add__(self, other: Any) -> "Expression":
         return _binary(add, self, other)
@@ -154,17 +160,17 @@ class Expression:
     def __ge__(self, other: Any) -> "Expression":
         return self.graph.node("le", lifted(self.graph, other), self)
 
-    # What numpy's functions of the same names call.
+    # numpy's functions of the same names call these methods on arrays of objects.
     def cos(self) -> "Expression":
-        """Cosine; an angle [rad]."""
+        """Return the cosine of an angle [rad]."""
         return self.graph.node("cos", self)
 
     def sin(self) -> "Expression":
-        """Sine; an angle [rad]."""
+        """Return the sine of an angle [rad]."""
         return self.graph.node("sin", self)
 
     def sqrt(self) -> "Expression":
-        """Square root."""
+        """Return the square root."""
         return self.graph.node("sqrt", self)
 
     def __bool__(self) -> NoReturn:
@@ -181,17 +187,17 @@ class Expression:
 
 
 def lifted(graph: Graph, value: Any) -> Expression:
-    """An expression as it is, a number as a constant."""
+    """Return an expression unchanged, and a number as a constant."""
     return value if isinstance(value, Expression) else graph.constant(value)
 
 
 def is_constant(x: Expression, value: float | None = None) -> bool:
-    """Whether a node is a constant, or that constant (0.0 is -0.0 here)."""
+    """Return whether a node is a constant, or is the given constant (0.0 equals -0.0 here)."""
     return x.op == "const" and (value is None or x.payload == value)
 
 
 def add(a: Expression, b: Expression) -> Expression:
-    """A sum; one with 0 is the other term."""
+    """Return a sum; if one term is the constant 0, the other term."""
     if is_constant(a) and is_constant(b):
         return a.graph.constant(a.payload + b.payload)
     if is_constant(a, 0.0):
@@ -206,7 +212,7 @@ def add(a: Expression, b: Expression) -> Expression:
 
 
 def sub(a: Expression, b: Expression) -> Expression:
-    """A difference."""
+    """Return a difference."""
     if is_constant(a) and is_constant(b):
         return a.graph.constant(a.payload - b.payload)
     if is_constant(b, 0.0):
@@ -219,13 +225,13 @@ def sub(a: Expression, b: Expression) -> Expression:
 
 
 def mul(a: Expression, b: Expression) -> Expression:
-    """A product; signs go to the front."""
+    """Return a product, with any sign taken out of its factors."""
     if is_constant(a) and is_constant(b):
         return a.graph.constant(a.payload * b.payload)
     if is_constant(a):
         a, b = b, a
     if is_constant(b, 0.0):
-        # Also of what may be infinite: a term with the factor 0 is not computed.
+        # Even if the other factor may be infinite: a term with the factor 0 is not computed.
         return a.graph.constant(0.0)
     if is_constant(b, 1.0):
         return a
@@ -239,7 +245,7 @@ def mul(a: Expression, b: Expression) -> Expression:
 
 
 def div(a: Expression, b: Expression) -> Expression:
-    """A quotient."""
+    """Return a quotient."""
     if is_constant(a) and is_constant(b) and b.payload:
         return a.graph.constant(a.payload / b.payload)
     if is_constant(b, 1.0):
@@ -250,49 +256,50 @@ def div(a: Expression, b: Expression) -> Expression:
 
 
 def neg(a: Expression) -> Expression:
-    """The opposite."""
+    """Return the negative of a node."""
     if is_constant(a):
         return a.graph.constant(-a.payload)
     return a.args[0] if a.op == "neg" else a.graph.node("neg", a)
 
 
 def fma(a: Expression, b: Expression, c: Expression) -> Expression:
-    """a b + c, rounded once."""
+    """Return a b + c, rounded once."""
     if is_constant(a, 0.0) or is_constant(b, 0.0):
         return c
     return a.graph.node("fma", a, b, c)
 
 
 def where(condition: Expression, a: Expression, b: Expression) -> Expression:
-    """``a`` where a condition holds, else ``b``."""
+    """Return ``a`` if a condition holds, else ``b``."""
     return a if a is b else a.graph.node("where", condition, a, b)
 
 
 def total(a: Expression) -> Expression:
-    """The sum over the balls of a node; of one that is the same for all, too."""
+    """Return the sum of a node over the balls, also of a node that is the same for all balls."""
     return a if is_constant(a, 0.0) else a.graph.node("total", a)
 
 
 def lane(a: Expression, k: int) -> Expression:
-    """Lane k of a node that has an element in each, in all lanes."""
+    """Return a node that has lane k of another node in all its lanes."""
     return a if is_constant(a) or a.op in ("lane", "across") else a.graph.lane(a, k)
 
 
 def across(a: Expression) -> Expression:
-    """The sum of a node's lanes, in all of them."""
+    """Return a node that has the sum of another node's lanes in all its lanes."""
     return a if is_constant(a, 0.0) else a.graph.node("across", a)
 
 
 def rows(a: Expression) -> Expression:
-    """Of each ball, what a matrix makes of a node that stands for a number per ball.
+    """Return the product of a symmetric matrix with a node that has one number per ball.
 
-    The matrix is symmetric, and the input ``ROWS`` of whoever emits it, column by column: balls of
-    a row that moves as one have an acceleration in common. It may change at events.
+    Balls of a row that moves as one have a common acceleration; the matrix expresses that. It may
+    change at events. Emitted code reads it, column by column, from the input named ``ROWS``.
     """
     return a if is_constant(a, 0.0) else a.graph.node("rows", a)
 
 
 ROWS = "rows"
+"""Name of the input that holds the matrix of ``rows``."""
 
 REBUILD: dict[str, Callable[..., "Expression"]] = {
     "add": add,
@@ -307,7 +314,7 @@ REBUILD: dict[str, Callable[..., "Expression"]] = {
 
 
 def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
-    """The operation of a node on other arguments."""
+    """Return the operation of a node applied to other arguments."""
     own = tuple(args)
     if own == x.args:
         return x
@@ -319,11 +326,11 @@ def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
 
 
 def reached(roots: Iterable[Expression], known: Container[int] = ()) -> list[Expression]:
-    """All nodes that some depend on, and these; arguments first.
+    """Return the roots and all nodes on which they depend, arguments first.
 
     Args:
-        roots: of one graph.
-        known: numbers of nodes whose arguments do not count.
+        roots: nodes of one graph.
+        known: numbers of nodes whose arguments are not followed.
     """
     seen: dict[int, Expression] = {}
     ahead = list(roots)
@@ -332,6 +339,7 @@ def reached(roots: Iterable[Expression], known: Container[int] = ()) -> list[Exp
         if x.number not in seen:
             seen[x.number] = x
             ahead += () if x.number in known else x.args
+    # Numbers grow from arguments to results, so sorting by them is a topological order.
     return [seen[number] for number in sorted(seen)]
 
 
@@ -339,7 +347,7 @@ _SIGNS = {"add": "+", "sub": "-", "mul": "*", "div": "/", "lt": "<", "le": "<="}
 
 
 def shown(x: Expression, depth: int = 6) -> str:
-    """An expression in words, for messages: to some depth."""
+    """Return an expression as text for messages, down to a depth."""
     if x.op == "const":
         return f"{x.payload:g}"
     if x.op == "input":

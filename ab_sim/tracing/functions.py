@@ -1,4 +1,4 @@
-"""Functions of formulas: of floats they are Python's, of expressions they make nodes."""
+"""Functions for formulas: for floats they compute, for expressions they create nodes."""
 
 import math
 from collections.abc import Sequence
@@ -12,22 +12,22 @@ from ab_sim.tracing.plain import multiply_add
 
 
 def cos(x: Any) -> Any:
-    """Cosine of an angle [rad]."""
+    """Return the cosine of an angle [rad]."""
     return math.cos(x) if isinstance(x, float) else np.cos(x)
 
 
 def sin(x: Any) -> Any:
-    """Sine of an angle [rad]."""
+    """Return the sine of an angle [rad]."""
     return math.sin(x) if isinstance(x, float) else np.sin(x)
 
 
 def sqrt(x: Any) -> Any:
-    """Square root."""
+    """Return the square root."""
     return math.sqrt(x) if isinstance(x, float) else np.sqrt(x)
 
 
 def fma(a: Any, b: Any, c: Any) -> Any:
-    """a b + c, rounded once."""
+    """Return a b + c, rounded once."""
     for x in (a, b, c):
         if isinstance(x, Expression):
             return expression.fma(*(expression.lifted(x.graph, each) for each in (a, b, c)))
@@ -35,7 +35,7 @@ def fma(a: Any, b: Any, c: Any) -> Any:
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:
-    """``a`` where a condition holds, else ``b``; both are computed, and neither may fail."""
+    """Return ``a`` if a condition holds, else ``b``; both are computed, and neither may fail."""
     if isinstance(condition, Expression):
         graph = condition.graph
         return expression.where(condition, expression.lifted(graph, a), expression.lifted(graph, b))
@@ -45,7 +45,7 @@ def where(condition: Any, a: Any, b: Any) -> Any:
 
 
 def total(x: Any) -> Any:
-    """Sum over the balls: of an expression per ball, or of a sequence with a number for each."""
+    """Return the sum over the balls of an expression, or of a sequence with a number per ball."""
     if isinstance(x, Expression):
         return expression.total(x)
     if isinstance(x, Sequence | np.ndarray):
@@ -54,28 +54,32 @@ def total(x: Any) -> Any:
 
 
 def lane(x: Any, k: int) -> Any:
-    """Lane k of a number, in all lanes; of an array, whose last axis is that of the lanes."""
+    """Return lane k of a number for all lanes; in an array, the last axis counts lanes."""
     if isinstance(x, Expression):
         return expression.lane(x, k)
     return x[..., k : k + 1] if isinstance(x, np.ndarray) else x
 
 
 def across(x: Any) -> Any:
-    """The sum over a number's lanes, a power of two of them, in each; of an array likewise."""
+    """Return the sum over a number's lanes in each lane; their number is a power of two.
+
+    In an array, the last axis counts lanes.
+    """
     if isinstance(x, Expression):
         return expression.across(x)
     return halved(list(np.moveaxis(x, -1, 0)), lambda a, b: a + b)[..., None]
 
 
 GROUP = 8
-"""Balls of which a vector of the machine is made."""
+"""Balls per vector of the machine."""
 
 
 def added_up(parts: Sequence[Any], add: Any) -> Any:
-    """A sum over the balls in the one order that every way out has.
+    """Return a sum over the balls in the order that all emitted forms share.
 
-    Whole groups of eight are added to each other, then the halves of what comes out; the last
-    group, if it is not whole, for itself, and then to that.
+    Floating-point addition is not associative, so the order is fixed. Whole groups of eight are
+    added element by element, then the result by halves. An incomplete last group is added by
+    halves on its own, and its sum is added last.
     """
     whole = len(parts) - len(parts) % GROUP
     sums = []
@@ -90,7 +94,7 @@ def added_up(parts: Sequence[Any], add: Any) -> Any:
 
 
 def halved(parts: Sequence[Any], add: Any) -> Any:
-    """A sum by adding the second half to the first, until one is left."""
+    """Return a sum, by adding the second half to the first until one element remains."""
     left = list(parts)
     while len(left) > 1:
         half = 1 << (len(left) - 1).bit_length() - 1

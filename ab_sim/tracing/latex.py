@@ -1,4 +1,4 @@
-"""Expressions as LaTeX."""
+"""Print expressions as LaTeX."""
 
 import re
 from collections.abc import Callable, Mapping, Sequence
@@ -16,22 +16,26 @@ _DOTS = ("", "dot", "ddot", "dddot")
 def latex(
     x: Expression, symbol: Callable[[str], str] = str, named: Mapping[int, str] | None = None
 ) -> str:
-    """An expression as formula.
+    """Return an expression as a LaTeX formula.
 
     Args:
-        x: not lowered: as it was written.
-        symbol: LaTeX of an input's name; what each ball has gets an index i.
-        named: by number of a node the LaTeX that stands for it.
+        x: expression that is not lowered, so that it is printed as written.
+        symbol: function that returns the LaTeX of an input's name; quantities per ball get an
+            index i.
+        named: LaTeX symbols to print instead of nodes, by the nodes' numbers.
     """
     return Printer(Latex(), symbol, named).text(x)
 
 
 def latex_symbol(text: str, known: Mapping[str, str] | None = None) -> str:
-    """LaTeX of a symbol in plain text: ``k_3``, ``theta'`` (by time), ``beta_b``, ``rest_speed``.
+    """Return the LaTeX of a symbol in plain text: ``k_3``, ``theta'``, ``beta_b``, ``rest_speed``.
+
+    Primes are derivatives with respect to time, and become dots.
 
     Args:
-        text: a letter, or a Greek letter's name, with an index and primes; else a word.
-        known: LaTeX of some that are written otherwise, without index and primes, too.
+        text: a letter or the name of a Greek letter, with an index and primes; or a word.
+        known: LaTeX of symbols that differ from these rules; a key without index and primes
+            applies to the base of a symbol.
     """
     known = known or {}
     if text in known:
@@ -56,7 +60,7 @@ def latex_symbol(text: str, known: Mapping[str, str] | None = None) -> str:
 
 
 def _parts(text: str, known: Mapping[str, str]) -> tuple[str, str, str]:
-    """Base, index and primes. A word keeps what is behind a _, unless that is a number."""
+    """Return base, index and primes; in a word, only a number after ``_`` is an index."""
     bare = text.rstrip("'")
     primes = text[len(bare) :]
     if (digits := re.fullmatch(r"([A-Za-z])(\d+)", bare)) is not None:
@@ -68,12 +72,12 @@ def _parts(text: str, known: Mapping[str, str]) -> tuple[str, str, str]:
 
 
 class Latex(Notation):
-    """LaTeX's."""
+    """Notation of LaTeX."""
 
     minus_leads = False
 
     def number(self, value: float) -> PrintedText:
-        """A number that is not negative, and no short fraction."""
+        """Return a number that is neither negative nor a short fraction."""
         text = f"{value:.12g}"
         if "e" not in text:
             return PrintedText(text, Holds.ATOM)
@@ -81,37 +85,37 @@ class Latex(Notation):
         return PrintedText(rf"{digits} \cdot 10^{{{int(power)}}}", Holds.PRODUCT)
 
     def fraction(self, top: int, bottom: int) -> PrintedText:
-        """A number that is a short fraction."""
+        """Return a number that is a short fraction."""
         return PrintedText(rf"\frac{{{top}}}{{{bottom}}}", Holds.ATOM)
 
     def indexed(self, symbol: str, index: str) -> str:
-        """A symbol of which there is one per ball."""
+        """Return a symbol with the index of a ball."""
         own = re.fullmatch(r"(.*_\{[^{}]*(?:\{[^{}]*\})?)\}", symbol)
         return f"{symbol}_{{{index}}}" if own is None else f"{own[1]},{index}}}"
 
     def bracketed(self, text: str) -> str:
-        """In brackets."""
+        """Return a text in brackets."""
         return rf"\left({text}\right)"
 
     def product(self, factors: Sequence[str], numbers: int) -> str:
-        """Factors, of which the first so many are numbers."""
+        """Return a product, whose first ``numbers`` factors are numbers."""
         text = factors[0]
         for at, factor in enumerate(factors[1:], 1):
             text += (r" \cdot " if at < numbers else r" \, ") + factor
         return text
 
     def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
-        """One over another."""
+        """Return a quotient."""
         return PrintedText(rf"\frac{{{above.text}}}{{{below.text}}}", Holds.ATOM)
 
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """A whole power, 2 or more."""
+        """Return an integer power, 2 or more."""
         tight = base.holds == Holds.ATOM and not base.text.startswith(r"\frac")
         text = base.text if tight else self.bracketed(base.text)
         return PrintedText(f"{text}^{{{by}}}", Holds.POWER)
 
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
-        """``cos``, ``sin``, ``sqrt``, ``abs`` or another, to a power."""
+        """Return a function (``cos``, ``sin``, ``sqrt``, ``abs`` or another) to a power."""
         if name == "abs":
             return PrintedText(rf"\left|{argument.text}\right|", Holds.ATOM)
         if name == "sqrt":
@@ -124,20 +128,20 @@ class Latex(Notation):
         return PrintedText(rf"{head}\left({argument.text}\right)", Holds.PRODUCT)
 
     def comparison(self, op: str, left: str, right: str) -> str:
-        """``lt`` or ``le``."""
+        """Return a comparison, ``lt`` or ``le``."""
         return f"{left} {'<' if op == 'lt' else chr(92) + 'le'} {right}"
 
     def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
-        """One if a condition holds, else another."""
+        """Return a choice between two texts by a condition."""
         cases = rf"{then.text} & {condition} \\ {other.text} & \text{{else}}"
         return PrintedText(rf"\begin{{cases}} {cases} \end{{cases}}", Holds.ATOM)
 
     def total(self, term: str, index: str) -> PrintedText:
-        """The sum over the balls of a product."""
+        """Return the sum of a product over the balls."""
         return PrintedText(rf"\sum_{index} {term}", Holds.OPEN)
 
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """The sum over the balls of a row's element times a product."""
+        """Return the sum over the balls of a matrix element times a product."""
         return PrintedText(rf"\sum_{over} B_{{{index}{over}}} \, {term}", Holds.OPEN)
 
 

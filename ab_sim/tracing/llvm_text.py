@@ -1,8 +1,8 @@
-"""Lowered expressions in LLVM's language: of one run, or of several in lanes.
+"""Emit lowered expressions as LLVM IR, for one run or for several in lanes.
 
-A number is a double, or a vector with an element per lane. What each ball has is, in a single run,
-vectors of up to eight balls; in lanes one such number per ball. All sums over balls are added up in
-the order of ``functions.added_up``, so results have the same bits either way.
+A number is a double, or a vector with an element per lane. A quantity per ball is, in a single run,
+one or more vectors of up to eight balls; in lanes, it is one such number per ball. All sums over
+balls are in the order of ``functions.added_up``, so both forms give bitwise the same results.
 """
 
 import struct
@@ -14,14 +14,15 @@ from ab_sim.tracing.functions import GROUP, added_up
 
 
 class Shape(NamedTuple):
-    """How many numbers a node stands for in memory, and how they are held."""
+    """Number of balls and lanes, which decide how a node is held in memory and in vectors."""
 
     balls: int
     lanes: int = 1
-    """Runs side by side; each number has one element per lane, next to each other in memory."""
+    """Number of runs computed together; a number's elements, one per lane, are adjacent in
+    memory."""
 
     def widths(self, each: bool) -> list[int]:
-        """Of the values that a node is: one, or those that stand for all balls."""
+        """Return the widths of the vectors of a node; with ``each``, those for all balls."""
         if not each:
             return [self.lanes]
         if self.lanes > 1:
@@ -31,24 +32,24 @@ class Shape(NamedTuple):
 
 
 class MemorySlot(NamedTuple):
-    """Where a number is in memory: the first of those per ball."""
+    """Position of a number in memory; for a quantity per ball, that of the first ball."""
 
     pointer: str
     at: int
-    """In numbers: each takes ``lanes`` doubles, or one where the pointer is uniform."""
+    """Offset in numbers; a number takes ``lanes`` doubles, or one if the pointer is uniform."""
     stride: int = 1
-    """Numbers from one ball to the next."""
+    """Distance from one ball to the next, in numbers."""
 
 
 class Function:
-    """A function of pointers to doubles, and of doubles, line by line.
+    """Function of pointers to doubles and of doubles, built line by line.
 
     Args:
-        name: of the function.
+        name: name of the function.
         pointers: names of its first arguments.
-        shape: of the numbers that it computes with.
+        shape: shape of the numbers with which it computes.
         numbers: names of further arguments, doubles.
-        uniform: pointers behind which a number is one double, the same in all lanes.
+        uniform: pointers to numbers that are one double each, the same for all lanes.
     """
 
     def __init__(
@@ -67,18 +68,22 @@ class Function:
         self._wide: dict[tuple[str, int], str] = {}
 
     def new(self) -> str:
-        """A name for a value: a number, as LLVM keeps no such names, and is quicker for it."""
+        """Return a name for a value, a number: LLVM does not store such names, and so is faster."""
         self._count += 1
         return f"%{self._count}"
 
     def put(self, text: str) -> str:
-        """A line that makes a value; its name."""
+        """Append a line that computes a value, and return the value's name."""
         made = self.new()
         self.lines.append(f"{made} = {text}")
         return made
 
     def load(self, place: MemorySlot, first: int, width: int) -> str:
-        """A value: of one number in all lanes, or of numbers of balls from the first on."""
+        """Append a load and return its value's name.
+
+        With lanes, this is the number of ball ``first`` in all lanes; else a vector with the
+        numbers of ``width`` balls from ``first`` on.
+        """
         lanes = self.shape.lanes
         if lanes > 1:
             pointer = self._pointer(place, first)
@@ -94,7 +99,7 @@ class Function:
         return made
 
     def store(self, value: str, place: MemorySlot, first: int, width: int) -> None:
-        """A value, as ``load`` reads one."""
+        """Append a store of a value in the layout that ``load`` reads."""
         if self.shape.lanes > 1 and place.pointer in self.uniform:
             value, width = self.put(f"extractelement {kind(width)} {value}, i32 0"), 1
         if self.shape.lanes > 1 or place.stride == 1 or width == 1:
@@ -112,14 +117,14 @@ class Function:
         return self.put(f"getelementptr double, ptr %{place.pointer}, i64 {at}")
 
     def call(self, name: str, width: int, *values: str) -> str:
-        """Of one of LLVM's own functions on numbers."""
+        """Append a call of one of LLVM's intrinsic functions, and return its value's name."""
         suffix = f"v{width}f64" if width > 1 else "f64"
         whole, of = f"@llvm.{name}.{suffix}", kind(width)
         self.declared.add(f"declare {of} {whole}({', '.join([of] * len(values))})")
         return self.put(f"call {of} {whole}({', '.join(f'{of} {value}' for value in values)})")
 
     def widened(self, value: str, width: int, element: str = "double") -> str:
-        """A single value in every element of a vector."""
+        """Return the name of a vector with one value in every element."""
         if (value, width) not in self._wide:
             of = kind(width, element)
             one = self.put(f"insertelement {of} poison, {element} {value}, i32 0")
@@ -129,12 +134,12 @@ class Function:
         return self._wide[value, width]
 
     def shuffled(self, value: str, width: int, which: Sequence[int], other: str = "poison") -> str:
-        """Elements of a vector, behind which those of another one are counted."""
+        """Return the name of a vector of elements ``which`` of two vectors, counted in sequence."""
         of, order = kind(width), ", ".join(f"i32 {k}" for k in which)
         return self.put(f"shufflevector {of} {value}, {of} {other}, <{len(which)} x i32> <{order}>")
 
     def text(self) -> str:
-        """The function's definition."""
+        """Return the function's definition."""
         arguments = [f"ptr noalias %{name}" for name in self.pointers]
         arguments += [f"double %{name}" for name in self.numbers]
         body = "\n".join(f"  {line}" for line in [*self.lines, "ret void"])
@@ -142,13 +147,13 @@ class Function:
 
 
 class Body:
-    """Emits expressions into a function.
+    """Emitter of expressions into a function.
 
     Args:
-        into: the function.
-        places: where inputs are, by name.
-        known: where other nodes are already, by their numbers.
-        bound: inputs that are values already, by name, in the widths that they have.
+        into: function to which lines are appended.
+        places: positions of inputs in memory, by name.
+        known: positions of nodes that are already in memory, by the nodes' numbers.
+        bound: names of values of inputs that are already loaded, by input, one per vector.
     """
 
     def __init__(
@@ -160,12 +165,17 @@ class Body:
     ) -> None:
         self._into, self._known = into, known or {}
         self.places = places
-        """Where inputs are, by name."""
+        """Positions of inputs in memory, by name."""
         self._bound = bound or {}
         self._values: dict[int, list[str]] = {}
 
     def values(self, x: Expression) -> list[str]:
-        """Names of what a node is, in the widths that its shape has."""
+        """Return the names of a node's values, in the widths of its shape.
+
+        Nodes are emitted depth first, each right after its last missing argument. A value is then
+        used soon after it is computed, which keeps the number of live registers small. An explicit
+        stack replaces recursion, as expressions may be deeper than Python's recursion limit.
+        """
         ahead = [x]
         while ahead:
             node = ahead[-1]
@@ -182,7 +192,7 @@ class Body:
         return [self._operand(x, k, width) for k, width in enumerate(self._widths(x))]
 
     def store(self, x: Expression, place: MemorySlot, each: bool = False) -> None:
-        """Write a node to memory; with ``each``, one that is the same for all balls to each."""
+        """Append stores of a node; with ``each``, store one value per ball even if it is shared."""
         shape, first = self._into.shape, 0
         self.values(x)
         for k, width in enumerate(shape.widths(x.each or each)):
@@ -190,7 +200,7 @@ class Body:
             first += 1 if shape.lanes > 1 else width
 
     def each(self, x: Expression) -> list[str]:
-        """Names of what a node is for each ball, of one that is the same for all, too."""
+        """Return the names of a node's values for all balls, also if the balls share one value."""
         self.values(x)
         widths = self._into.shape.widths(True)
         return [self._operand(x, k, width) for k, width in enumerate(widths)]
@@ -199,7 +209,7 @@ class Body:
         return self._into.shape.widths(x.each)
 
     def _operand(self, x: Expression, k: int, width: int) -> str:
-        """The part ``k`` of a node, as wide as is asked."""
+        """Return part ``k`` of a node in the given width."""
         if x.op == "const":
             return literal(x.payload, width)
         own = self._values[x.number]
@@ -247,12 +257,14 @@ class Body:
         return self._into.call("fabs" if op == "abs" else op, width, *args)
 
     def _mixed(self, x: Expression, value: str) -> str:
-        """One lane, or the sum of all, in every lane: see ``functions.lane`` and ``across``."""
+        """Return one lane, or the sum of all lanes, in every lane."""
         lanes = self._into.shape.lanes
         if lanes == 1:
             return value
         if x.op == "lane":
             return self._into.shuffled(value, lanes, [x.payload] * lanes)
+        # Butterfly: each lane adds its partner at half the distance, so after log2(lanes) rounds
+        # every lane has the sum.
         half = lanes // 2
         while half:
             other = self._into.shuffled(value, lanes, [k ^ half for k in range(lanes)])
@@ -260,7 +272,7 @@ class Body:
         return value
 
     def _total(self, x: Expression) -> str:
-        """Balls added up in the order of ``added_up``."""
+        """Return the sum over the balls, in the order of ``added_up``."""
         shape = self._into.shape
         widths = shape.widths(True)
         parts = [self._operand(x, k, width) for k, width in enumerate(widths)]
@@ -278,7 +290,7 @@ class Body:
         return sums[0] if len(sums) == 1 else self._operation("add", 1, sums)
 
     def _rows(self, x: Expression) -> list[str]:
-        """The matrix times what each ball has, column by column."""
+        """Return the matrix times a quantity per ball, accumulated column by column."""
         into, shape, matrix = self._into, self._into.shape, self.places[ROWS]
         widths, n = shape.widths(True), shape.balls
         each = [self._operand(x, k, width) for k, width in enumerate(widths)]
@@ -311,7 +323,7 @@ class Body:
         return value
 
     def _part(self, value: str, width: int, first: int, count: int) -> str:
-        """Elements of a vector; what is missing at its end is -0.0, which adds nothing."""
+        """Return elements of a vector, padded at its end with -0.0, which leaves sums unchanged."""
         if count == 1:
             return self._into.put(f"extractelement {kind(width)} {value}, i32 {first}")
         which = [min(first + k, width) for k in range(count)]
@@ -329,27 +341,27 @@ _TWO = {
 
 
 def kind(width: int, element: str = "double") -> str:
-    """LLVM's name of a number or vector."""
+    """Return LLVM's type of a number or vector."""
     return f"<{width} x {element}>" if width > 1 else element
 
 
 def literal(value: float, width: int) -> str:
-    """A constant in LLVM's language, digit by digit."""
+    """Return a constant in LLVM IR, bit by bit."""
     one = "0x" + struct.pack(">d", value).hex().upper()
     return one if width == 1 else f"splat (double {one})"
 
 
 def module_text(functions: Sequence[Function]) -> str:
-    """A text of several functions."""
+    """Return the text of a module with several functions."""
     declared = sorted(set().union(*(function.declared for function in functions)))
     return "\n".join([*declared, *(function.text() for function in functions)]) + "\n"
 
 
 def border(roots: Sequence[Expression], level: int) -> list[Expression]:
-    """What is known at a level and used by what is not: to be computed once, before.
+    """Return the nodes known at a level that later nodes use, and so can be computed once before.
 
-    Constants and inputs are left out, as they are at hand anyway; in place of a comparison, which
-    is no number, stands what is compared.
+    Constants and inputs are left out, as they are available anyway. A comparison is not a number
+    that can be stored; the nodes that it compares are returned instead.
     """
     found: dict[int, Expression] = {}
     ahead = [root for root in roots if root.level <= level]

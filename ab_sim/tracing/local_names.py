@@ -1,7 +1,7 @@
-"""What a formula's own source calls its intermediate quantities: the names of its local variables.
+"""Names of a formula's intermediate quantities, taken from the local variables of its source.
 
-A trace leaves nodes without names. Those that the author of the formula gave are there while it
-runs: they are read from the frames of the functions as these return.
+The nodes of a trace have no names. The author's names exist while the formula runs: a profiling
+hook reads them from the frames of the functions as these return.
 """
 
 import sys
@@ -17,24 +17,24 @@ _OWN = __name__.rpartition(".")[0]
 
 
 class Named(NamedTuple):
-    """An intermediate quantity."""
+    """Named intermediate quantity."""
 
     name: str
-    """In the source."""
+    """Name in the source."""
     node: Expression
 
 
 def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, list[Named]]:
-    """What a formula gives, and what it and the formulas that it calls name on the way.
+    """Return a formula's result, and the named quantities in it and in the formulas that it calls.
 
     Args:
         formula: plain Python on numbers.
         *arguments: expressions, or nested tuples of them.
 
     Returns:
-        Its result, and each node that a local variable stood for when its function returned, or
-        that a field of a named tuple was made of, in the order in which nodes were made. Inputs and
-        constants are left out, and of several nodes of one name all but the first.
+        The result, and each node that was the value of a local variable when a function returned,
+        or of a field of a named tuple that was constructed, in the order of the nodes' creation.
+        Inputs and constants are left out; of several nodes with one name, the first is returned.
     """
     found: dict[str, Named] = {}
 

@@ -1,7 +1,7 @@
-"""Expressions as a machine computes them: no cosine, and products that are added are fused.
+"""Lower expressions to arithmetic: expand cosines, and fuse products with the sums that use them.
 
-Every way out of code (``llvm_text``, ``c_text``, ``plain``) starts from lowered expressions, so all
-of them round alike. Nothing is left to a compiler's judgement.
+All emitters (``llvm_text``, ``c_text``, ``plain``) start from lowered expressions, so their results
+are rounded alike. Compilers are not free to choose which operations to fuse.
 """
 
 from collections import Counter
@@ -12,15 +12,16 @@ from ab_sim.tracing.cosine import cos_sin
 from ab_sim.tracing.expression import Expression, fma, neg, reached, rebuilt
 
 NOTHING: Mapping[Expression, Expression] = {}
+"""Default of ``mapped``: no input is replaced."""
 
 
 def lowered(roots: Iterable[Expression]) -> list[Expression]:
-    """The same roots without ``cos`` and ``sin``, with fused products."""
+    """Return the roots without ``cos`` and ``sin``, and with fused products."""
     return fused(without_cosines(roots))
 
 
 def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
-    """Roots with their cosines and sines written out."""
+    """Return the roots with their cosines and sines expanded into arithmetic."""
     pairs: dict[int, Any] = {}
 
     def rule(x: Expression, args: Sequence[Expression]) -> Expression:
@@ -36,9 +37,10 @@ def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
 
 
 def fused(roots: Iterable[Expression]) -> list[Expression]:
-    """Roots with each product that is used once, in a sum, fused with that sum.
+    """Return the roots with each product whose only use is in a sum fused with that sum.
 
-    Not across levels: a product that is known before the run stays apart from what is not.
+    If both terms of a sum are such products, the first one is fused. Products are not fused across
+    levels: one that is known before the run stays a value that can be computed once.
     """
     roots = list(roots)
     nodes = reached(roots)
@@ -65,9 +67,9 @@ def mapped(
     rule: Callable[[Expression, Sequence[Expression]], Expression],
     inputs: Mapping[Expression, Expression] = NOTHING,
 ) -> list[Expression]:
-    """Roots made anew from their inputs: each node by ``rule(node, its new arguments)``.
+    """Return the roots rebuilt from their inputs, each node by ``rule(node, its new arguments)``.
 
-    ``inputs`` are what stands in the place of some of these.
+    ``inputs`` maps inputs to their replacements.
     """
     roots = list(roots)
     new: dict[int, Expression] = {}

@@ -1,4 +1,4 @@
-"""From the text of LLVM's language to machine code that can be called."""
+"""Compile LLVM IR to machine code that can be called."""
 
 import functools
 import os
@@ -9,24 +9,24 @@ import llvmlite.binding as llvm
 from llvmlite.binding.newpassmanagers import NewPassManager
 
 LIMIT = "AB_SIM_CPU_FEATURES"
-"""Environment variable: what of the processor all code is to do without, in LLVM's words, as in
-``-avx512f``; read whenever code is made."""
+"""Environment variable with processor features that no code may use, in LLVM's notation, such as
+``-avx512f``. It is read whenever code is generated."""
 
 
 class Optimization(NamedTuple):
-    """How far LLVM is to go with a text."""
+    """Optimizations that LLVM applies to a module."""
 
     passes: tuple[str, ...]
-    """llvmlite's names of passes over the text."""
+    """llvmlite's names of the passes over the IR."""
     level: int
-    """Of the generation of machine code."""
+    """Optimization level of the code generator."""
 
 
 AS_WRITTEN = Optimization((), 3)
-"""For code without branches that says nothing twice, as ``llvm_text`` writes it."""
+"""Setting for code without branches or repeated computations, as ``llvm_text`` emits it."""
 COMBINED = Optimization(("instruction_combine",), 3)
-"""For such code that puts vectors together and takes them apart. All passes of LLVM's own level 3
-take six times as long, and make it no faster."""
+"""Setting for such code that also assembles vectors and takes them apart. All passes of LLVM's
+level 3 take six times as long to run and do not make it faster."""
 CONTROL = Optimization(
     (
         *("sroa", "instruction_combine", "simplify_cfg", "always_inliner"),
@@ -34,24 +34,26 @@ CONTROL = Optimization(
     ),
     1,
 )
-"""For long code that branches. The passes make control nearly as fast as LLVM's own level 1 does,
-in a tenth of the time: 0.03 in place of 0.48 s for that of collocation, whose runs take 2 % to 4 %
-longer. Machine code of level 3 takes a sixth longer to make for no gain."""
+"""Setting for long code that branches. These passes make such code nearly as fast as LLVM's level 1
+does, in less than a tenth of the compile time: 0.03 s instead of 0.48 s for collocation, whose runs
+take 2 % to 4 % longer. Code generation at level 3 takes a sixth longer for no gain."""
 
 NOTHING: Mapping[str, int] = {}
+"""Default of ``MachineCode``: no function is defined elsewhere."""
 
 
 class MachineCode:
-    """Functions of one text as machine code, kept as long as this object is.
+    """Functions of one module as machine code, which lives as long as this object.
 
     Args:
-        text: in LLVM's language.
-        features: of the processor, in LLVM's words (``"+fma,+avx2"``); those that it has if None.
-        optimization: how far LLVM is to go.
+        text: LLVM IR.
+        features: processor features in LLVM's notation (``"+fma,+avx2"``); None for those of this
+            processor, within the limit of the environment variable.
+        optimization: optimizations to apply.
         elsewhere: addresses of functions that the text only declares, by their names.
 
     Raises:
-        RuntimeError: the text is not in that language; the message is LLVM's.
+        RuntimeError: the text is not valid LLVM IR; the message is LLVM's.
     """
 
     def __init__(
@@ -70,10 +72,10 @@ class MachineCode:
         self._engine = _linked(object_file, {name: elsewhere[name] for name in wanted})
 
     def address(self, name: str) -> int:
-        """Of a function.
+        """Return the address of a function.
 
         Raises:
-            KeyError: there is none of that name.
+            KeyError: there is no function of that name.
         """
         found: int = self._engine.get_function_address(name)
         if not found:
@@ -82,7 +84,7 @@ class MachineCode:
 
 
 def processor_features() -> str:
-    """What code may use of the processor, in LLVM's words: what it has, within the limit set."""
+    """Return the processor features that code may use, in LLVM's notation, within the limit set."""
     own, limit = str(llvm.get_host_cpu_features().flatten()), os.environ.get(LIMIT, "")
     return f"{own},{limit}" if limit else own
 
@@ -95,14 +97,17 @@ def _run(passes: Sequence[str], module: Any, machine: Any) -> None:
     for name in passes:
         getattr(manager, f"add_{name}_pass")()
     manager.run(module, builder)
-    # llvmlite 0.50 never disposes of a pass manager, which has 0.15 MB once it has run: of the two
-    # classes that it inherits from, the first one's _dispose does nothing.
+    # llvmlite 0.50 never frees a pass manager, which takes 0.15 MB once it has run: the _dispose
+    # of the first of its two base classes does nothing.
     NewPassManager._dispose(manager)
     manager.detach()
 
 
 def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
-    """An engine with machine code only: one that makes it keeps module and target machine, too."""
+    """Return an engine that holds machine code only.
+
+    An engine that compiles a module itself would keep the module and the target machine in memory.
+    """
     declared = "\n".join(f'declare void @"{name}"()' for name in elsewhere)
     module = llvm.parse_assembly(declared)
     # The engine owns the machine from here on.
@@ -117,8 +122,8 @@ def _linked(object_file: Any, elsewhere: Mapping[str, int]) -> Any:
 
 @functools.cache
 def _native() -> Any:
-    # Of all that LLVM makes in this process: it takes a fifth of the time that control takes to be
-    # made, whose loops are no faster for it.
+    # Loop strength reduction, turned off for the whole process: it takes a fifth of the time of
+    # compiling code with control flow, and does not make its loops faster.
     llvm.set_option("ab_sim", "-disable-lsr")
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
@@ -126,7 +131,7 @@ def _native() -> Any:
 
 
 def _machine(features: str | None, level: int) -> Any:
-    """What writes code for a processor."""
+    """Return the target machine, which generates code for a processor."""
     if features is None:
         return _machine_for(llvm.get_host_cpu_name(), processor_features(), level)
     return _machine_for("", features, level)
@@ -134,7 +139,10 @@ def _machine(features: str | None, level: int) -> Any:
 
 @functools.cache
 def _machine_for(cpu: str, features: str, level: int) -> Any:
-    """Made once, and used by one thread after the other: llvmlite locks each of its calls."""
+    """Return a cached target machine.
+
+    Threads may share it, as llvmlite holds a lock during each of its calls.
+    """
     return _native().create_target_machine(
         cpu=cpu, features=features, opt=level, jit=True, codemodel="jitdefault"
     )

@@ -1,4 +1,4 @@
-"""Lowered expressions as a Python function: to read, and to hold machine code to."""
+"""Emit lowered expressions as a Python function, to read and as a reference for machine code."""
 
 import math
 from collections.abc import Callable, Mapping, Sequence
@@ -25,11 +25,11 @@ _FORMS = {
 def python_function(
     roots: Sequence[Expression], names: Mapping[str, str]
 ) -> Callable[..., list[float]]:
-    """A function of the inputs' values, by the names that they get in Python.
+    """Return a function that computes the roots from the inputs' values.
 
     Args:
-        roots: lowered, without the balls' axis.
-        names: by input's name that of the function's argument.
+        roots: lowered expressions without the balls' axis.
+        names: name of the function's argument for each input's name.
 
     Returns:
         A function of keyword arguments, which returns the roots' values.
@@ -47,7 +47,7 @@ def python_function(
 
 
 def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:
-    """The text of ``python_function``."""
+    """Return the source of ``python_function``'s result."""
     lines, known = [], {}
     for x in reached(roots):
         if x.op == "const":
@@ -64,7 +64,11 @@ def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:
 
 
 def multiply_add(a: float, b: float, c: float) -> float:
-    """a b + c, rounded once, as IEEE 754 has it."""
+    """Return a b + c, rounded once, as IEEE 754 defines it.
+
+    Python has no ``math.fma`` before 3.13; exact fractions replace it, as dividing two integers
+    rounds correctly.
+    """
     if not (math.isfinite(a) and math.isfinite(b) and math.isfinite(c)):
         return c if math.isfinite(a) and math.isfinite(b) else a * b + c
     exact = Fraction(a) * Fraction(b) + Fraction(c)

@@ -1,7 +1,9 @@
-"""Taylor coefficients of expressions along a motion: each from those of lower order.
+"""Taylor coefficients of expressions along a motion, each computed from those of lower order.
 
-As in automatic differentiation of high order: Moore, Interval Analysis (1966), ch. 11; Jorba and
+This is automatic differentiation of high order: Moore, Interval Analysis (1966), ch. 11; Jorba and
 Zou (2005), Exp. Math. 14, 99-117; Griewank and Walther, Evaluating Derivatives (2008), ch. 13.
+Coefficient k of x' = f(x) is coefficient k - 1 of f, divided by k; coefficients of f follow from
+those of its parts by one recurrence per operation.
 """
 
 from collections.abc import Callable, Mapping
@@ -17,14 +19,14 @@ from ab_sim.tracing.expression import (
 
 
 class NotAnalyticError(ValueError):
-    """An operation has no Taylor series."""
+    """Error of an operation that has no Taylor series."""
 
 
 class PowerSeries:
-    """Coefficients of powers of the time since an instant, of expressions of one graph.
+    """Taylor coefficients, in powers of the time since an instant, of expressions of one graph.
 
     Args:
-        rates: of each input that moves, its rate of change. Other inputs stay as they are.
+        rates: rate of change of each input that moves. Other inputs stay constant.
     """
 
     def __init__(self, rates: Mapping[Expression, Expression]) -> None:
@@ -32,14 +34,14 @@ class PowerSeries:
         self._found: dict[tuple[int, int], Expression] = {}
 
     def give(self, x: Expression, k: int, value: Expression) -> None:
-        """Say what coefficient k of a node is."""
+        """Set coefficient k of a node."""
         self._found[x.number, k] = value
 
     def coefficient(self, x: Expression, k: int) -> Expression:
-        """Of the k-th power of time, of a node.
+        """Return a node's coefficient of the k-th power of time.
 
         Raises:
-            NotAnalyticError: the node has no Taylor series, or what it is made of has none.
+            NotAnalyticError: the node, or one on which it depends, has no Taylor series.
         """
         if x.level <= Level.PARAMETER:
             return x if k == 0 else x.graph.constant(0.0)
@@ -49,16 +51,18 @@ class PowerSeries:
         return self._found[key]
 
     def change(self, x: Expression, k: int) -> Expression:
-        """Coefficient k of the node's rate of change."""
+        """Return coefficient k of the node's rate of change."""
         rate = self._rates.get(x)
         if rate is not None:
             return self.coefficient(rate, k)
         return self.coefficient(x, k + 1) * float(k + 1)
 
     def product(self, a: Expression, b: Expression, k: int, first: int = 0) -> Expression:
-        """Coefficient k of a b, from coefficient ``first`` of a on.
+        """Return coefficient k of the product a b, with a's coefficients from ``first`` on.
 
-        What is known last is added last, and a square takes half the products.
+        This is the Cauchy product, sum over i of a_i b_(k-i). Terms with the highest orders, which
+        are computed last, are added last, so that the sum waits for them as little as possible. A
+        square takes half the products.
         """
         of, is_square = self.coefficient, a is b and first == 0
         once = twice = a.graph.constant(0.0)
@@ -90,11 +94,13 @@ class PowerSeries:
 
 
 def _quotient(of: PowerSeries, x: Expression, k: int) -> Expression:
+    # From b x = a: b_0 x_k = a_k - sum over i >= 1 of b_i x_(k-i).
     a, b = x.args
     return (of.coefficient(a, k) - of.product(b, x, k, 1)) * (1.0 / of.coefficient(b, 0))
 
 
 def _root(of: PowerSeries, x: Expression, k: int) -> Expression:
+    # From x x = a: 2 x_0 x_k = a_k - sum over 0 < i < k of x_i x_(k-i).
     inner = lifted(x.graph, 0.0)
     for i in range(1, k):
         inner = inner + of.coefficient(x, i) * of.coefficient(x, k - i)
@@ -102,7 +108,10 @@ def _root(of: PowerSeries, x: Expression, k: int) -> Expression:
 
 
 def _turning(of: PowerSeries, x: Expression, k: int) -> Expression:
-    """Of a cosine or sine of an angle, from the other one."""
+    """Return coefficient k of a cosine or sine from lower ones of the other function.
+
+    From (cos u)' = -u' sin u and (sin u)' = u' cos u, whose coefficient k - 1 is a Cauchy product.
+    """
     angle, found = x.args[0], lifted(x.graph, 0.0)
     other, sign = (angle.sin(), -1.0) if x.op == "cos" else (angle.cos(), 1.0)
     for j in sorted(range(k), key=lambda j: max(j, k - 1 - j)):

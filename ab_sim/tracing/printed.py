@@ -1,7 +1,7 @@
-"""What all printed forms of expressions share: order, signs, and where brackets are needed.
+"""Printing of expressions, common to all notations: order of factors, signs and brackets.
 
-A ``Notation`` says how each thing looks (``latex``, ``plain_text``); what belongs together is
-decided here, once.
+A ``Notation`` (``latex``, ``plain_text``) turns single operations into text; this module decides
+which operations are printed together and which operands need brackets.
 """
 
 from abc import ABC, abstractmethod
@@ -15,90 +15,91 @@ from ab_sim.tracing.expression import Expression
 
 
 class Holds(IntEnum):
-    """How tightly a text holds together."""
+    """Binding strength of a printed text, from the weakest to the strongest."""
 
     CHOICE = 0
     SUM = 1
     OPEN = 2
-    """Like a product, but takes in what follows: only the last factor of one."""
+    """Product whose last operator would take in the following factors, such as a sum sign; it may
+    only be the last factor of another product."""
     PRODUCT = 3
     POWER = 4
     ATOM = 5
 
 
 class PrintedText(NamedTuple):
-    """A printed expression."""
+    """Printed expression and its binding strength."""
 
     text: str
     holds: Holds
 
 
 class Notation(ABC):
-    """How things look."""
+    """Rules that turn single operations into text."""
 
     minus_leads: bool
-    """Whether a quotient's sign stands before it, or in what is above."""
+    """True if a quotient's sign stands before the quotient, false if in its numerator."""
 
     @abstractmethod
     def number(self, value: float) -> PrintedText:
-        """A number that is not negative, and no short fraction."""
+        """Return a number that is neither negative nor a short fraction."""
 
     @abstractmethod
     def fraction(self, top: int, bottom: int) -> PrintedText:
-        """A number that is a short fraction."""
+        """Return a number that is a short fraction."""
 
     @abstractmethod
     def indexed(self, symbol: str, index: str) -> str:
-        """A symbol of which there is one per ball."""
+        """Return a symbol with the index of a ball."""
 
     @abstractmethod
     def bracketed(self, text: str) -> str:
-        """In brackets."""
+        """Return a text in brackets."""
 
     @abstractmethod
     def product(self, factors: Sequence[str], numbers: int) -> str:
-        """Factors, of which the first so many are numbers."""
+        """Return a product, whose first ``numbers`` factors are numbers."""
 
     @abstractmethod
     def quotient(self, above: PrintedText, below: PrintedText) -> PrintedText:
-        """One over another."""
+        """Return a quotient."""
 
     @abstractmethod
     def power(self, base: PrintedText, by: int) -> PrintedText:
-        """A whole power, 2 or more."""
+        """Return an integer power, 2 or more."""
 
     @abstractmethod
     def function(self, name: str, argument: PrintedText, power: int = 1) -> PrintedText:
-        """``cos``, ``sin``, ``sqrt``, ``abs`` or another, to a power."""
+        """Return a function (``cos``, ``sin``, ``sqrt``, ``abs`` or another) to a power."""
 
     @abstractmethod
     def comparison(self, op: str, left: str, right: str) -> str:
-        """``lt`` or ``le``."""
+        """Return a comparison, ``lt`` or ``le``."""
 
     @abstractmethod
     def choice(self, condition: str, then: PrintedText, other: PrintedText) -> PrintedText:
-        """One if a condition holds, else another."""
+        """Return a choice between two texts by a condition."""
 
     @abstractmethod
     def total(self, term: str, index: str) -> PrintedText:
-        """The sum over the balls of a product."""
+        """Return the sum of a product over the balls."""
 
     @abstractmethod
     def row(self, term: str, index: str, over: str) -> PrintedText:
-        """The sum over the balls of a row's element times a product."""
+        """Return the sum over the balls of a matrix element times a product."""
 
     def tight(self, it: PrintedText, least: Holds) -> str:
-        """In brackets if it does not hold together as tightly."""
+        """Return a text, in brackets if it binds less strongly than ``least``."""
         return it.text if it.holds >= least else self.bracketed(it.text)
 
 
 class Printer:
-    """Prints expressions, not lowered: as they were written.
+    """Printer of expressions that are not lowered, so that they appear as written.
 
     Args:
-        notation: how things look.
-        symbol: an input's, by its name.
-        named: by number of a node the symbol that stands for it.
+        notation: rules that turn single operations into text.
+        symbol: function that returns the symbol of an input's name.
+        named: symbols to print instead of nodes, by the nodes' numbers.
     """
 
     def __init__(
@@ -110,11 +111,11 @@ class Printer:
         self._notation, self._symbol, self._named = notation, symbol, named or {}
 
     def text(self, x: Expression) -> str:
-        """An expression; one that is named is written out, too."""
+        """Return the text of an expression; a node with a symbol is written out, too."""
         return self._written(x, "i", whole=True).text
 
     def name(self, x: Expression) -> str:
-        """The symbol of one that is named."""
+        """Return the symbol of a node that has one."""
         return self._symbol_of(x, self._named[x.number], "i")
 
     def _symbol_of(self, x: Expression, symbol: str, index: str) -> str:
@@ -126,7 +127,7 @@ class Printer:
         terms = self._terms(x, index)
         if len(terms) == 1 and not terms[0][0]:
             return terms[0][1]
-        # What is behind a minus must not fall apart.
+        # After a minus, a sum needs brackets: a - (b + c).
         text = ""
         for minus, term in terms:
             body = self._notation.tight(term, Holds.OPEN if minus else Holds.SUM)
@@ -134,7 +135,7 @@ class Printer:
         return PrintedText("-" + text[3:] if terms[0][0] else text[3:], Holds.SUM)
 
     def _terms(self, x: Expression, index: str) -> list[tuple[bool, PrintedText]]:
-        """Of a sum, each with whether it is taken away; of anything else, itself."""
+        """Return the terms of a sum, each with whether it is subtracted; for others, one term."""
         if x.op in ("add", "sub", "fma"):
             if x.op == "fma":
                 first = [(False, self._product([x.args[0], x.args[1]], index)[1])]
@@ -167,19 +168,23 @@ class Printer:
     def _flipped(
         self, x: Expression, terms: list[tuple[bool, PrintedText]], index: str
     ) -> list[tuple[bool, PrintedText]]:
-        """One term with its sign turned; several stay together."""
+        """Return one term with its sign reversed; several terms become one that is subtracted."""
         if len(terms) == 1:
             return [(not terms[0][0], terms[0][1])]
         return [(True, self._written(x, index))]
 
     def _total(self, x: Expression, index: str) -> tuple[bool, PrintedText]:
-        """The sum over the balls of one term, whose sign goes before it, or of several."""
+        """Return a sum over the balls; the sign of a single term is moved before the sum."""
         terms = self._part(x, index)
         minus, term = terms[0] if len(terms) == 1 else (False, self._written(x, index))
         return minus, self._notation.total(self._notation.tight(term, Holds.OPEN), index)
 
     def _product(self, parts: Sequence[Expression], index: str) -> tuple[bool, PrintedText]:
-        """A product as (whether it is negative, the rest)."""
+        """Return whether a product is negative, and its absolute value as text.
+
+        Nested products are flattened: constants, repeated factors (powers) and factors 1/x are
+        collected, so that the product is one fraction.
+        """
         minus, numbers, factors, below = False, [], Counter[Expression](), Counter[Expression]()
         ahead = list(parts)
         outermost = parts[0] if len(parts) == 1 else None
@@ -203,7 +208,7 @@ class Printer:
     def _joined(
         self, numbers: Sequence[PrintedText], factors: Mapping[Expression, int], index: str
     ) -> PrintedText:
-        """Numbers first, then what is a factor however it is read, then functions and sums."""
+        """Return a product: numbers first, then plain factors, then functions and sums."""
         made = [(self._late(x), self._factor(x, n, index)) for x, n in factors.items()]
         parts = [*numbers, *(it for _, it in sorted(made, key=lambda each: each[0]))]
         if not parts:
@@ -218,7 +223,10 @@ class Printer:
         return PrintedText(self._notation.product(texts, len(numbers)), holds)
 
     def _late(self, x: Expression) -> int:
-        """Where in a product: functions stand late, and last what takes in all that follows."""
+        """Return a factor's rank in a product: functions come late, sums last.
+
+        A sum takes in all factors that follow it.
+        """
         if x.number in self._named:
             return 0
         return {"cos": 1, "sin": 1, "div": 2, "total": 3, "rows": 3}.get(x.op, 0)

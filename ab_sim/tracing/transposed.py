@@ -1,23 +1,24 @@
-"""Numbers in lanes written line by line: a line of memory for each lane, in LLVM's language."""
+"""Emit LLVM IR that writes numbers in lanes to memory with one row per lane (a transposition)."""
 
 from collections.abc import Sequence
 
 from ab_sim.tracing.llvm_text import Function, kind
 
 WIDTH = 8
-"""Lanes that are turned at once."""
+"""Lanes that are transposed together."""
 
 
 def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str]) -> None:
-    """Write numbers that are in lanes, each lane's in a line of its own.
+    """Append stores of numbers in lanes, such that each lane's numbers are adjacent in memory.
 
-    Groups of columns are written one after the other, as all lines at once would not fit into
-    registers. Where several lanes have one pointer, the first of them stays.
+    Groups of columns are transposed and stored in turn, as all of them together would not fit into
+    registers. Lanes are stored from the last to the first, so that of several lanes with one
+    pointer the first one's numbers remain.
 
     Args:
-        into: the function.
+        into: function to which lines are appended.
         columns: names of values in lanes.
-        pointers: LLVM's names of where the lines are, one for each lane.
+        pointers: LLVM's names of the pointers to the rows, one for each lane.
     """
     lanes = len(pointers)
     width = min(WIDTH, lanes)
@@ -37,7 +38,11 @@ def store_lines(into: Function, columns: Sequence[str], pointers: Sequence[str])
 
 
 def _transposed(into: Function, square: Sequence[str]) -> list[str]:
-    """As many vectors as they have elements: blocks beside the diagonal change places."""
+    """Return the transpose of a square matrix of vectors.
+
+    Blocks next to the diagonal are exchanged, at half the size in each round, so that n vectors
+    need n log2(n) shuffles (Eklundh 1972, IEEE Trans. Comput. C-21, 801-803).
+    """
     lines, width = list(square), len(square)
     d = width // 2
     while d:
@@ -52,7 +57,10 @@ def _transposed(into: Function, square: Sequence[str]) -> list[str]:
 
 
 def _cut(into: Function, value: str, width: int, count: int) -> list[tuple[int, str]]:
-    """The first numbers of a vector, in pieces that machines store at once."""
+    """Return the first ``count`` numbers of a vector, in pieces whose sizes are powers of two.
+
+    Each piece can be stored by one instruction.
+    """
     if count == width:
         return [(width, value)]
     found, first, size = [], 0, width // 2

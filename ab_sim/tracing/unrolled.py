@@ -1,4 +1,4 @@
-"""Expressions without the balls' axis: a node per ball becomes one node for each ball."""
+"""Unroll expressions over the balls: a quantity per ball becomes one node for each ball."""
 
 from collections.abc import Iterable
 
@@ -7,20 +7,20 @@ from ab_sim.tracing.functions import added_up
 
 
 def name_of(name: str, ball: int) -> str:
-    """What the input ``name`` of one ball is called."""
+    """Return the name of the input ``name`` of one ball."""
     return f"{name}[{ball}]"
 
 
 def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
-    """Each root as one expression per ball, or as one alone.
+    """Return each root as a list of expressions, one per ball, or one if the balls share it.
 
     Args:
-        roots: of one graph.
-        balls: how many, at least 1.
+        roots: expressions of one graph.
+        balls: number of balls, at least 1.
 
     Returns:
-        By root a list: of ``balls`` expressions for one that stands for a number per ball, whose
-        inputs are named as by ``name_of``; else of one.
+        A list for each root: ``balls`` expressions for a quantity per ball, whose inputs are named
+        by ``name_of``; else one expression.
     """
     roots = list(roots)
     new: dict[int, list[Expression]] = {}
@@ -48,7 +48,7 @@ def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
 
 
 def _row(of: list[Expression], i: int) -> Expression:
-    """A line of the matrix times a column, from the first ball on."""
+    """Return a row of the matrix times a column, summed from the first ball on."""
     graph, n = of[0].graph, len(of)
     line = [graph.input(name_of(ROWS, j * n + i), Level.TIME) for j in range(n)]
     found = mul(line[0], of[0])

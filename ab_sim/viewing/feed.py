@@ -51,7 +51,7 @@ class Feed:
 
     @property
     def over(self) -> bool:
-        """Whether the process has ended."""
+        """True if the process has ended."""
         return self._started.process.poll() is not None
 
     @property

@@ -65,7 +65,7 @@ class Viewer:
         check_view(view)
         self.restarts = 0
         self._native = view == NATIVE
-        self._command: list[str] | None = None  # None: somebody else's
+        self._command: list[str] | None = None  # None: not started here
         if view in (WEB, NATIVE):
             self.proxy = Proxy(LOOPBACK, free_port())
             self._command = ["--bind", LOOPBACK, "--port", str(self.proxy.port)]
@@ -98,17 +98,17 @@ class Viewer:
 
     @property
     def trouble(self) -> bool:
-        """Whether it should show its data but does not."""
+        """True if the viewer should show its data but does not."""
         return not self._shown and self._state not in (STARTED, CLOSED)
 
     @property
     def gone(self) -> bool:
-        """Whether it has exited and will not be started again."""
+        """True if the viewer has exited and will not be started again."""
         return self._gone
 
     @property
     def closed_by_user(self) -> bool:
-        """Whether its window was closed."""
+        """True if the viewer's window was closed."""
         return self._state == CLOSED
 
     @property

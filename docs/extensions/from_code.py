@@ -287,12 +287,12 @@ def _parameters(what: type[Any], fields: dict[str, Schema], at: str) -> Iterator
         yield from ["It has no parameters.", ""]
 
 
-def merits() -> Iterator[str]:
-    """Every merit of a run, by its key."""
-    from ab_sim.analysis.merits import described_merits
+def metrics() -> Iterator[str]:
+    """Every metric of a run, by its key."""
+    from ab_sim.analysis.metrics import described_metrics
 
     rows = []
-    for each in described_merits():
+    for each in described_metrics():
         shown = [each.unit.replace("-", ""), each.better, each.taken_by, _cell(each.meaning)]
         rows.append([f"`{each.name}`", *shown, f"`{each.equation}`" if each.equation else ""])
     yield from _table(["key", "unit", "better", "taken by", "meaning", "equation"], rows)
@@ -378,7 +378,7 @@ MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "effects": effects,
     "sensors": sensors,
     "commands": commands,
-    "merits": merits,
+    "metrics": metrics,
     "node-parameters": node_parameters,
     "scenes": scenes,
     "examples": examples,

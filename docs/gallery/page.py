@@ -1,5 +1,6 @@
 """What a paper's report is made of, and the report as a page of Markdown."""
 
+import re
 from collections.abc import Iterator
 from typing import Any, NamedTuple
 
@@ -19,6 +20,8 @@ class Table(NamedTuple):
     """None where there is no value."""
     digits: int = 6
     """Significant ones that a page shows."""
+    on_page: bool = True
+    """False: only the report has it."""
 
     def texts(self) -> list[list[str]]:
         """The rows for people."""
@@ -36,6 +39,11 @@ class Picture(NamedTuple):
     file: str
     """Its name in the folder."""
     caption: str
+
+    @property
+    def short(self) -> str:
+        """Alternative text: the caption up to its first semicolon or full stop."""
+        return re.split(r"; |\. ", self.caption)[0]
 
 
 class PageSection(NamedTuple):
@@ -57,6 +65,8 @@ class Paper(NamedTuple):
     source: str
     """Who published it, where and when."""
     sections: tuple[PageSection, ...]
+    shown: tuple[PageSection, ...] = ()
+    """Sections of the page if it shows less than the report."""
 
     def report(self) -> dict[str, Any]:
         """Everything as JSON-able values: see ``ab-sim paper --help``."""
@@ -73,6 +83,7 @@ class Paper(NamedTuple):
                             "title": t.title,
                             "columns": list(t.columns),
                             "rows": list(map(list, t.rows)),
+                            "digits": t.digits,
                         }
                         for t in section.tables
                     ],
@@ -87,12 +98,12 @@ class Paper(NamedTuple):
         """The page, for beside its pictures."""
         written = f"Written by `ab-sim paper {self.name}`. {NOTATION}."
         parts = [f"# {self.title}", self.source, written]
-        for section in self.sections:
+        for section in self.shown or self.sections:
             parts += [f"## {section.heading}", *section.text]
-            for table in section.tables:
+            for table in (table for table in section.tables if table.on_page):
                 parts += [f"**{table.title}**", "\n".join(_lines(table))]
             for picture in section.pictures:
-                parts += [f"![{picture.caption}]({picture.file})", f"*{picture.caption}*"]
+                parts += [f"![{picture.short}]({picture.file})", f"*{picture.caption}*"]
         return "\n\n".join(parts) + "\n"
 
 

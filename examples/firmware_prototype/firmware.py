@@ -27,6 +27,8 @@ from std_msgs.msg import Float64
 
 PERIOD = 0.005
 """s between two commands."""
+LISTENING = 0.001
+"""s to wait for a message."""
 QOS = QoSProfile(depth=10, reliability=ReliabilityPolicy.RELIABLE)
 
 
@@ -75,10 +77,12 @@ def run(firmware: Firmware, executor: SingleThreadedExecutor) -> None:
     """The fixed-rate loop, until the spindle is off."""
     deadline = time.monotonic() + PERIOD
     while firmware.start_up.state != "off":
-        while (left := deadline - time.monotonic()) > 0.0:
-            executor.spin_once(timeout_sec=left)
+        # Always with the same time-out: at another one rclpy begins again with the first
+        # subscription, and on a busy machine never reads the others.
+        while (late := time.monotonic() - deadline) < 0.0:
+            executor.spin_once(timeout_sec=LISTENING)
         # A tick that comes periods too late stands for all of them.
-        periods = 1 + math.floor(-left / PERIOD)
+        periods = 1 + math.floor(late / PERIOD)
         deadline += periods * PERIOD
         firmware.tick(periods * PERIOD)
 

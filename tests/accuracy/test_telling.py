@@ -6,11 +6,14 @@ from typing import Any
 
 import pytest
 
-from ab_sim.accuracy import Tell
-from ab_sim.cli import offline, runner
+from ab_sim.cli import runner
+from ab_sim.cli.run import run_command
+from ab_sim.cli.scene_commands import RunOptions
+from ab_sim.design.basin import basin
+from ab_sim.progress import Progress
 from ab_sim.scene import Scene
-from ab_sim.studies import accuracy_cost, effect_cost
-from ab_sim.studies.basin import basin
+from ab_sim.studies.accuracy_cost import accuracy_cost
+from ab_sim.studies.effect_cost import effect_cost
 from tests.accuracy.asked_tolerances import SHORT, wished
 
 
@@ -26,9 +29,9 @@ def _measured(what: str, spent: int, most: int) -> None:
 @pytest.mark.parametrize(
     "study",
     [
-        lambda scene: effect_cost.measure(scene, 1, progress=_measured),
-        lambda scene: accuracy_cost.measure(scene, 1, progress=_measured),
-        lambda scene: basin(scene, 2, tell=_measured),
+        lambda scene: effect_cost(scene, 1, progress=_measured),
+        lambda scene: accuracy_cost(scene, 1, progress=_measured),
+        lambda scene: basin(scene, 2, progress=_measured),
     ],
     ids=["cost", "accuracy", "basin"],
 )
@@ -43,12 +46,12 @@ def test_run_says_what_it_measures(
     told: list[tuple[str, int, int]] = []
 
     @contextlib.contextmanager
-    def heard(_: str) -> Iterator[Tell]:
+    def heard(_: str) -> Iterator[Progress]:
         yield lambda *now: told.append(now)
 
     monkeypatch.setattr(runner, "progress_bar", heard)
     changes = [*SHORT["packed-balls"], "accuracy.angle=1e-6"]
-    offline.run_command("packed-balls", changes, None, False, None, 1).run()
+    run_command(RunOptions("packed-balls", changes)).run()
     whats = [what for what, _, _ in told]
     assert whats[0] == "packed-balls, compiling; ms simulated"
     measured = [what for what in whats if "seconds of CPU time" in what]

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis import merits_of, run_scene
+from ab_sim.analysis import metrics_of, run_scene
 from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
-from ab_sim.analysis.merits.wording import angles_text, circulating_text
+from ab_sim.analysis.metrics.wording import angles_text, circulating_text
 from ab_sim.drive.trajectory import Trajectory
 from tests.analysis.made import made
 
@@ -73,26 +73,26 @@ def test_of_few_samples_nothing_is_said(count: int) -> None:
 
 def test_balls_that_stall_near_the_critical_speed_are_named(scene: Any) -> None:
     """The rotor turns at 1152 rad/s, its critical speed is 100 rad/s: there they stay."""
-    merits = run_scene(scene(**STALLING)).merits
-    found = merits.circulating
+    metrics = run_scene(scene(**STALLING)).metrics
+    found = metrics.circulating
     assert found is not None and found.balls == (0, 1, 2, 3, 4, 5)
     assert all(90.0 < speed < 100.0 for speed in found.speeds)
-    report = json.loads(json.dumps(merits.report(1e-4)))["circulating_balls"]
+    report = json.loads(json.dumps(metrics.report(1e-4)))["circulating_balls"]
     assert report["balls"] == [0, 1, 2, 3, 4, 5]
     assert report["spindle_speed"] == pytest.approx(1152.0)
     assert circulating_text(found, 6).startswith("6 of 6 at 9")
-    assert angles_text(merits.final_ball_angles, found) == "none rests"
+    assert angles_text(metrics.final_ball_angles, found) == "none rests"
 
 
 def test_who_rests_beside_them_has_a_place(scene: Any) -> None:
-    merits = merits_of(turning(lambda t: 0 * t - 1.0, lambda t: -30 * t), scene())
-    circulating = merits.circulating
+    metrics = metrics_of(turning(lambda t: 0 * t - 1.0, lambda t: -30 * t), scene())
+    circulating = metrics.circulating
     assert circulating_text(circulating, 2) == "1 of 2 at 70 rad/s, the spindle at 100"
-    assert angles_text(merits.final_ball_angles, circulating) == "-57.3, - deg"
+    assert angles_text(metrics.final_ball_angles, circulating) == "-57.3, - deg"
 
 
 def test_balls_at_rest_on_the_rotor_are_not(scene: Any) -> None:
-    rested = merits_of(turning(lambda t: 0 * t - math.pi, lambda t: 0 * t - math.pi), scene())
+    rested = metrics_of(turning(lambda t: 0 * t - math.pi, lambda t: 0 * t - math.pi), scene())
     assert rested.circulating is None and rested.report(1e-4)["circulating_balls"] is None
     assert circulating_text(rested.circulating, 2) == "-"
     assert angles_text(rested.final_ball_angles, rested.circulating) == "-180.0, -180.0 deg"

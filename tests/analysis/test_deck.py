@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis import Compared, compare, run_scene, without_balls
+from ab_sim.analysis import Compared, compare_run, run_scene, without_balls
 from ab_sim.analysis.rest import from_rest, rest_of
 from ab_sim.drive import Drive
 from ab_sim.scene import Scene, load_scene
@@ -63,24 +63,24 @@ def test_tilt_is_the_angle_of_the_shaft() -> None:
     assert rest_of(leant).tilt_from(Drive(leant).present()) == pytest.approx([0.01], rel=1e-12)
 
 
-def test_merits_of_a_deck() -> None:
+def test_metrics_of_a_deck() -> None:
     """Two balls that balance the force, each in a race of its own, leave part of the couple."""
     level = run_scene(deck("duration=2"))
-    assert level.merits.peak_tilt == level.merits.final_tilt == 0.0, "all at one height"
-    assert level.merits.residual_couple is None and level.merits.residual_unbalance < 1e-3
+    assert level.metrics.peak_tilt == level.metrics.final_tilt == 0.0, "all at one height"
+    assert level.metrics.residual_couple is None and level.metrics.residual_unbalance < 1e-3
     run = run_scene(deck(*LIFTED, "duration=1"))
-    merits, scene = run.merits, run.scene
-    assert merits.peak_tilt is not None and merits.final_tilt is not None
-    assert 0 < merits.final_tilt < merits.peak_tilt < 0.01
+    metrics, scene = run.metrics, run.scene
+    assert metrics.peak_tilt is not None and metrics.final_tilt is not None
+    assert 0 < metrics.final_tilt < metrics.peak_tilt < 0.01
     unbalance = 0.03 * 3.16489e-4
     heights = np.array([0.006, -0.003])
     last = run.trajectory.ball_angles[-100:]
     couple = unbalance * 0.004 + 2e-4 * 0.03 * np.exp(1j * last) @ heights
     expected = math.sqrt(np.mean(np.abs(couple) ** 2)) / (unbalance * 0.004)
-    assert merits.residual_couple == pytest.approx(expected, rel=1e-12)
-    report = merits.report(scene.rotor.eccentricity)
-    assert report["residual_couple"] == merits.residual_couple
-    assert report["final_tilt"] == merits.final_tilt
+    assert metrics.residual_couple == pytest.approx(expected, rel=1e-12)
+    report = metrics.report(scene.rotor.eccentricity)
+    assert report["residual_couple"] == metrics.residual_couple
+    assert report["final_tilt"] == metrics.final_tilt
 
 
 def test_couple_unbalance_counts_as_a_product_of_inertia() -> None:
@@ -97,8 +97,8 @@ def test_without_balls_disc_and_rotor_stay_as_they_are() -> None:
     assert alone.balls.count == 0
     assert alone.total_mass == pytest.approx(scene.total_mass - 4e-4, rel=1e-12)
     assert alone.rotor.inertia == scene.rotor.inertia and alone.rotor.height == 0.004
-    beside = compare(run_scene(scene)).without_balls
-    assert isinstance(beside, Compared) and beside.merits.final_tilt is not None
+    beside = compare_run(run_scene(scene)).without_balls
+    assert isinstance(beside, Compared) and beside.metrics.final_tilt is not None
 
 
 def test_samples_have_all_of_the_motion() -> None:

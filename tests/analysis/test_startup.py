@@ -1,4 +1,4 @@
-"""Figures of merit, on curves whose figures are known, and offline runs."""
+"""Derived quantities, on curves whose figures are known, and offline runs."""
 
 import json
 import math

@@ -1,4 +1,4 @@
-"""A killed writer's bag, read by others as it is, and mended."""
+"""A killed writer's bag, read by others as it is, and repaired."""
 
 from __future__ import annotations
 
@@ -111,13 +111,13 @@ def test_others_read_all_that_a_killed_writer_had_flushed(killed: Path) -> None:
 
 
 @pytest.mark.parametrize("lost", [0, 1, 40, 60, 500, 3000])
-def test_a_torn_one_is_mended_up_to_its_last_whole_chunk(killed: Path, lost: int) -> None:
+def test_a_torn_one_is_repaired_up_to_its_last_whole_chunk(killed: Path, lost: int) -> None:
     if lost:
         tear(killed, lost)
     with Bag(killed) as bag:
         there = list(bag.messages(bag.topics))
-    mended = repair_bag(killed)
-    assert mended is not None and mended.messages == len(there) and (mended.lost < 4000)
+    repaired = repair_bag(killed)
+    assert repaired is not None and repaired.messages == len(there) and (repaired.lost < 4000)
     blocks = written()[: len(there) - 1]
     assert len(blocks) >= 60 - 2 * (1 + lost // 500)
     assert by_mcap(killed) == by_rosbags(killed) == blocks
@@ -130,20 +130,20 @@ def test_a_torn_one_is_mended_up_to_its_last_whole_chunk(killed: Path, lost: int
     with Reader(killed) as reader:
         assert reader.message_count == len(there)
     assert sorted(p.name for p in killed.iterdir()) == ["bag_0.mcap", "metadata.yaml"]
-    assert repair_bag(killed) is None, "nothing is left to mend"
+    assert repair_bag(killed) is None, "nothing is left to repair"
     made = import_bag(killed, killed.parent / "back.rrd")
     back = read_recording(killed.parent / "back.rrd")
     assert made.complete and back.samples.tobytes() == SAMPLES[: 10 * len(blocks)].tobytes()
 
 
-def test_the_file_alone_is_mended_and_gets_no_metadata(killed: Path, tmp_path: Path) -> None:
+def test_the_file_alone_is_repaired_and_gets_no_metadata(killed: Path, tmp_path: Path) -> None:
     tear(killed, 60)
     (tmp_path / "alone").mkdir()
     file = Path(shutil.move(file_in(killed), tmp_path / "alone" / "other.mcap"))
-    mended = repair_bag(file)
-    assert mended is not None and [p.name for p in file.parent.iterdir()] == ["other.mcap"]
+    repaired = repair_bag(file)
+    assert repaired is not None and [p.name for p in file.parent.iterdir()] == ["other.mcap"]
     with Bag(file) as bag:
-        assert bag.complete and bag.count == mended.messages
+        assert bag.complete and bag.count == repaired.messages
 
 
 def test_one_that_is_still_written_is_refused(tmp_path: Path) -> None:
@@ -164,7 +164,7 @@ def test_a_writer_that_takes_no_lock_is_seen_too(killed: Path) -> None:
         repair_bag(killed)
 
 
-def test_what_cannot_be_mended_stays_as_it_was(killed: Path, tmp_path: Path) -> None:
+def test_what_cannot_be_repaired_stays_as_it_was(killed: Path, tmp_path: Path) -> None:
     tear(killed, 60)
     file = file_in(killed)
     content = file.read_bytes()
@@ -177,17 +177,17 @@ def test_what_cannot_be_mended_stays_as_it_was(killed: Path, tmp_path: Path) -> 
         repair_bag(killed)
     assert file.read_bytes() == content and len(list(killed.iterdir())) == 2
     for none in (tmp_path / "no", tmp_path):
-        with pytest.raises(RecordingError, match=r"must be a folder with one \.mcap file in it"):
+        with pytest.raises(RecordingError, match=r"must be a folder with one \.mcap file"):
             repair_bag(none)
 
 
 def test_the_command_says_what_it_did(killed: Path) -> None:
     tear(killed, 500)
-    first, second = (ab_sim("mend", "bag", cwd=killed.parent) for _ in range(2))
+    first, second = (ab_sim("repair", "bag", cwd=killed.parent) for _ in range(2))
     assert first.returncode == second.returncode == 0
     assert "59 messages; " in first.stderr and "bytes at its end were torn" in first.stderr
     assert "wrote bag" in first.stderr
-    assert "bag is complete: there is nothing to mend" in second.stderr
+    assert "bag is complete: there is nothing to repair" in second.stderr
 
 
 def test_chunks_are_closed_at_every_flush_and_at_a_size(tmp_path: Path) -> None:
@@ -212,7 +212,7 @@ def test_a_type_that_nobody_knows_is_named(tmp_path: Path) -> None:
 def test_what_a_killed_repair_has_left_is_removed(killed: Path) -> None:
     gone = subprocess.Popen([sys.executable, "-c", ""])
     gone.wait()
-    left, of_another = killed / f".mending-{gone.pid}-abc", killed / ".mending-1-abc"
+    left, of_another = killed / f".repairing-{gone.pid}-abc", killed / ".repairing-1-abc"
     for room in (left, of_another):
         (room / "bag").mkdir(parents=True)
     assert repair_bag(killed) is not None

@@ -64,7 +64,7 @@ def test_to_a_bag_and_back_to_the_bit(live: Path, tmp_path: Path, namespace: str
         assert sum(topic.messages for topic in bag.topics.values()) == messages
 
 
-def test_what_a_thinned_one_left_out_is_known_afterwards(tmp_path: Path) -> None:
+def test_what_a_decimated_one_left_out_is_known_afterwards(tmp_path: Path) -> None:
     """Row by row, and apart from what is missing; by which rule, too."""
     names, samples = runs.run(3000)
     kept = np.delete(samples, [*range(120, 150), 2005], axis=0)

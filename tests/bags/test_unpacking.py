@@ -57,7 +57,7 @@ def test_a_chunk_unpacks_to_no_more_than_it_states(tmp_path: Path) -> None:
         list(bag.messages(bag.topics))
 
 
-def test_mending_unpacks_no_more(tmp_path: Path) -> None:
+def test_repairing_unpacks_no_more(tmp_path: Path) -> None:
     path = bag_of_zeros(tmp_path / "bag", CompressionMode.STORAGE, 2 * MOST_CHUNK)
     (file,) = path.glob("*.mcap")
     torn = tmp_path / file.name

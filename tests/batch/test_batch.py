@@ -264,7 +264,7 @@ def test_a_run_with_spans_that_diverges_leaves_the_next_alone(scene: Any) -> Non
 def test_runs_with_spans_are_told_one_by_one(scene: Any) -> None:
     seen: list[tuple[int, int]] = []
     variations = [{"solver.parameters.tolerance": tolerance} for tolerance in (1e-6, 1e-9, 1e-6)]
-    runs = simulate_batch(spans(scene), variations, 1, lambda *what: seen.append(what)).runs
+    runs = simulate_batch(spans(scene), variations, progress=lambda *what: seen.append(what)).runs
     assert seen == [(1, 3), (2, 3), (3, 3)]
     first, other, second = (run.trajectory.samples.tobytes() for run in runs)
     assert first == second != other, "each with the tolerance that it asks for"
@@ -325,7 +325,7 @@ def test_one_run_that_diverges_leaves_the_others_alone(scene: Any) -> None:
 def test_order_of_results_counts_and_progress(scene: Any) -> None:
     seen: list[tuple[int, int]] = []
     variations = [{"balls.mass": 1e-3 + 1e-5 * i} for i in range(19)]
-    batch = simulate_batch(quick(scene), variations, 100, lambda *what: seen.append(what))
+    batch = simulate_batch(quick(scene), variations, 100, progress=lambda *what: seen.append(what))
     assert [run.scene.balls.mass for run in batch.runs] == [v["balls.mass"] for v in variations]
     assert batch.in_lanes == 19
     assert seen == [(8, 19), (16, 19), (19, 19)]

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.analysis.merits import merits_of
-from ab_sim.analysis.merits.merit import reported_merits
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.analysis.metrics.metric import reported_metrics
 from ab_sim.batch import simulate_batch
 from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun
@@ -20,7 +20,7 @@ from ab_sim.stepping.side_by_side import LaneSamples
 from tests.deck.scenes import odd
 
 Variations = list[dict[str, Any]]
-KEYS = [merit.key for merit in reported_merits()]
+KEYS = [metric.key for metric in reported_metrics()]
 
 
 class Case(NamedTuple):
@@ -114,10 +114,10 @@ def steps_of(scene: Scene) -> int:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_samples_and_merits_are_those_of_drives(name: str) -> None:
+def test_samples_and_metrics_are_those_of_drives(name: str) -> None:
     base, variations = CASES[name]()
-    batch = simulate_batch(base, variations, merits=KEYS, samples=True)
-    judged = simulate_batch(base, variations, merits=KEYS)
+    batch = simulate_batch(base, variations, metrics=KEYS, samples=True)
+    judged = simulate_batch(base, variations, metrics=KEYS)
     assert batch.in_lanes == judged.in_lanes == len(variations)
     events = set()
     for number, (run, scene) in enumerate(zip(batch.runs, varied(base, variations), strict=True)):
@@ -125,9 +125,9 @@ def test_samples_and_merits_are_those_of_drives(name: str) -> None:
         alone = drive.advance(steps_of(scene))
         assert run.failure == judged.failures[number] == ""
         assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
-        expected = merits_of(alone, scene, KEYS).report()
+        expected = metrics_of(alone, scene, KEYS).report()
         for key in KEYS:
-            found = judged.merits[key][number]
+            found = judged.metrics[key][number]
             assert found == expected[key] or expected[key] is None and found != found, key
         events.add(drive.events)
     assert max(events) > 3 and len(events) > 1, "and not all have as many"

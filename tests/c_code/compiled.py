@@ -3,12 +3,14 @@
 import ctypes
 import shutil
 import subprocess
+from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 
-from ab_sim.c_code.sources import DriveSources, sources_of
+from ab_sim.c_code.sources import sources_of
 from ab_sim.scene import Scene
 
 GLUE = """
@@ -26,25 +28,26 @@ OK, REFUSED, DIVERGED = range(3)
 needs_compiler = pytest.mark.skipif(shutil.which("cc") is None, reason="needs a C compiler, cc")
 
 
-def compiled(sources: DriveSources, folder: Path, *flags: str) -> ctypes.CDLL:
-    """Its library, of C99 without a warning."""
-    for name, text in sources.files.items():
-        (folder / name).write_text(text)
-    (folder / "glue.c").write_text(GLUE)
-    words = ["cc", *(flags or STRICT), "-shared", "-fPIC", "drive.c", "glue.c"]
-    made = subprocess.run(
-        [*words, "-o", "drive.so", "-lm"], cwd=folder, capture_output=True, text=True
-    )
-    assert made.returncode == 0, made.stderr
-    return ctypes.CDLL(str(folder / "drive.so"))
+@cache
+def compiled(sources: tuple[tuple[str, str], ...], *flags: str) -> ctypes.CDLL:
+    """Library of a drive's files, of C99 without a warning; made once for all tests."""
+    with TemporaryDirectory() as folder:
+        for name, text in (*sources, ("glue.c", GLUE)):
+            Path(folder, name).write_text(text)
+        words = ["cc", *(flags or STRICT), "-shared", "-fPIC", "drive.c", "glue.c"]
+        made = subprocess.run(
+            [*words, "-o", "drive.so", "-lm"], cwd=folder, capture_output=True, text=True
+        )
+        assert made.returncode == 0, made.stderr
+        return ctypes.CDLL(f"{folder}/drive.so")
 
 
 class InC:
     """A drive in C, which follows its profile until commanded."""
 
-    def __init__(self, scene: Scene, folder: Path, *flags: str) -> None:
+    def __init__(self, scene: Scene, *flags: str) -> None:
         self.sources = sources_of(scene)
-        self.library = library = compiled(self.sources, folder, *flags)
+        self.library = library = compiled(tuple(self.sources.files.items()), *flags)
         number, pointer = ctypes.c_double, ctypes.POINTER(ctypes.c_double)
         library.drive_command_ramp.argtypes = [ctypes.c_void_p, number, number]
         library.drive_command.argtypes = [ctypes.c_void_p, number]

@@ -1,7 +1,6 @@
 """A drive in C has the bits of a Drive: states, outputs, accelerometers, whatever is commanded."""
 
 import math
-from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -55,9 +54,9 @@ def same(found: np.ndarray, expected: np.ndarray) -> bool:
 
 
 @pytest.mark.parametrize("name", CASES)
-def test_profile_and_commands(name: str, tmp_path: Path) -> None:
+def test_profile_and_commands(name: str) -> None:
     scene = case(name)
-    drive, in_c = Drive(scene), InC(scene, tmp_path)
+    drive, in_c = Drive(scene), InC(scene)
     ours = drive.advance(600).samples[:, ANGLE:]
     assert same(in_c.rows(600), ours)
     random = np.random.default_rng(len(name))
@@ -77,10 +76,10 @@ def test_profile_and_commands(name: str, tmp_path: Path) -> None:
     assert in_c.library.drive_whirl(in_c.me) == drive.present().whirl[0]
 
 
-def test_a_short_ramp_ends_within_a_step(tmp_path: Path) -> None:
+def test_a_short_ramp_ends_within_a_step() -> None:
     """Steps are cut there, and where two commands come in one of them."""
     scene = case("thesis")
-    drive, in_c = Drive(scene, commanded=True), InC(scene, tmp_path)
+    drive, in_c = Drive(scene, commanded=True), InC(scene)
     in_c.call("init")
     for speed in (0.001, 0.0010001, 20.0, 20.0 + 1e-13, 20.0, -20.0):
         drive.command(speed)
@@ -88,10 +87,10 @@ def test_a_short_ramp_ends_within_a_step(tmp_path: Path) -> None:
         assert same(in_c.rows(7), drive.advance(7).samples[:, ANGLE:])
 
 
-def test_a_long_run_keeps_its_bits(tmp_path: Path) -> None:
+def test_a_long_run_keeps_its_bits() -> None:
     """Turns of the balls are counted apart; steps come many at a time."""
     scene = load_scene("thesis-hold", [SMOOTH, "effects.viscous_drag.coefficient=0.02"])
-    drive, in_c = Drive(scene), InC(scene, tmp_path, "-O3", "-march=native", "-std=gnu99")
+    drive, in_c = Drive(scene), InC(scene, "-O3", "-march=native", "-std=gnu99")
     drive.advance(10_000)
     assert in_c.call("step", 10_000) == OK
     state = drive.snapshot().state
@@ -100,10 +99,10 @@ def test_a_long_run_keeps_its_bits(tmp_path: Path) -> None:
     assert np.abs(drive.present().ball_angles).max() > 20.0
 
 
-def test_parameters_change_while_it_runs(tmp_path: Path) -> None:
+def test_parameters_change_while_it_runs() -> None:
     """What is set is what a scene with that value has; what follows from masses, too."""
     scene = case("three balls")
-    in_c = InC(scene, tmp_path)
+    in_c = InC(scene)
     other = load_scene(
         CASES["three balls"][0],
         [*CASES["three balls"][1:], "balls.mass=0.002", "effects.suspension.damping=0.7"],
@@ -126,9 +125,7 @@ def test_parameters_change_while_it_runs(tmp_path: Path) -> None:
     assert same(in_c.rows(100), softer.advance(100).samples[:, ANGLE:])
 
 
-def test_an_effect_of_one_s_own_comes_along(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_effect_of_one_s_own_comes_along(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(effects, "_effects", effects.effect_classes())
 
     @ab_sim.register_effect("air-drag", equation="f = -c |v| v", source="this test")
@@ -141,13 +138,13 @@ def test_an_effect_of_one_s_own_comes_along(
 
     changes = [SMOOTH, "effects.air-drag.coefficient=20.0", "start.deck.velocity=[0.1, 0.0]"]
     scene = load_scene("thesis-hold", changes)
-    drive, in_c = Drive(scene), InC(scene, tmp_path)
+    drive, in_c = Drive(scene), InC(scene)
     assert "air-drag: f = -c |v| v (this test)" in in_c.sources.files["drive.c"]
     assert same(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])
 
 
-def test_a_copy_goes_on_from_there(tmp_path: Path) -> None:
-    in_c = InC(case("sensors"), tmp_path)
+def test_a_copy_goes_on_from_there() -> None:
+    in_c = InC(case("sensors"))
     in_c.rows(333)
     kept = in_c.me.raw
     assert in_c.call("command", 30.0) == OK
@@ -161,18 +158,16 @@ def test_a_copy_goes_on_from_there(tmp_path: Path) -> None:
     ("speed", "acceleration"),
     [(math.nan, 1.0), (420.1, 1.0), (-math.inf, 1.0), (1.0, 0.0), (1.0, 50.1), (1.0, math.nan)],
 )
-def test_commands_beyond_the_limits_change_nothing(
-    speed: float, acceleration: float, tmp_path: Path
-) -> None:
-    in_c = InC(case("thesis"), tmp_path)
+def test_commands_beyond_the_limits_change_nothing(speed: float, acceleration: float) -> None:
+    in_c = InC(case("thesis"))
     in_c.rows(10)
     before = in_c.me.raw
     assert in_c.call("command_ramp", speed, acceleration) == REFUSED
     assert in_c.me.raw == before
 
 
-def test_a_state_beyond_all_bounds_ends_it_at_the_last_good_one(tmp_path: Path) -> None:
-    in_c = InC(case("thesis"), tmp_path)
+def test_a_state_beyond_all_bounds_ends_it_at_the_last_good_one() -> None:
+    in_c = InC(case("thesis"))
     assert in_c.call("step", 1000) == OK
     in_c.set("suspension_stiffness", 6e6)  # far too stiff for the step
     in_c.call("update")
@@ -185,7 +180,7 @@ def test_a_state_beyond_all_bounds_ends_it_at_the_last_good_one(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("angle", [9e14, 9e15])
-def test_a_step_ends_whatever_angle_it_begins_with(angle: float, tmp_path: Path) -> None:
-    in_c = InC(case("thesis"), tmp_path)
+def test_a_step_ends_whatever_angle_it_begins_with(angle: float) -> None:
+    in_c = InC(case("thesis"))
     in_c.library.drive_state(in_c.me)[FIRST_ANGLE] = angle
     assert in_c.call("step", 1) == (OK if angle < MOST_ANGLE else DIVERGED)

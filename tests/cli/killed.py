@@ -3,13 +3,13 @@
 import os
 import subprocess
 import sys
-import time
 from pathlib import Path
 
 from pyarrow import parquet
 
-ENDS = 240.0
-"""s; a command that has not kept so much by then never will."""
+from tests.waiting import PATIENCE, until
+
+ROOT = Path(__file__).resolve().parents[2]
 
 
 class KeptWork:
@@ -22,28 +22,45 @@ class KeptWork:
 
     def __init__(self, folder: Path, *arguments: str) -> None:
         self._folder, self._command = folder, [sys.executable, "-m", "ab_sim", *arguments]
-        self._environment = {**os.environ, "XDG_CACHE_HOME": str(folder / "cache")}
+        cache = str(folder / "cache")
+        self._environment = {**os.environ, "XDG_CACHE_HOME": cache, "PYTHONPATH": str(ROOT)}
+
+    def parts(self) -> list[Path]:
+        """Files that are kept."""
+        return list(self._folder.glob("cache/ab_sim/results/judged-*/*.parquet"))
 
     def runs(self) -> list[int]:
         """Numbers of the runs that are kept, as often as they are on disk."""
-        files = self._folder.glob("cache/ab_sim/results/judged-*/*.parquet")
-        return [run for file in files for run in parquet.read_table(file)["run"].to_pylist()]
+        return [run for file in self.parts() for run in parquet.read_table(file)["run"].to_pylist()]
+
+    def begin(self, further: int) -> "subprocess.Popen[str]":
+        """Start the command, and wait until `further` parts more are kept."""
+        wanted = len(self.parts()) + further
+        program = subprocess.Popen(
+            self._command,
+            cwd=self._folder,
+            env=self._environment,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
+
+        def are_kept() -> bool:
+            assert program.poll() is None, program.communicate()
+            return len(self.parts()) >= wanted
+
+        until(are_kept, f"{wanted} parts are kept", PATIENCE)
+        return program
 
     def ended_by(self, number: int, further: int) -> int:
-        """Send a signal to all its processes when so many more runs are kept; its exit code."""
-        runs = len(self.runs()) + further
-        program = subprocess.Popen(
-            self._command, cwd=self._folder, env=self._environment, start_new_session=True
-        )
-        give_up = time.monotonic() + ENDS
-        while len(self.runs()) < runs:
-            assert program.poll() is None, f"it ended with {len(self.runs())} runs"
-            assert time.monotonic() < give_up, f"it has kept {len(self.runs())} runs"
-            time.sleep(0.05)  # a look reads all files, and takes its time from the command
+        """Send a signal to all its processes after `further` parts; return its exit code."""
+        program = self.begin(further)
         os.killpg(program.pid, number)
-        return program.wait(timeout=ENDS)
+        program.communicate(timeout=PATIENCE)
+        return program.returncode
 
-    def whole(self) -> subprocess.CompletedProcess[str]:
+    def whole(self) -> "subprocess.CompletedProcess[str]":
         """The command once more, to its end."""
         return subprocess.run(
             self._command, cwd=self._folder, env=self._environment, capture_output=True, text=True

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.cli.bags import export_bag_command, import_command, replay_command
+from ab_sim.cli.bags import export_command, import_command, replay_command
+from ab_sim.cli.recording_commands import ExportOptions, ImportOptions, ReplayOptions
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.recording import read_recording
-from ab_sim.recording.export import Part
 from tests.bags.made import export_of
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, record, run
@@ -30,9 +30,11 @@ def test_there_and_back(here: Path) -> None:
     assert back.returncode == 0 and "100 samples\nwrote bag.rrd" in back.stderr
     samples = read_recording(here / "bag.rrd").samples
     assert samples.tobytes() == read_recording(here / "run.rrd").samples.tobytes()
-    with pytest.raises(InputError, match=r"bag.rrd is there already: say by --out bag.rrd"):
-        import_command(Path("bag"), None, None)
-    import_command(Path("bag"), Path("bag.rrd"), None)
+    with pytest.raises(
+        InputError, match=r"bag.rrd: exists already; to replace it, add --out bag.rrd"
+    ):
+        import_command(ImportOptions(Path("bag")))
+    import_command(ImportOptions(Path("bag"), Path("bag.rrd")))
 
 
 def test_what_cannot_be_exported(here: Path) -> None:
@@ -40,23 +42,23 @@ def test_what_cannot_be_exported(here: Path) -> None:
     Path("there").mkdir()
     for mcap, namespace, rate, match in (
         (Path("bag.mcap"), "/", None, r"a bag is a folder, with a file bag.mcap in it.*e.g. bag"),
-        (Path("there"), "/", None, "is there already, and bags are not replaced"),
+        (Path("there"), "/", None, "--mcap there: exists already; name a new folder"),
         (Path("no/bag"), "/", None, "there is no folder no"),
         (bag, "/", 0.0, "--rate 0: messages a second, must be more than 0"),
         (bag, "/", float("nan"), "--rate nan"),
         (bag, "a b", None, "--namespace a b: must be words between slashes"),
     ):
         with pytest.raises(InputError, match=match):
-            export_bag_command(file, mcap, namespace, rate, Part())
+            export_command(ExportOptions(file, mcap=mcap, namespace=namespace, rate=rate))
     with pytest.raises(RecordingError, match="no such file"):
-        export_bag_command(Path("no.rrd"), bag, "/", None, Part())
+        export_command(ExportOptions(Path("no.rrd"), mcap=bag))
     with pytest.raises(InputError, match="a bag has the whole recording"):
-        export_bag_command(Path("run.rrd"), bag, "/", None, Part(every=2))
+        export_command(ExportOptions(file, mcap=bag, every=2))
     from ab_sim.recording import Recording
 
     Recording("empty.rrd", description=describe()).close()
     with pytest.raises(RecordingError, match="no samples: there is nothing to export"):
-        export_bag_command(Path("empty.rrd"), bag, "/", None, Part())
+        export_command(ExportOptions(Path("empty.rrd"), mcap=bag))
     assert not bag.exists()
 
 
@@ -70,12 +72,12 @@ def test_what_cannot_be_imported_or_replayed(here: Path) -> None:
         ("bag", Path("no/out.rrd"), "there is no folder no"),
     ):
         with pytest.raises((InputError, RecordingError), match=match):
-            import_command(Path(bag), out, None)
-    with pytest.raises(InputError, match="--rate -1: how many times as fast"):
-        replay_command(Path("bag"), -1.0, None, False)
+            import_command(ImportOptions(Path(bag), out))
+    with pytest.raises(InputError, match="--rate -1: playback speed factor"):
+        replay_command(ReplayOptions(Path("bag"), -1.0))
 
 
-def test_a_thinned_recording_of_an_offline_run(tmp_path: Path) -> None:
+def test_a_decimated_recording_of_an_offline_run(tmp_path: Path) -> None:
     done = ab_sim(
         "run",
         "thesis-hold",
@@ -92,4 +94,6 @@ def test_a_thinned_recording_of_an_offline_run(tmp_path: Path) -> None:
     assert back.missing == 0 and back.complete and back["step"][-1] == 2000
     assert back.left_out + len(back.samples) == 2001 and back.left_out > 500
     alone = ab_sim("run", "thesis-hold", "--every", "100", cwd=tmp_path)
-    assert alone.returncode == 2 and "--every 100: is of a recording; add --rrd" in alone.stderr
+    assert (
+        alone.returncode == 2 and "--every 100: applies to a recording; add --rrd" in alone.stderr
+    )

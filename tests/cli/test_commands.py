@@ -13,7 +13,7 @@ from ab_sim.cli.options import STEPPERS
 from ab_sim.integrate.registry import AUTO, steppers
 from ab_sim.recording import read_recording
 from ab_sim.scene import find_scene, scene_names
-from tests.cli.tool import PNG, ab_sim
+from tests.cli.tool import PNG, ab_sim, refused
 
 
 def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
@@ -106,11 +106,7 @@ def test_json_to_standard_output_is_only_json() -> None:
 def test_bad_input_exits_with_2_and_leaves_nothing(
     arguments: tuple[str, ...], words: str, tmp_path: Path
 ) -> None:
-    done = ab_sim(*arguments, cwd=tmp_path)
-    assert done.returncode == 2
-    assert words in done.stderr
-    assert "Traceback" not in done.stderr
-    assert list(tmp_path.iterdir()) == []
+    assert words in refused(*arguments, cwd=tmp_path)
 
 
 def test_a_picture_is_not_replaced_by_a_recording(tmp_path: Path) -> None:
@@ -256,8 +252,8 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
         "collocation (order 16), auto: rk8 would need steps of at most",
     ):
         assert words in done.stdout, words
-    plain = ab_sim("check", "no-ball")
-    assert "s for the deck's whirl at 200 rad/s" in plain.stdout
+    plain = ab_sim("check", "no-ball", "--set", "profile.target_speed=1910 rpm")
+    assert "s for the deck's whirl at 200.01 rad/s" in plain.stdout
 
 
 def test_divergence_exits_with_3(tmp_path: Path) -> None:
@@ -322,5 +318,5 @@ def test_a_scene_that_is_read_from_a_file(tmp_path: Path) -> None:
     (tmp_path / "mine.yaml").write_text("rotor: {total_mass: 0.1}\n")
     done = ab_sim("check", "mine.yaml", cwd=tmp_path)
     assert done.returncode == 2
-    for key in ("rotor.eccentricity", "race", "balls", "spindle", "duration", "effects"):
+    for key in ("rotor.eccentricity", "balls", "spindle", "duration", "effects"):
         assert key in done.stderr

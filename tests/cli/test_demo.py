@@ -86,7 +86,7 @@ def test_the_recording_is_the_offline_run(finished: Demo) -> None:
     offline = run_scene(check_scene(finished.scene, "recording"))
     steps = len(offline.trajectory)
     assert np.array_equal(live.samples[1:steps], offline.trajectory.samples[1:])
-    assert offline.merits.balanced and f"{offline.merits.residual_unbalance:.3g}" in finished.said
+    assert offline.metrics.balanced and f"{offline.metrics.residual_unbalance:.3g}" in finished.said
 
 
 def test_picture(finished: Demo) -> None:

@@ -133,7 +133,7 @@ def test_every_channel_of_a_drive_has_a_unit() -> None:
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        ((), "nothing to write: ask for a file with --parquet or --csv"),
+        ((), "nothing to write: name a file with --parquet or --csv"),
         (("--csv", "r.txt"), "--csv r.txt: must end in .csv"),
         (("--parquet", "no/r.parquet"), "there is no folder no"),
         (("--csv", "r.csv", "--channels", "spede"), "no channel 'spede'; did you mean 'speed'?"),

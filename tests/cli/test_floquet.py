@@ -8,6 +8,7 @@ from typing import Any
 
 import pytest
 
+from ab_sim.cli.analysis_commands import FloquetOptions
 from ab_sim.cli.floquet import floquet_command
 from ab_sim.errors import AbSimError
 from tests.cli.tool import ab_sim
@@ -74,20 +75,35 @@ def test_bad_input_exits_with_2_and_leaves_nothing(tmp_path: Path) -> None:
         ({"plot": Path("p.bmp")}, "must end in one of .png, .svg, .pdf"),
         ({"json": "no/r.json"}, "there is no folder"),
         (
-            {"changes": ["effects.rolling_friction={arm: 1e-6}", "balls.radius=0.001"]},
+            {"change": ["effects.rolling_friction={arm: 1e-6}", "balls.radius=0.001"]},
             "take out what has events: --set effects.rolling_friction=",
         ),
     ],
 )
 def test_what_is_refused_says_what_is_allowed(given: dict[str, Any], words: str) -> None:
     outputs = {name: given[name] for name in ("json", "plot") if name in given}
-    nothing = {
-        "scene_name": "feeding-deck",
-        "changes": [],
-        "start": "",
-        "speed": None,
-        "over": None,
-    }
-    asked = {name: given.get(name, value) for name, value in nothing.items()}
     with pytest.raises(AbSimError, match=re.escape(words)):
-        floquet_command(**asked).run(**outputs)
+        floquet_command(FloquetOptions(**{"scene": "feeding-deck", **given})).run(**outputs)
+
+
+def test_the_direction_in_which_nothing_holds_the_deck_is_named() -> None:
+    loose = [
+        change
+        for k in range(4)
+        for change in (
+            *("--set", f"mounts.{k}.stiffness=[1063.1, 1063.1, 0]"),
+            *("--set", f"mounts.{k}.damping=[0.6, 0.6, 0]"),
+        )
+    ]
+    names = "Z, tilt about x, tilt about y"
+    assert f"no stiffness holds it along: {names}" in words_of("check", "feeding-deck", *loose)
+    assert f"undecided: no stiffness holds the deck along {names}" in words_of(
+        "floquet", "feeding-deck", "--from", "balanced", *loose
+    )
+    assert "along: x, y" in words_of("check", "no-ball", "--set", "effects.suspension=")
+    assert "no stiffness holds" not in words_of("check", "feeding-deck")
+
+
+def words_of(*arguments: str) -> str:
+    """What a command prints, without its frame and line breaks."""
+    return " ".join(ab_sim(*arguments).stdout.replace("\u2502", " ").split())

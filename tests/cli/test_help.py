@@ -1,5 +1,6 @@
 """What the help says arrives as it was written."""
 
+import importlib
 import os
 import re
 import subprocess
@@ -8,11 +9,21 @@ from pathlib import Path
 
 import pytest
 from typer.main import get_command
+from typer.testing import CliRunner
 
-from ab_sim.cli.app import app
-from ab_sim.cli.contents import CONTENTS
+from ab_sim.cli.app import HEADINGS, app
 from tests.cli.tool import ab_sim
 
+CONTENTS = {
+    "Run and watch": "demo run live view",
+    "Write a scene": "scenes check keys effects sensors metrics schema",
+    "Choose a design": "size sweep tune robust sensitivity",
+    "Stability and vibration": "modes equilibria stability floquet recovery paper",
+    "Accuracy and what it costs": "accuracy cost",
+    "Recordings and measurements": "report compare identify export state",
+    "ROS nodes and bags": "node import replay repair urdf",
+    "Other tools": "c",
+}
 COMMANDS = get_command(app).commands  # type: ignore[attr-defined]
 
 
@@ -42,20 +53,49 @@ def test_there_are_units_to_look_for() -> None:
 @pytest.mark.parametrize("name", COMMANDS)
 def test_units_and_extras_in_brackets_arrive(name: str) -> None:
     """Markup of terminals takes them for its own, and shows nothing."""
-    shown = ab_sim(name, "--help").stdout
+    shown = " ".join(ab_sim(name, "--help").stdout.split())
     for text in told(name):
         for unit in bracketed(text):
             assert shown.count(unit) >= sum(other.count(unit) for other in told(name)), unit
 
 
 def test_every_command_has_one_line_under_one_heading() -> None:
-    listed = [name for names in CONTENTS.values() for name in names]
+    listed = [name for names in CONTENTS.values() for name in names.split()]
     assert sorted(listed) == sorted(COMMANDS)
     shown = installed({"COLUMNS": "80"}, "--help").splitlines()
+    headings = re.findall(r"^╭─ (.+?) ─", "\n".join(shown), re.MULTILINE)
+    assert headings == ["Options", *CONTENTS]
     for heading, names in CONTENTS.items():
-        (at,) = [row for row, line in enumerate(shown) if line.startswith(f"╭─ {heading} ─")]
-        rows = shown[at + 1 : at + 1 + len(names)]
-        assert [row.split()[1] for row in rows] == [*names], "in 80 columns none takes two lines"
+        at = next(row for row, line in enumerate(shown) if line.startswith(f"╭─ {heading} ─"))
+        rows = shown[at + 1 : at + 1 + len(names.split())]
+        assert [row.split()[1] for row in rows] == names.split(), "in 80 columns, one line each"
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_in_80_columns_nothing_is_cut_off(name: str) -> None:
+    environment = {"COLUMNS": "80", "TERMINAL_WIDTH": "80"}
+    shown = CliRunner().invoke(app, [name, "--help"], env=environment).output
+    assert max(map(len, shown.splitlines())) <= 80 and "…" not in shown
+
+
+def test_every_option_says_what_it_is_for() -> None:
+    """And no word of the source is left in it."""
+    silent = [
+        f"{name} {parameter.name}"
+        for name, command in COMMANDS.items()
+        for parameter in command.params
+        if not getattr(parameter, "help", None) and not hasattr(command, "commands")
+    ]
+    assert silent == []
+    assert not [name for name, command in COMMANDS.items() if "Args:" in command.help]
+
+
+def test_the_work_of_every_command_is_there() -> None:
+    """It is imported by its name, when the command is called."""
+    for heading in HEADINGS:
+        for work in heading.works:
+            module, _, function = work.partition(":")
+            assert callable(getattr(importlib.import_module(module), function))
 
 
 def test_a_shell_completes_commands() -> None:

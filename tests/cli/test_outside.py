@@ -20,12 +20,17 @@ def refused(*command: str | bytes, **options: object) -> str:
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="needs /dev/full")
 @pytest.mark.parametrize(
-    "arguments", [("scenes",), ("run", "no-ball", "--json", "-"), ("effects",)]
+    ("arguments", "name"),
+    [
+        (("scenes",), "cannot write standard output"),
+        (("run", "no-ball", "--json", "-"), "--json -: cannot be written"),
+        (("effects",), "cannot write standard output"),
+    ],
 )
-def test_standard_output_on_a_full_disk(arguments: tuple[str, ...]) -> None:
+def test_standard_output_on_a_full_disk(arguments: tuple[str, ...], name: str) -> None:
     with open("/dev/full", "wb") as full:
         said = refused(*TOOL, *arguments, stdout=full)
-    assert "ab-sim: cannot write standard output: No space left on device" in said
+    assert f"ab-sim: {name}: No space left on device" in said
 
 
 @pytest.mark.parametrize("option", ["--json", "--plot", "--rrd"])

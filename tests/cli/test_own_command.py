@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.cli.own_command import own_command
+from ab_sim.cli.outputs import own_command
 from tests.cli.tool import ab_sim
 
 SCRIPTS = Path(sys.executable).parent

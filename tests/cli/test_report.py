@@ -53,9 +53,9 @@ def test_reports_stand_side_by_side(folder: Path, tmp_path: Path) -> None:
     assert len(page) < 10_000_000 and page.count("plotly-graph-div") > 20
     assert not re.search(r'<(script|link|img)[^>]*(src|href)="', page), "nothing from elsewhere"
     whole, bare, stranger, torn = json.loads((tmp_path / "r.json").read_text())["runs"]
-    assert whole["samples"] == 1001 and whole["complete"] and whole["merits"]["peak_time"] <= 1.0
-    assert bare["merits"]["final_ball_angles"] == []
-    assert stranger["merits"] is None and not torn["complete"] and 0 < torn["samples"] < 1001
+    assert whole["samples"] == 1001 and whole["complete"] and whole["metrics"]["peak_time"] <= 1.0
+    assert bare["metrics"]["final_ball_angles"] == []
+    assert stranger["metrics"] is None and not torn["complete"] and 0 < torn["samples"] < 1001
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 import ab_sim as package
-from tests.cli.tool import PNG, ab_sim
+from tests.cli.tool import PNG, ab_sim, refused
 
 DRIVE = (
     "--mass", "100 g", "--critical", "100 rad/s", "--speed", "200 rad/s", "--race-radius", "12 mm",
@@ -50,6 +50,4 @@ def test_where_nothing_can_be_sized_it_says_why(tmp_path: Path) -> None:
     ],
 )
 def test_bad_input_exits_with_2(arguments: tuple[str, ...], words: str, tmp_path: Path) -> None:
-    done = ab_sim("size", *DRIVE, *arguments, cwd=tmp_path)
-    assert done.returncode == 2 and words in done.stderr, done.stderr
-    assert "Traceback" not in done.stderr and not list(tmp_path.iterdir())
+    assert words in refused("size", *DRIVE, *arguments, cwd=tmp_path)

@@ -11,7 +11,7 @@ import pytest
 
 from ab_sim.analysis.maps.verdicts import CLUSTERED, EVERYWHERE, NOTHING
 from tests.cli.test_interruption import ENDS, Program
-from tests.cli.tool import PNG, ab_sim
+from tests.cli.tool import PNG, ab_sim, refused
 from tests.waiting import until
 
 SMALL = "speed=150:250:9,effects.suspension.damping=1:60:5"
@@ -83,7 +83,7 @@ def test_without_a_map_it_says_what_rests() -> None:
         (("--map", "speed=nan:2,balls.mass=1e-4:2e-4"), "must be finite numbers"),
         (("--map", "speed=1:2,balls.masss=1e-4:2e-4"), "did you mean 'mass'?"),
         (("--map", SMALL, "--coarse", "3"), "--coarse 3: must be a power of two"),
-        (("--map", SMALL, "--basin", "3"), "--map and --basin: one at a time"),
+        (("--map", SMALL, "--basin", "3"), "--map and --basin: give one of them"),
         (("--map", SMALL, "--plot", "m.txt"), "must end in one of .png"),
         (("--basin", "4", "--set", "balls.count=0", "--set", "start.ball_angles="), "at least 2"),
     ],
@@ -91,9 +91,7 @@ def test_without_a_map_it_says_what_rests() -> None:
 def test_bad_input_exits_with_2_and_leaves_nothing(
     arguments: tuple[str, ...], words: str, tmp_path: Path
 ) -> None:
-    done = ab_sim("stability", "nsc-case-3", *arguments, cwd=tmp_path)
-    assert done.returncode == 2 and words in done.stderr, done.stderr
-    assert "Traceback" not in done.stderr and not list(tmp_path.iterdir())
+    assert words in refused("stability", "nsc-case-3", *arguments, cwd=tmp_path)
 
 
 def children_of(parent: int) -> list[int]:
@@ -116,7 +114,7 @@ LONG = {
 
 @pytest.mark.parametrize(
     ("work", "number"),
-    [("map", signal.SIGINT), ("map", signal.SIGTERM), ("basin", signal.SIGHUP)],
+    [("map", signal.SIGINT), ("basin", signal.SIGHUP)],
 )
 def test_signals_on_a_terminal_end_all_processes_and_keep_what_is_done(
     work: str, number: int

@@ -7,17 +7,17 @@ import subprocess
 import sys
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Any, NamedTuple
 
 import pytest
-import typer
 from rich.table import Table
 from typer.testing import CliRunner
 
 from ab_sim import cli
 from ab_sim.cli import progress
 from ab_sim.cli.app import app
-from ab_sim.cli.options import JsonOption, SceneArgument, SetOption
+from ab_sim.cli.declare import Heading
+from ab_sim.cli.options import Changes, Json, Plot, SceneName
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
@@ -27,27 +27,32 @@ from tests.cli.tool import PNG
 
 MODULE = "tests.cli.test_stranger_command"
 LEFT = "nothing was written"
-stranger_commands = typer.Typer()
+stranger_commands = Heading("Of a stranger")
 begun: list[str] = []
 """Scenes that it has begun to work on."""
 
 
-@stranger_commands.command()
-def turns(
-    scene: SceneArgument,
-    change: SetOption = None,
-    count: Annotated[int, typer.Option(help="Instants over the scene's duration.")] = 1,
-    json: JsonOption = None,
-    plot: Annotated[Path | None, typer.Option(metavar="FILE", help="Draw them.")] = None,
-) -> None:
-    """How far a scene's profile turns the spindle."""
-    turns_command(scene, change or [], count).run(json, plot)
+@stranger_commands.declare(f"{MODULE}:turns_command")
+class TurnsOptions(NamedTuple):
+    """How far a scene's profile turns the spindle.
+
+    Args:
+        count N: Instants over the scene's duration.
+        plot: Draw them.
+    """
+
+    scene: SceneName
+    change: Changes = []
+    count: int = 1
+    json: Json = None
+    plot: Plot = None
 
 
-def turns_command(scene_name: str, changes: list[str], count: int) -> Command:
+def turns_command(given: TurnsOptions) -> Command:
+    count = given.count
     if count < 1:
         raise InputError(f"--count {count}: must be at least 1")
-    scene = load_scene(scene_name, changes)
+    scene = load_scene(given.scene, given.change)
 
     def work(tell: progress.Tell) -> Outcome:
         begun.append(scene.name)
@@ -81,8 +86,11 @@ def test_files_are_written_independently(tmp_path: Path) -> None:
     """A file that cannot be written leaves the others; a number that is not finite is null."""
     page, report, rows = tmp_path / "page", tmp_path / "run.json", list[str]()
 
-    def refuse() -> None:
-        raise InputError("--out: the disk is full")
+    def refuse(file: Path) -> None:
+        raise OSError(28, "the disk is full")
+
+    def write(file: Path) -> None:
+        file.write_text("whole")
 
     def shown() -> Iterator[str]:
         rows.append("shown")
@@ -91,10 +99,11 @@ def test_files_are_written_independently(tmp_path: Path) -> None:
     outcome = Outcome(
         shown(),
         lambda: {"z": math.inf, "tried": [{"z": -math.inf}], "low": (math.nan, 1.0)},
-        writes=(refuse, lambda: page.write_text("whole")),  # type: ignore[arg-type, return-value]
+        writes={"--out": refuse, "--html": write},
     )
-    with pytest.raises(InputError, match="the disk is full"):
-        Command(lambda _: outcome).run(str(report))
+    outputs = (tmp_path / "out.yaml", (".yaml",), "--out"), (page, ("",), "--html")
+    with pytest.raises(InputError, match=r"--out .*out.yaml: cannot be written: the disk is full"):
+        Command(lambda _: outcome, outputs=outputs).run(str(report))
     assert page.read_text() == "whole" and rows == ["shown"]
     assert json.loads(report.read_text()) == {"z": None, "tried": [{"z": None}], "low": [None, 1.0]}
 

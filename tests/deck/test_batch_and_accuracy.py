@@ -60,9 +60,9 @@ def test_an_accuracy_is_delivered(tolerance: dict[str, float]) -> None:
     parts = math.ceil(work_precision.step / 1e-4 - 1e-9)
     fine = ["solver.stepper=rk8", f"solver.step={work_precision.step / parts!r}"]
     exact = Drive(load_scene("feeding-deck", [*changes, *fine])).advance(parts * len(run))
-    thinned = exact.thinned(parts)
-    assert len(thinned) == len(run)
-    found = deviation(Samples.of(run), Samples.of(thinned), scene.whirl_unit[0])
+    decimated = exact.decimated(parts)
+    assert len(decimated) == len(run)
+    found = deviation(Samples.of(run), Samples.of(decimated), scene.whirl_unit[0])
     for key, value in tolerance.items():
         error, measured = getattr(found, key), getattr(work_precision.measured, key)
         assert error < value and SAFETY * measured <= value
@@ -83,7 +83,7 @@ def test_live_checks_see_an_error_along_the_shaft() -> None:
     position = np.concatenate([part.position for part in taken])
     assert np.abs(position[:, :2]).max() < 1e-9 and np.ptp(position[:, 2]) > 1e-3
     fine = Drive(load_scene("feeding-deck", [*changes, "solver.step=0.001"])).advance(500)
-    true = np.abs(fine.thinned(4).position - position).max() / unit
+    true = np.abs(fine.decimated(4).position - position).max() / unit
     assert symbol == "R" and true > 1e-12
     assert checks.largest.whirl == pytest.approx(true, rel=0.1)
 

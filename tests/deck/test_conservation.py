@@ -89,7 +89,7 @@ def test_a_free_deck_keeps_momentum_and_angular_momentum() -> None:
     start, taken = drive.present(), drive.advance(800)
     assert drive.events > 3 and drive.steps_with_unresolved_events == 0
     assert np.abs(np.diff(taken.ball_rates, axis=0)).max() > 1.0, "balls hit each other"
-    momentum, turning, _ = kept_of(scene, Trajectory.join([start, taken.thinned(40)]))
+    momentum, turning, _ = kept_of(scene, Trajectory.join([start, taken.decimated(40)]))
     assert np.ptp(taken["speed"]) > 5.0
     for axis in "xyz":
         assert np.ptp(taken["v" + axis]) > 1e-3 and np.ptp(taken["w" + axis]) > 0.1
@@ -108,7 +108,7 @@ def test_a_falling_deck_keeps_its_angular_momentum() -> None:
     )
     drive = Drive(scene, energy_balance=True)
     taken = drive.advance(800)
-    samples = Trajectory.join([Drive(scene, energy_balance=True).present(), taken.thinned(40)])
+    samples = Trajectory.join([Drive(scene, energy_balance=True).present(), taken.decimated(40)])
     momentum, turning, centre = kept_of(scene, samples)
     time, mass = samples["time"][:, None], scene.total_mass
     down = 9.8 * np.array([0.0, -np.sin(0.6), -np.cos(0.6)])

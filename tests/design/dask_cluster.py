@@ -9,6 +9,12 @@ from pathlib import Path
 from types import TracebackType
 
 ROOT = Path(__file__).parents[2]
+IDLE = {
+    "DASK_DISTRIBUTED__DIAGNOSTICS__NVML": "False",
+    "DASK_DISTRIBUTED__WORKER__PROFILE__ENABLED": "False",
+    "DASK_DISTRIBUTED__ADMIN__TICK__INTERVAL": "1s",
+}
+"""Settings that keep a process without work from taking time."""
 BEGINS = 60.0
 """s, within which a scheduler listens on a busy machine."""
 
@@ -19,9 +25,11 @@ class DaskCluster:
     Args:
         folder: in which they get one of their own.
         workers: how many, of one thread each.
+        scheduler: settings of Dask's scheduler.
     """
 
-    def __init__(self, folder: Path, workers: int = 0) -> None:
+    def __init__(self, folder: Path, workers: int = 0, **scheduler: str) -> None:
+        self._settings = {f"DASK_DISTRIBUTED__SCHEDULER__{k}": v for k, v in scheduler.items()}
         self._folder = folder / "cluster"
         self._folder.mkdir()
         self.port = free_port()
@@ -37,7 +45,9 @@ class DaskCluster:
 
     def begin(self) -> None:
         """Start the scheduler, at the same address again if it was ended."""
-        self.scheduler = self._started("scheduler", "--port", str(self.port), "--no-show")
+        self.scheduler = self._started(
+            "scheduler", "--port", str(self.port), "--no-show", **self._settings
+        )
         until = time.monotonic() + BEGINS
         while not listens(self.port):
             assert self.scheduler.poll() is None and time.monotonic() < until, self.said()
@@ -76,7 +86,7 @@ class DaskCluster:
 
     def _started(self, program: str, *options: str, **environment: str) -> subprocess.Popen[bytes]:
         log = (self._folder / f"{program}-{len(self.processes)}.log").open("wb")
-        own = {"PYTHONPATH": str(ROOT), "DASK_DISTRIBUTED__DIAGNOSTICS__NVML": "False"}
+        own = {"PYTHONPATH": str(ROOT), **IDLE}
         process = subprocess.Popen(
             [
                 *(sys.executable, "-m", f"distributed.cli.dask_{program}"),

@@ -1,4 +1,4 @@
-"""Bounds on merits, as they are written."""
+"""Bounds on metrics, as they are written."""
 
 import math
 
@@ -30,13 +30,13 @@ def test_bounds_as_they_are_written(text: str, bound: Bound) -> None:
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "must be MERIT<NUMBER"),
+        ("", "must be METRIC<NUMBER"),
         ("residual_unbalance", "is a number [1]; say what it must be"),
-        ("residual_unbalance=0.1", "must be MERIT<NUMBER"),
-        ("residual_unbalance<", "must be MERIT<NUMBER"),
-        ("<0.1", "must be MERIT<NUMBER"),
-        ("0.1<residual_unbalance<0.2", "must be MERIT<NUMBER"),
-        ("residual_unbalance!=0.1", "must be MERIT<NUMBER"),
+        ("residual_unbalance=0.1", "must be METRIC<NUMBER"),
+        ("residual_unbalance<", "must be METRIC<NUMBER"),
+        ("<0.1", "must be METRIC<NUMBER"),
+        ("0.1<residual_unbalance<0.2", "must be METRIC<NUMBER"),
+        ("residual_unbalance!=0.1", "must be METRIC<NUMBER"),
         ("residual_unbalanc<0.1", "did you mean 'residual_unbalance'"),
         ("not residual_unbalanc", "did you mean 'residual_unbalance'"),
         ("residual_unbalance<a lot", "'a lot' is no number"),
@@ -45,7 +45,7 @@ def test_bounds_as_they_are_written(text: str, bound: Bound) -> None:
         ("final_whirl_over_e<0.1 e", "must be a number in e, without unit"),
         ("in_band_from<2 mm", "is a length"),
         ("final_ball_angles<1", "is a list, not a number"),
-        ("still changing", "must be MERIT<NUMBER"),
+        ("still changing", "must be METRIC<NUMBER"),
     ],
 )
 def test_what_cannot_be_meant_is_said(text: str, words: str) -> None:

@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +17,7 @@ from ab_sim.design import work
 from ab_sim.design.cluster import Cluster, ClusterUnusable, checked_address
 from ab_sim.errors import InputError, SceneError
 from ab_sim.workers import WorkerLost
+from tests.cli.killed import KeptWork
 from tests.design import calls
 from tests.design.dask_cluster import ROOT, DaskCluster, free_port
 from tests.waiting import PATIENCE, until
@@ -126,54 +126,44 @@ def without_ab_sim(folder: Path) -> str:
     return str(folder)
 
 
-def test_a_killed_worker_is_made_up_for(tmp_path: Path) -> None:
-    with DaskCluster(tmp_path, 2) as small, Cluster(small.address) as each:
-        results = each.each(functools.partial(calls.slow, 0.05), range(60))
-        found = [next(results)]
-        small.kill_worker()
-        found += results
-    assert found == list(range(60))
-
-
-def test_a_call_that_ends_every_worker_is_given_up(tmp_path: Path) -> None:
-    with DaskCluster(tmp_path, 4) as small, Cluster(small.address) as each:
-        with pytest.raises(WorkerLost, match="the same call has ended 4 workers"):
-            list(each.each(calls.killed, range(30, 31)))
-
-
-def test_without_workers_it_says_so_until_there_are_some(tmp_path: Path) -> None:
-    said: list[str | None] = []
-    with DaskCluster(tmp_path) as small, Cluster(small.address) as each:
-
-        def wait(what: str | None) -> None:
-            if not said:
-                small.add_worker()
-            said.append(what)
-
-        each.waiting = wait
-        assert [n for n, _ in each.each(calls.where, range(5))] == list(range(5))
-        assert said[0] == f"waiting for workers at {small.address}"
-
-        def stop(what: str | None) -> None:
-            if what is None:  # workers are at work; on a busy machine not at once
-                raise KeyboardInterrupt
-
-        each.waiting = stop
-        begin = time.monotonic()
-        with pytest.raises(KeyboardInterrupt):
-            list(each.each(functools.partial(calls.slow, 5.0), range(20)))
-        assert time.monotonic() - begin < 5.0
-
-
-def test_a_scheduler_that_is_lost_is_said(
+def test_workers_and_a_scheduler_that_are_lost(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
-    with DaskCluster(tmp_path, 1) as small:
+    said: list[str | None] = []
+    with DaskCluster(tmp_path, 2, ALLOWED_FAILURES="1") as small:
+        with Cluster(small.address) as each:
+            results = each.each(functools.partial(calls.slow, 0.05), range(60))
+            found = [next(results)]
+            small.kill_worker()
+            found += results
+            assert found == list(range(60)), "the other one has made up for it"
+
+            def add(what: str | None) -> None:
+                if what and not said:
+                    said.append(what)
+                    small.add_worker()
+
+            each.waiting = add
+            with pytest.raises(WorkerLost, match="the same call has ended 2 workers"):
+                list(each.each(calls.killed, range(30, 31)))
+            assert said == [f"waiting for workers at {small.address}"]
+
+            small.add_worker()
+
+            def stop(what: str | None) -> None:
+                if what is None:  # workers are at work; on a busy machine not at once
+                    raise KeyboardInterrupt
+
+            each.waiting = stop
+            with pytest.raises(KeyboardInterrupt):
+                list(each.each(functools.partial(calls.slow, 2.0), range(200)))
+        capfd.readouterr()
+        small.add_worker()
         with pytest.raises(WorkerLost, match="is gone; what is done is kept"):
             with Cluster(small.address) as each:
                 results = each.each(functools.partial(calls.slow, 0.1), range(200))
                 next(results)
-                threading.Timer(0.3, small.kill_scheduler).start()
+                small.kill_scheduler()
                 list(results)
     assert capfd.readouterr() == ("", ""), "Dask is silent"
 
@@ -213,45 +203,18 @@ def test_workers_and_scheduler_exclude_each_other() -> None:
         ab_sim.sweep("thesis-hold", {"balls.mass": "1 g..2 g:2"}, workers=2, scheduler="a:1")
 
 
-COMMAND = (
-    *("sweep", "no-ball", "--set", "duration=20"),
-    *("--over", "rotor.eccentricity=1e-5..1e-3:3000", "--parquet"),
-)
-
-
-def command(folder: Path, *options: str) -> "subprocess.Popen[str]":
-    return subprocess.Popen(
-        [sys.executable, "-m", "ab_sim", *COMMAND, *options],
-        cwd=folder,
-        env={**os.environ, "XDG_CACHE_HOME": str(folder / "cache"), "PYTHONPATH": str(ROOT)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
-
-
-def kept(folder: Path) -> int:
-    return len(list(folder.glob("cache/ab_sim/results/judged-*/*.parquet")))
-
-
 def lines_but_progress(said: str) -> list[str]:
     return [line for line in said.splitlines() if line and not line.startswith("no-ball: ")]
 
 
-def until_kept(folder: Path, parts: int, program: "subprocess.Popen[str]") -> None:
-    def are_kept() -> bool:
-        assert program.poll() is None, program.communicate()
-        return kept(folder) >= parts
-
-    until(are_kept, f"{parts} parts are kept", PATIENCE)
-
-
 def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_path: Path) -> None:
     with DaskCluster(tmp_path, 1) as small:
-        options = ("s.parquet", "--scheduler", small.address)
-        first = command(tmp_path, *options)
-        until_kept(tmp_path, 5, first)  # three or four are made here
+        work = KeptWork(
+            tmp_path, "sweep", "no-ball", "--set", "duration=10", "--over",
+            "rotor.eccentricity=1e-5..1e-3:1500", "--parquet", "s.parquet",
+            "--scheduler", small.address,
+        )  # fmt: skip
+        first = work.begin(5)  # three or four are made here
         small.kill_scheduler()
         said = first.communicate(timeout=PATIENCE)[1]
         assert first.returncode == 1, said
@@ -259,28 +222,21 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
             f"ab-sim: the scheduler at {small.address} is gone; what is done is kept, the same "
             "command goes on"
         ]
-        before = kept(tmp_path)
+        before = len(work.parts())
         small.begin()
         small.add_worker()
-        second = command(tmp_path, *options)
-        until_kept(tmp_path, before + 1, second)
+        second = work.begin(1)
         second.send_signal(signal.SIGINT)
         said = second.communicate(timeout=PATIENCE)[1]
         assert second.returncode == 130, said
         assert lines_but_progress(said) == [
             "ab-sim: interrupted; what is done is kept, the same command goes on"
         ]
-        assert kept(tmp_path) >= before + 1
-        third = command(tmp_path, *options)
-        out, said = third.communicate(timeout=PATIENCE)
-        assert third.returncode == 0 and "3000 runs" in out, said
-    fresh = tmp_path / "fresh"
-    fresh.mkdir()
-    local = command(fresh, "s.parquet", "--workers", "1")
-    said = local.communicate(timeout=PATIENCE)[1]
-    assert local.returncode == 0, said
-    files = [ab_sim.open_sweep(place / "s.parquet").table for place in (tmp_path, fresh)]
-    assert files[0].equals(files[1])
+        assert len(work.parts()) >= before + 1
+        done = work.whole()
+        assert done.returncode == 0 and "1500 runs" in done.stdout, done.stderr
+    assert ab_sim.open_sweep(tmp_path / "s.parquet").table["run"].to_pylist() == [*range(1500)]
+    assert sorted(work.runs()) == [*range(1500)]
 
 
 def test_ordinary_sweeps_do_not_import_dask(tmp_path: Path) -> None:

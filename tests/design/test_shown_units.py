@@ -64,7 +64,7 @@ def drawn(shown: Sweep) -> Figure:
 
 def test_a_spread_and_a_tuning_are_shown_so_too() -> None:
     scene = ab_sim.load_scene("thesis-hold", SHORT)
-    spread = ab_sim.robust(scene, {"balls.mass": "5%"}, runs=16, merits=["final_speed"], sobol=0)
+    spread = ab_sim.robust(scene, {"balls.mass": "5%"}, runs=16, metrics=["final_speed"], sobol=0)
     axes = spread.in_units("rpm").plot().axes[0]
     assert axes.get_xlabel() == "final_speed [rpm]"
     low, high = axes.get_xlim()

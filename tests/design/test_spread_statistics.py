@@ -108,7 +108,7 @@ def test_paired_shares_of_all_or_none_are_no_point(first: bool, second: bool) ->
     assert found.p_value == pytest.approx(1.0 if first == second else 0.5**99)
 
 
-def test_paired_intervals_of_merits_cover() -> None:
+def test_paired_intervals_of_metrics_cover() -> None:
     rng, means, medians = np.random.default_rng(4), [], []
     for _ in range(REPEATS):
         common = rng.normal(size=300)

@@ -9,8 +9,8 @@ import pytest
 from pyarrow import csv
 
 import ab_sim
-from ab_sim.analysis.merits import merits_of, reported_merits
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics import metrics_of, reported_metrics
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.batch import judging
 from ab_sim.design import judged, work
 from ab_sim.design.judged import FAILED
@@ -21,8 +21,8 @@ from ab_sim.drive.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.workers import Workers
 
-MERITS = ("final_whirl_over_e", "peak_whirl_over_e", "settled", "peak_tilt", "in_band_from")
-EVERY = tuple(merit.key for merit in reported_merits() if merit.scalar)
+METRICS = ("final_whirl_over_e", "peak_whirl_over_e", "settled", "peak_tilt", "in_band_from")
+EVERY = tuple(metric.key for metric in reported_metrics() if metric.scalar)
 SMOOTH = ("effects.rolling_friction=", "duration=0.4")
 OVER = {
     "thesis-hold": ("balls.mass=0.5 g..3 g", "effects.viscous_drag.coefficient=log:0.1..10"),
@@ -40,19 +40,19 @@ def swept(
     texts: tuple[str, ...],
     design: str | None,
     *changes: str,
-    merits: tuple[str, ...] = MERITS,
+    metrics: tuple[str, ...] = METRICS,
 ) -> Sweep:
     points = points_of([variable_of(text) for text in texts], design)
-    return run_sweep(ab_sim.load_scene(scene, changes), points, merits)
+    return run_sweep(ab_sim.load_scene(scene, changes), points, metrics)
 
 
 @pytest.mark.parametrize("scene", OVER)
 def test_its_runs_are_single_runs_to_the_bit(scene: str) -> None:
-    found = swept(scene, OVER[scene], "lhs:40", "duration=0.3", merits=EVERY)
+    found = swept(scene, OVER[scene], "lhs:40", "duration=0.3", metrics=EVERY)
     assert set(found.outcomes) <= {each.value for each in Verdict}
     for run in range(40):
         own = found.scene_of(run)
-        expected = merits_of(Drive(own).advance(300), own, EVERY)
+        expected = metrics_of(Drive(own).advance(300), own, EVERY)
         assert expected.report() == found.table.select(EVERY).slice(run, 1).to_pylist()[0]
 
 
@@ -80,7 +80,7 @@ def test_it_does_not_depend_on_how_the_work_is_shared(
         monkeypatch.setattr("ab_sim.workers.WORTH_IT", 0.0)
         for file in folder.glob("*/*"):
             file.unlink()
-        tables.append(run_sweep(one, points, MERITS, Workers(1 + number % 2)).table)
+        tables.append(run_sweep(one, points, METRICS, Workers(1 + number % 2)).table)
     assert tables[0].equals(tables[1]) and tables[0].equals(tables[2])
     assert len(tables[0]) == 64
 
@@ -102,21 +102,21 @@ def test_what_is_done_is_not_done_again(monkeypatch: pytest.MonkeyPatch, folder:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        run_sweep(scene, points, MERITS, tell=stop)
+        run_sweep(scene, points, METRICS, tell=stop)
     before = len(computed)
     assert 20 <= before < 50
     (part, *_) = sorted(folder.glob("*/*.parquet"))
     part.write_bytes(part.read_bytes()[:-1] + b"?")  # no longer what its name says
     told = list[tuple[int, int]]()
-    found = run_sweep(scene, points, MERITS, tell=lambda _, done, runs: told.append((done, runs)))
+    found = run_sweep(scene, points, METRICS, tell=lambda _, done, runs: told.append((done, runs)))
     assert len(found.table) == 50 and told[-1] == (50, 50)
     assert 0 < told[0][0] < before and len(computed) == before + 50 - told[0][0]
     assert set(computed) == set(range(50))
     before = len(computed)
-    again = run_sweep(scene, points, MERITS)
+    again = run_sweep(scene, points, METRICS)
     assert again.table.equals(found.table) and len(computed) == before
-    run_sweep(scene, points, MERITS[:2])
-    assert len(computed) == before + 50, "others merits are another sweep"
+    run_sweep(scene, points, METRICS[:2])
+    assert len(computed) == before + 50, "others metrics are another sweep"
 
 
 def test_two_at_once_do_not_work_twice(folder: Path) -> None:
@@ -125,10 +125,10 @@ def test_two_at_once_do_not_work_twice(folder: Path) -> None:
 
     def begin_another(*_: object) -> None:
         with pytest.raises(InputError, match="another process computes this very sweep"):
-            run_sweep(scene, points, MERITS)
+            run_sweep(scene, points, METRICS)
 
-    run_sweep(scene, points, MERITS, tell=begin_another)
-    assert run_sweep(scene, points, MERITS).outcomes
+    run_sweep(scene, points, METRICS, tell=begin_another)
+    assert run_sweep(scene, points, METRICS).outcomes
 
 
 def test_where_nothing_can_be_kept_it_works_all_the_same(
@@ -182,7 +182,7 @@ def test_it_comes_back_from_its_file(tmp_path: Path) -> None:
     found.write(tmp_path / "s.parquet")
     back = open_sweep(tmp_path / "s.parquet")
     assert back.table.equals(found.table, check_metadata=True)
-    assert (back.scene, back.keys, back.merits) == (found.scene, found.keys, found.merits)
+    assert (back.scene, back.keys, back.metrics) == (found.scene, found.keys, found.metrics)
     assert back.points == found.points and back.shape == (2, 2, 2)
     assert back.unit("balls.mass") == "kg" and back.unit("peak_whirl_over_e") == "e"
     own = back.scene_of(5)

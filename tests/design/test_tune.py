@@ -8,7 +8,7 @@ import pyarrow.parquet
 import pytest
 
 import ab_sim
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
 from ab_sim.design.judged import FAILED, has_settled
@@ -77,20 +77,20 @@ def test_it_is_at_least_as_good_as_a_grid(case: str) -> None:
     grid = ab_sim.sweep(
         scene,
         {each.partition("=")[0]: f"{each.partition('=')[2]}:{side}" for each in vary},
-        [aim, *(bound_of(each).merit for each in bounds)],
+        [aim, *(bound_of(each).metric for each in bounds)],
     )
     good = has_settled(grid["outcome"])
     for each in bounds:
-        good &= bound_of(each).holds(grid[bound_of(each).merit])
+        good &= bound_of(each).holds(grid[bound_of(each).metric])
     best = np.nanmin(np.where(good, grid[aim], np.nan))
     assert found.best is not None and np.isfinite(best)
     assert found.best <= best * 1.002
     # Of what it looked at it names the best; it is a scene, which gives just that.
     within = found.runs[aim][found.scores.within]
     assert found.best == within.min() and found.scene is not None
-    again = ab_sim.simulate(found.scene).merits
+    again = ab_sim.simulate(found.scene).metrics
     assert again[aim] == found.best
-    assert all(bound_of(each).holds(again[bound_of(each).merit]) for each in bounds)
+    assert all(bound_of(each).holds(again[bound_of(each).metric]) for each in bounds)
 
 
 def test_a_search_finds_the_least_of_a_function() -> None:
@@ -171,7 +171,7 @@ def test_interrupted_it_goes_on(folder: Path) -> None:
     [
         ((), "peak_whirl_over_e", (), "nothing varies"),
         (("balls.mass=1..2",) * 2, "peak_whirl_over_e", (), "varies twice"),
-        (("balls.mass=1..2",), "peak", (), "no such merit"),
+        (("balls.mass=1..2",), "peak", (), "no such metric"),
         (("balls.mass=1..2",), "final_ball_angles", (), "is a list, not a number"),
         (("balls.mass=1..2",), "balanced", (), "is better when larger; maximise it"),
         (("balls.mass=1..2",), "peak_whirl_over_e", ("peak_whirl_over_e",), "say what it must be"),
@@ -245,7 +245,7 @@ def test_with_a_spread_most_drives_are_good_not_the_drawing() -> None:
     assert found.scene.balls.masses[0] == found.values["balls.mass"]
     own = found.runs.scene_of(rows.start + 3)
     assert own.start.ball_angles != found.scene.start.ball_angles
-    again = ab_sim.simulate(own).merits["final_whirl_over_e"]
+    again = ab_sim.simulate(own).metrics["final_whirl_over_e"]
     assert again == found.runs["final_whirl_over_e"][rows.start + 3]
 
 

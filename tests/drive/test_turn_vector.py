@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis import merits_of, run_scene
+from ab_sim.analysis import metrics_of, run_scene
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turn_vector import TurnVector, once_per_turn
 from ab_sim.scene import load_scene
@@ -28,19 +28,19 @@ def circling(phase: float, speed: float, **more: Any) -> Trajectory:
 
 @pytest.mark.parametrize("speed", [200.0, -200.0])
 @pytest.mark.parametrize("phase", [-2.5, 0.0, 0.3, 3.0])
-def test_the_merit_is_the_phase_that_was_put_in(scene: Any, phase: float, speed: float) -> None:
-    merits = merits_of(circling(phase, speed), scene(balls={"count": 0}))
-    assert merits["once_per_turn_over_e"] == pytest.approx(2.0, rel=3e-3)
-    assert merits["phase"] == pytest.approx(phase, abs=3e-3)
+def test_the_metric_is_the_phase_that_was_put_in(scene: Any, phase: float, speed: float) -> None:
+    metrics = metrics_of(circling(phase, speed), scene(balls={"count": 0}))
+    assert metrics["once_per_turn_over_e"] == pytest.approx(2.0, rel=3e-3)
+    assert metrics["phase"] == pytest.approx(phase, abs=3e-3)
 
 
 def test_a_turn_that_is_not_there_has_no_phase(scene: Any) -> None:
     """Two turns at least, in the last stretch of 0.4 s; and samples within a quarter of a turn."""
     bare = scene(balls={"count": 0})
     for speed, known in ((30.0, False), (40.0, True), (1500.0, True), (1600.0, False)):
-        merits = merits_of(circling(0.3, speed), bare)
-        assert (merits["phase"] is not None) is known, speed
-    still = merits_of(made(balls=0, angle=lambda t: 200 * t), bare)
+        metrics = metrics_of(circling(0.3, speed), bare)
+        assert (metrics["phase"] is not None) is known, speed
+    still = metrics_of(made(balls=0, angle=lambda t: 200 * t), bare)
     assert still["once_per_turn_over_e"] == 0.0 and still["phase"] is None
 
 
@@ -78,8 +78,8 @@ def test_a_drive_turns_its_phase_at_the_critical_speed() -> None:
         suspension, M = run.scene.effects["suspension"], run.scene.total_mass
         stiffness = suspension.stiffness - M * speed**2 + 1j * suspension.damping * speed
         expected = M * run.scene.rotor.eccentricity * speed**2 / stiffness
-        assert run.merits["phase"] == pytest.approx(np.angle(expected), abs=2e-3)
-        assert run.merits.once_per_turn == pytest.approx(abs(expected), rel=2e-3)
+        assert run.metrics["phase"] == pytest.approx(np.angle(expected), abs=2e-3)
+        assert run.metrics.once_per_turn == pytest.approx(abs(expected), rel=2e-3)
         (sample,) = run.report()["samples"]
         assert sample["phase"] == pytest.approx(np.angle(expected), abs=1e-2)
         assert sample["once_per_turn"] == pytest.approx(abs(expected), rel=1e-2)

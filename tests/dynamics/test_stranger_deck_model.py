@@ -151,8 +151,8 @@ def test_it_is_judged_and_kept_like_any_other() -> None:
     changes = ["duration=0.2", "start.deck.position=[1e-5, 0]", "start.deck.velocity=[0, 1e-3]"]
     expected = ab_sim.simulate(ab_sim.load_scene(SCENE, changes))
     run = ab_sim.simulate(ab_sim.load_scene(SCENE, [*changes, f"deck_model={NAME}"]))
-    assert run.merits.peak_whirl == pytest.approx(expected.merits.peak_whirl, rel=1e-9)
-    assert run.merits.final_ball_angles == pytest.approx(expected.merits.final_ball_angles)
+    assert run.metrics.peak_whirl == pytest.approx(expected.metrics.peak_whirl, rel=1e-9)
+    assert run.metrics.final_ball_angles == pytest.approx(expected.metrics.final_ball_angles)
     kept = run.scene.as_mapping()
     assert kept["deck_model"] == NAME and "deck_model" not in expected.scene.as_mapping()
     assert check_scene(kept, "a recording") == run.scene
@@ -178,10 +178,10 @@ def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
 
 
 @needs_compiler
-def test_it_is_written_as_c(tmp_path: Path) -> None:
+def test_it_is_written_as_c() -> None:
     smooth = ["effects.rolling_friction=", f"deck_model={NAME}"]
     scene = ab_sim.load_scene(SCENE, smooth)
-    in_c, drive = InC(scene, tmp_path), ab_sim.Drive(scene)
+    in_c, drive = InC(scene), ab_sim.Drive(scene)
     assert np.array_equal(in_c.rows(200), drive.advance(200).samples[:, ANGLE:])
 
 

@@ -22,7 +22,6 @@ class Motor(FiveParts):
     def strength(self, run: Run) -> float:
         """How far the speed is from the one commanded, relative."""
         out = run.trajectory
-        assert np.abs(out["motor_torque"]).max() > 0
         return float(np.abs(out["speed"] / out["command"] - 1.0).max())
 
     def activity(self) -> None:
@@ -32,6 +31,10 @@ class Motor(FiveParts):
         assert weak.discrete_state[:, 2, 0].max() == 1 and weak.drive.events > 0
         given = weak.trajectory["motor_torque"] + 1e-6 * weak.trajectory["speed"]
         assert given.max() == pytest.approx(8e-4, rel=1e-12)
+        ahead = self.watch({"start": {"motor_integral": 0.5}})
+        assert ahead.states[0, ahead.drive.layout.spindle][2] == 0.5
+        off = {"effects": {"motor": {"torque_limit": 0.0, "back_emf_slope": 0.0}}}
+        assert not self.watch(off, least=0.0).trajectory["motor_torque"].any()
 
     def direction(self) -> None:
         """Towards the command, no harder than the limit, and less the back-EMF."""

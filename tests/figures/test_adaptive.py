@@ -59,7 +59,7 @@ def test_what_is_true_is_the_residual_unbalance_in_other_words() -> None:
     scene = run.scene
     own = scene.eccentric_mass * scene.rotor.eccentricity / scene.total_mass
     last = net_unbalance(run.trajectory.last(50), scene) / own
-    assert np.sqrt(np.mean(last**2)) == pytest.approx(run.merits.residual_unbalance, rel=1e-3)
+    assert np.sqrt(np.mean(last**2)) == pytest.approx(run.metrics.residual_unbalance, rel=1e-3)
 
 
 def test_what_is_not_known_is_none_in_reports(outcome: AdaptiveOutcome) -> None:

@@ -11,8 +11,8 @@ import pytest
 from matplotlib import image
 from matplotlib.figure import Figure
 
-from ab_sim.analysis import Compared, Comparison, compare, run_scene
-from ab_sim.analysis.merits import Merits, merits_of
+from ab_sim.analysis import Compared, Comparison, compare_run, run_scene
+from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.figures.curves import draw_curve
 from ab_sim.figures.run import run_figure
@@ -64,7 +64,7 @@ def test_balls_that_circulate_are_drawn_by_their_speed(scene: Any, tmp_path: Pat
 
 def test_runs_beside_it_are_drawn_and_named_with_their_final_whirl(tmp_path: Path) -> None:
     run = run_scene(load_scene("balanced-start-up"))
-    text = texts_of(run.scene, tmp_path / "figure.svg", compare(run))
+    text = texts_of(run.scene, tmp_path / "figure.svg", compare_run(run))
     for words in ("0.107  this run", "1.34  without balls", "0.85  without", "residual unbalance"):
         assert words in text
     assert "0.0796 times that without balls" in text
@@ -137,9 +137,12 @@ def test_the_triangle_covers_nothing_that_is_written(tmp_path: Path, drawn: list
         samples[:, run.trajectory.channels.index(name)] = values
     stepped = Trajectory(run.trajectory.channels, samples)
     time, small = stepped["time"], 1e-3 * size
-    judged = merits_of(stepped, run.scene)
+    judged = metrics_of(stepped, run.scene)
     calm = Compared(
-        Merits({**judged.values, Merits.final_whirl.key: 1e-7}, 1e-4), time, small, stepped["speed"]
+        Metrics({**judged.values, Metrics.final_whirl.key: 1e-7}, 1e-4),
+        time,
+        small,
+        stepped["speed"],
     )
     run_figure(stepped, run.scene, tmp_path / "figure.png", Comparison(None, calm))
     panel = drawn[-1].axes[1]

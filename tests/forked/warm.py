@@ -8,7 +8,7 @@ import contextlib
 
 import ab_sim
 import ab_sim.cli.app
-import ab_sim.cli.offline
+import ab_sim.cli.run
 import ab_sim.figures.run
 
 with contextlib.suppress(ImportError):  # without ROS 2

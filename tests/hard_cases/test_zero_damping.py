@@ -3,7 +3,6 @@
 A dissipative method makes an undamped drive settle, an unstable one makes it grow, slowly enough
 to be believed. Asserted: over 20,000 revolutions the energy balance's residual stays below 1e-8 of
 the energy; half the step leaves a fiftieth of it or less, as order 8 should, until rounding shows.
-`benchmarks/energy_drift.py` goes to a million.
 """
 
 from ab_sim.drive import Drive

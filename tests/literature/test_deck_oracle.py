@@ -41,7 +41,7 @@ def test_trajectories(case: dict[str, Any]) -> None:
     steps = np.rint(np.array([e["t"] for e in expected]) / drive.step).astype(int)
     parts = []
     for count in np.diff(steps, prepend=0):
-        parts.append(drive.advance(int(count)).thinned(int(count)))
+        parts.append(drive.advance(int(count)).decimated(int(count)))
         energies.append(drive.energy())
     got = parts[0].join(parts)
     np.testing.assert_allclose(got["time"], [e["t"] for e in expected], rtol=1e-12)

@@ -161,7 +161,7 @@ def test_minus_180_is_not_balance_for_the_thesis_set() -> None:
 def test_the_first_passage_is_soonest_in_the_worst_of_four_designs() -> None:
     """Of balls of 0.5, 1, 2 and 3 g: that is why runs are judged by their final whirl."""
     runs = [
-        run_scene(load_scene("thesis-hold", [f"balls.mass={mass}", "duration=14"])).merits
+        run_scene(load_scene("thesis-hold", [f"balls.mass={mass}", "duration=14"])).metrics
         for mass in (0.5e-3, 1e-3, 2e-3, 3e-3)
     ]
     passages = [one.first_passage_of_opposite or np.inf for one in runs]

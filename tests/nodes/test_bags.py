@@ -162,13 +162,13 @@ def test_two_drives_in_a_bag_and_ctrl_c_in_a_replay(fleet: Fleet, tmp_path: Path
     assert "Traceback" not in fleet.log("replay") and "interrupted" in fleet.log("replay")
 
 
-def test_thinned_recording_keeps_what_happens(fleet: Fleet, tmp_path: Path) -> None:
+def test_decimated_recording_keeps_what_happens(fleet: Fleet, tmp_path: Path) -> None:
     fleet.start("recorder", path=tmp_path / "run.rrd", every=100, around=0.1)
     fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
     fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
     assert fleet.call("drive_sim/pause", False)[0]
     fleet.until(
-        lambda: int(fleet.value("recorder", "samples left out by intent") or 0) > 600, "thinned"
+        lambda: int(fleet.value("recorder", "samples left out by intent") or 0) > 600, "decimated"
     )
     fleet.command(20.0)
     before = int(fleet.value("recorder", "samples left out by intent"))

@@ -1,5 +1,10 @@
 """How many participants this machine has: real ones, on a domain of their own."""
 
+import os
+import socket
+import subprocess
+import sys
+
 import pytest
 
 pytest.importorskip("rclpy", reason="needs ROS 2")
@@ -7,8 +12,19 @@ pytest.importorskip("rclpy", reason="needs ROS 2")
 import rclpy  # noqa: E402
 from rclpy.context import Context  # noqa: E402
 
-from ab_sim.nodes.discovery import DISCOVERY_RANGE, RANGE  # noqa: E402
-from ab_sim.nodes.participants import participants_here  # noqa: E402
+from ab_sim.nodes.discovery import (  # noqa: E402
+    DISCOVERY_RANGE,
+    RANGE,
+    TRANSPORTS,
+    unused_transports,
+)
+from ab_sim.nodes.participants import (  # noqa: E402
+    BASE,
+    FIRST,
+    PER_DOMAIN,
+    participants_here,
+    unheard_users,
+)
 from tests.domains import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -34,3 +50,52 @@ def test_each_counts_from_its_first_node_on(monkeypatch: pytest.MonkeyPatch) -> 
             node.destroy_node()
         for context in contexts:
             context.try_shutdown()
+
+
+@pytest.mark.skipif(os.getuid() != 0, reason="only root may become another user")
+def test_users_that_are_not_heard_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Fast DDS's shared memory keeps users apart: a port of another user is one of them."""
+    with own_domain() as domain, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as port:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        monkeypatch.delenv(DISCOVERY_RANGE, raising=False)
+        monkeypatch.delenv(TRANSPORTS, raising=False)
+        assert unheard_users() == ""
+        os.fchown(port.fileno(), 12345, 12345)
+        port.bind(("127.0.0.1", BASE + PER_DOMAIN * domain + FIRST))
+        assert f"programs of user 12345 are on ROS_DOMAIN_ID {domain}, and" in unheard_users()
+        monkeypatch.setenv(TRANSPORTS, "UDPv4")
+        assert "12345" in unheard_users(), "with LOCALHOST, ROS does not use it"
+        monkeypatch.setenv(DISCOVERY_RANGE, "SUBNET")
+        assert unheard_users() == ""
+
+
+@pytest.mark.parametrize(
+    ("variable", "value", "words"),
+    [
+        ("ROS_DOMAIN_ID", "400", "ROS_DOMAIN_ID = '400': must be a whole number from 0 to 232"),
+        ("ROS_DOMAIN_ID", "x", "ROS_DOMAIN_ID = 'x': must be"),
+        ("ROS_LOG_DIR", "/proc/none", "ROS cannot write its log: "),
+        ("HOME", None, "set ROS_LOG_DIR to a folder"),
+    ],
+)
+@pytest.mark.parametrize("command", [["live", "no-ball", "--for", "0.1"], ["node", "list"]])
+def test_what_is_wrong_around_is_blamed(
+    command: list[str], variable: str, value: str | None, words: str
+) -> None:
+    with own_domain() as domain:
+        around = {**os.environ, "ROS_DOMAIN_ID": str(domain), variable: value}
+        around.pop("ROS_LOG_DIR" if value is None else "", None)
+        known = {name: text for name, text in around.items() if text is not None}
+        done = subprocess.run(
+            [sys.executable, "-m", "ab_sim", *command], env=known, capture_output=True, text=True
+        )
+    assert done.returncode == 2 and words in done.stderr, done.stderr
+    assert "Traceback" not in done.stderr and "argument" not in done.stderr
+
+
+def test_transports_that_ros_does_not_use_are_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.delenv(DISCOVERY_RANGE, raising=False)
+    monkeypatch.setenv(TRANSPORTS, "UDPv4")
+    assert f"set {DISCOVERY_RANGE}=SUBNET, too" in unused_transports()
+    monkeypatch.setenv(DISCOVERY_RANGE, "SUBNET")
+    assert unused_transports() == ""

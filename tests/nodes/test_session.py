@@ -233,12 +233,13 @@ def test_requests_lose_no_time(fleet: Fleet, tmp_path: Path) -> None:
         dropped = int(fleet.value("drive_sim", "steps dropped")) * 1e-3
         return min(at - 1e-9 * simulated for at, simulated in came) - dropped
 
-    before = lag()
+    before = min(lag() for _ in range(3))
     for _ in range(200):
         saved = save.call_async(trigger_request())
         fleet.until(saved.done, "it is saved")
         assert answer_of(saved.result())[0]
-    assert abs(lag() - before) < 0.03, "0.7 ms each were lost once"
+    # A busy machine may be late for a while; what is lost stays lost.
+    fleet.until(lambda: lag() < before + 0.03, "nothing is lost; 0.7 ms each were once")
     assert fleet.stop("drive_sim") == 0
 
 

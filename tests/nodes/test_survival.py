@@ -74,6 +74,11 @@ def test_the_watchdog_in_each_mode(fleet: Fleet) -> None:
         np.testing.assert_allclose(speeds(new), expected, rtol=0, atol=1e-12)
         before, begun = float(expected[-1]), ended
     assert before == joints[-1].velocity[0] == 0.0, "stop is stop"
+    fleet.reads("drive_sim", "no command for 0.02 s")
+    assert fleet.set("drive_sim", await_commands=1)[0]
+    fleet.command(100.0)
+    assert fleet.call("drive_sim/step")[0]
+    fleet.reads("drive_sim", "no warnings any more")
     assert fleet.stop("drive_sim") == 0
 
 

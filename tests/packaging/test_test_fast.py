@@ -21,7 +21,7 @@ spec.loader.exec_module(fast)
     [
         ("ab_sim/scene/keys.py", "tests/scene/test_keys.py"),
         ("ab_sim/scene/keys.py", "tests/scene/test_load.py"),
-        ("ab_sim/cli/tables.py", "tests/scene/test_effects.py"),  # imports it
+        ("ab_sim/cli/lists.py", "tests/scene/test_effects.py"),  # imports it
         ("ab_sim/scene/registry.py", "tests/scene/test_effects.py"),
         ("ab_sim/equations/planar.py", "tests/dynamics/test_planar.py"),
         ("ab_sim/errors.py", "tests/scene/test_keys.py"),

@@ -93,7 +93,7 @@ def test_promotion_makes_settling_sooner_up_to_a_point() -> None:
     sooner, later, unbalanced = promoted_claims()
     assert [one.holds for one in (sooner, later, unbalanced)] == [False, True, True]
     assert "after 1.29, 0.96, 0.85, 0.67, 0.76, 0.85 s" in sooner.ours
-    assert sooner.verdict == "does not hold: so to -185 deg, 0.3 s; farther is later"
+    assert sooner.verdict == "does not hold: true up to -185 deg, 0.3 s; farther is later"
     assert "-205, -225, -247, -263, -282, -294 deg" in unbalanced.ours
 
 

@@ -1,17 +1,41 @@
-"""The thesis page as it is in docs/: its head beside its rows, and the thesis' figures."""
+"""The thesis page and its report in docs/: the head, the rows, and the thesis' figures."""
 
 import re
 
-from gallery.page import PageSection, Table
+from gallery.page import PageSection, Paper, Table
+from gallery.thesis import NAME, SOURCE, TITLE
 from gallery.thesis.head import counted, in_short
+from gallery.thesis.shown import NUMBERS, REFUTED, shown
 
-from tests.papers.thesis_page import page_sections
+from tests.papers.thesis_page import PAGE, page_sections
 
 
 def test_the_head_is_that_of_the_rows() -> None:
     head, _, *sections = page_sections()
     assert head.heading == "In five lines"
     assert in_short(sections).text == head.text
+
+
+def test_the_page_is_that_of_the_report() -> None:
+    sections = page_sections()
+    page = Paper(NAME, TITLE, SOURCE, sections, shown(sections)).markdown()
+    assert PAGE.read_text(encoding="utf-8") == page
+
+
+def test_the_page_has_numbers_and_what_does_not_hold() -> None:
+    columns = ("figure", "the thesis", "ours", "verdict")
+    rows = (
+        ("1", "peak W/e: about 55", "54.6 (ours: to 5%)", "holds"),
+        ("2", "it settles", "yes", "holds"),
+        ("3", "it is gone", "1.1 left", "does not hold: too heavy"),
+        ("4", "it is gone", "1.2 left", "does not hold: too heavy"),
+    )
+    section = PageSection("1", (), (Table("t", columns, rows), Table("u", ("x",), (("y",),))))
+    _, (_, text, (numbers, refuted, other), _) = shown([PageSection("0"), section])
+    assert text == ("Of the statements without a number, 1 hold.",)
+    assert (numbers.title, numbers.rows) == (NUMBERS, (("1", "peak W/e: 55", "54.6", "yes"),))
+    assert (refuted.title, refuted.rows) == (REFUTED, (("3; 4", "it is gone", "too heavy"),))
+    assert other.title == "u"
 
 
 def test_only_verdicts_are_counted() -> None:

@@ -1,35 +1,33 @@
-"""The thesis page as it is in docs/, read back: its sections with their tables."""
+"""The report of the thesis as it is in docs/: its sections with their tables."""
 
+import json
 from pathlib import Path
 
-from gallery.page import PageSection, Table
+from gallery.page import PageSection, Picture, Table
 from gallery.thesis.claims import FAILS, HOLDS, Claim
 
 PAGE = Path(__file__).parents[2] / "docs" / "papers" / "thesis.md"
 
 
-def page_sections() -> list[PageSection]:
-    """Headings, paragraphs and tables; pictures are left out."""
-    sections: list[PageSection] = []
-    title, rows = "", list[tuple[str, ...]]()
-    for line in [*PAGE.read_text(encoding="utf-8").splitlines(), ""]:
-        if line.startswith("## "):
-            sections.append(PageSection(line[3:]))
-        elif line.startswith("| "):
-            rows.append(tuple(cell.strip() for cell in line[1:-1].split(" | ")))
-        elif rows:
-            table = Table(title, rows[0], tuple(rows[2:]))
-            sections[-1] = sections[-1]._replace(tables=(*sections[-1].tables, table))
-            rows = []
-        elif line.startswith("**"):
-            title = line.strip("*")
-        elif line and sections and not line.startswith(("!", "*")):
-            sections[-1] = sections[-1]._replace(text=(*sections[-1].text, line))
-    return sections
+def page_sections() -> tuple[PageSection, ...]:
+    """Return the sections of the report, with all tables."""
+    report = json.loads(PAGE.with_suffix(".json").read_text(encoding="utf-8"))
+    return tuple(
+        PageSection(
+            section["heading"],
+            tuple(section["text"]),
+            tuple(
+                Table(t["title"], tuple(t["columns"]), tuple(map(tuple, t["rows"])), t["digits"])
+                for t in section["tables"]
+            ),
+            tuple(Picture(**picture) for picture in section["pictures"]),
+        )
+        for section in report["sections"]
+    )
 
 
 def verdicts_on_page(section: str) -> list[tuple[str, str, str]]:
-    """Figure, statement and the kind of its verdict, of the section whose heading begins so."""
+    """Return figure, statement and kind of verdict of the section whose heading starts so."""
     (found,) = [each for each in page_sections() if each.heading.startswith(section)]
     return [
         (str(row[0]), str(row[1]), _kind(str(row[-1])))
@@ -38,7 +36,7 @@ def verdicts_on_page(section: str) -> list[tuple[str, str, str]]:
 
 
 def verdicts_of(claims: list[Claim]) -> list[tuple[str, str, str]]:
-    """The same of claims."""
+    """Return the same of claims."""
     return [(claim.figure, claim.printed, _kind(claim.verdict)) for claim in claims]
 
 

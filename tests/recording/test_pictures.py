@@ -181,6 +181,14 @@ def test_spectrum_is_scipys(file: Path, run: Trajectory) -> None:
     assert 3 <= len(lit) <= 4 and np.abs(lit - turning).max() < 4.0
 
 
+def test_all_spectra_of_a_batch_are_one_message(file: Path) -> None:
+    chunks = RrdReader(file).stream().to_chunks()
+    holding = [
+        c.entity_path for c in chunks if "BarChart:values" in c.to_record_batch().schema.names
+    ]
+    assert sorted(holding) == ["/plot/spectrum/once", "/plot/spectrum/rest"]
+
+
 def test_the_spindle_s_phases_are_named(file: Path, run: Trajectory) -> None:
     names = [cell[0] for cell in cells(file, "/state/spindle", "StateChange:state")]
     assert names == ["speeding up", VARIABLE, "speeding up", "steady"]

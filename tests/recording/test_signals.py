@@ -55,9 +55,9 @@ def test_there_is_no_window_where_time_runs_back() -> None:
 
 
 @pytest.mark.parametrize("sizes", [[1, 2], [7, 1, 300], [10_000]])
-def test_thinning_keeps_the_first_row_of_each_period(sizes: list[int]) -> None:
-    table, thinning = rows(3000), FrameRate(1e-3)
-    kept = np.concatenate([thinning.of(part) for part in cut(table, sizes)])
+def test_decimation_keeps_the_first_row_of_each_period(sizes: list[int]) -> None:
+    table, decimation = rows(3000), FrameRate(1e-3)
+    kept = np.concatenate([decimation.of(part) for part in cut(table, sizes)])
     ms = np.rint(table[:, 1] * 1e9).astype(int) // 1_000_000
     expected = [int(np.flatnonzero(ms == k)[0]) for k in range(300)]
     np.testing.assert_array_equal(kept, table[expected])

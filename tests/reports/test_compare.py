@@ -15,7 +15,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.balls import ball_styles
 from ab_sim.recording import Recording, open_recording
-from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_with
+from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_recording
 from ab_sim.reports.gather import gather
 from ab_sim.reports.panels import panels_of
 from ab_sim.scene import Scene, load_scene
@@ -45,7 +45,7 @@ def beside(
 ) -> RecordingComparison:
     with Recording(path, description=told or describe(scene)) as recording:
         recording.block(run.channels, run.samples)
-    return compare_with(open_recording(path), scene)
+    return compare_recording(open_recording(path), scene)
 
 
 def part(run: Trajectory, rows: Any) -> Trajectory:
@@ -100,7 +100,7 @@ def test_another_scene_is_as_far_as_it_is(tmp_path: Path, scene: Scene, live: Tr
     other = changed_scene(scene, {"balls.mass": 0.0006}, "test")
     with Recording(tmp_path / "r.rrd", description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
-    found = compare_with(open_recording(tmp_path / "r.rrd"), other)
+    found = compare_recording(open_recording(tmp_path / "r.rrd"), other)
     drive = Drive(other, commanded=True)
     parts = [drive.present(), drive.advance(50)]
     for k in range(200):
@@ -135,11 +135,11 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
     with Recording(path, description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
     with pytest.raises(InputError, match=r"steps of 0\.001 s.*solver\.step = 0\.0005 s"):
-        compare_with(open_recording(path), changed_scene(scene, {"solver.step": 5e-4}, "test"))
+        compare_recording(open_recording(path), changed_scene(scene, {"solver.step": 5e-4}, "test"))
     with Recording(path, description=describe(scene)):
         pass
     with pytest.raises(InputError, match="cannot be compared: it is empty"):
-        compare_with(open_recording(path), scene)
+        compare_recording(open_recording(path), scene)
     with pytest.raises(InputError, match="is empty: it has no samples"):
         gather(open_recording(path), "r")
     names = [name for name in live.channels if name != "command"]
@@ -147,21 +147,21 @@ def test_what_cannot_be_compared_says_why(tmp_path: Path, scene: Scene, live: Tr
     with Recording(path, description=describe(scene)) as recording:
         recording.block(names, live.samples[:, columns])
     with pytest.raises(InputError, match="it has no channel command"):
-        compare_with(open_recording(path), scene)
+        compare_recording(open_recording(path), scene)
 
 
 def test_what_is_gathered_is_what_the_run_is_judged_by(
     tmp_path: Path, scene: Scene, live: Trajectory
 ) -> None:
-    from ab_sim.analysis import merits_of
+    from ab_sim.analysis import metrics_of
 
     path = tmp_path / "r.rrd"
     with Recording(path, description=describe(scene)) as recording:
         recording.block(live.channels, live.samples)
         recording.scalar("real_time_factor", 0.5, 0.9)
     data = gather(open_recording(path), "r")
-    assert data.merits is not None and data.scene is not None
-    assert data.merits == merits_of(live, scene)
+    assert data.metrics is not None and data.scene is not None
+    assert data.metrics == metrics_of(live, scene)
     assert data.report()["real_time_factor"] == {"mean": 0.9, "least": 0.9}
     time, angle = data.curves.curve("ball_0_angle")
     np.testing.assert_array_equal(angle, live["ball_0_angle"])
@@ -175,7 +175,7 @@ def test_a_report_shows_the_run_without_balls_in_grey(tmp_path: Path) -> None:
         recording.block(run.trajectory.channels, run.trajectory.samples)
     data = gather(open_recording(path), "r")
     alone = run_scene(without_balls(run.scene))
-    assert data.final_without_balls == pytest.approx(alone.merits.final_whirl, rel=0.01)
+    assert data.final_without_balls == pytest.approx(alone.metrics.final_whirl, rel=0.01)
     (panel,) = [each for each in panels_of(data) if each.key == "whirl"]
     assert [(line.name, line.colour) for line in panel.curves] == [
         ("without balls", palette.hexadecimal(palette.WITHOUT_BALLS)),
@@ -204,12 +204,12 @@ def test_a_profile_s_run_that_begins_in_a_ramp_is_the_same_to_the_bit(
     assert found.same and found.driven_by == PROFILE
 
 
-def test_a_thinned_one_says_that_commands_may_act_late(
+def test_a_decimated_one_says_that_commands_may_act_late(
     tmp_path: Path, scene: Scene, live: Trajectory
 ) -> None:
     with Recording(
         tmp_path / "r.rrd", description=describe(scene), every=10, around=0.05
     ) as recording:
         recording.block(live.channels, live.samples)
-    found = compare_with(open_recording(tmp_path / "r.rrd"), scene)
+    found = compare_recording(open_recording(tmp_path / "r.rrd"), scene)
     assert any("left out by intent" in note for note in found.notes)

@@ -1,8 +1,6 @@
 """Start angles of a scene that gives none, and warnings of balls that never part."""
 
 import math
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +10,7 @@ import ab_sim
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.equations.neighbours import never_part, start_angles
 from ab_sim.scene import load_scene, scene_names
+from tests.cli import tool
 
 DEFAULT = ["start.ball_angles="]
 TOGETHER = ["start.ball_angles=[0.0, 6.283185307179586]"]
@@ -33,7 +32,7 @@ def test_balls_start_apart(count: int) -> None:
 def test_without_a_start_a_good_design_balances() -> None:
     """At one angle, the former default, the same drive ends at 1.5 times the limit."""
     apart, together = (
-        ab_sim.simulate(load_scene("balanced-start-up", changes)).merits
+        ab_sim.simulate(load_scene("balanced-start-up", changes)).metrics
         for changes in (DEFAULT, TOGETHER)
     )
     assert apart.verdict == "balanced"
@@ -50,10 +49,7 @@ def test_scenes_of_the_package_say_where_their_balls_start() -> None:
 
 def ab(*words: str, cwd: Path) -> str:
     """What a command says; a tuning of runs as short as these finds nothing, and says that too."""
-    command = [sys.executable, "-m", "ab_sim", *words]
-    done = subprocess.run(
-        command, capture_output=True, text=True, cwd=cwd, timeout=300, check=False
-    )
+    done = tool.ab_sim(*words, cwd=cwd)
     assert done.returncode in (0, 1), done.stderr
     return " ".join((done.stdout + done.stderr).replace("│", " ").split())
 

@@ -7,7 +7,8 @@ from typing import Annotated, Any, NamedTuple
 import pytest
 from pydantic import TypeAdapter
 
-from ab_sim.cli.tables import print_effects
+from ab_sim.cli.lists import print_effects
+from ab_sim.cli.scene_commands import EffectsOptions
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
@@ -116,7 +117,7 @@ def test_a_disc_that_lies_flat_needs_nothing_to_hold_it(scene: Any) -> None:
 def test_a_printed_effect_shows_its_defaults(
     magnets: None, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    print_effects("magnets")
+    print_effects(EffectsOptions("magnets"))
     printed = capsys.readouterr().out
     assert "B [T]; default 0.25" in printed and "phi [rad]; default -1.5708" in printed
     assert "suspension" not in printed
@@ -124,7 +125,7 @@ def test_a_printed_effect_shows_its_defaults(
 
 def test_an_effect_that_is_not_there_is_not_printed() -> None:
     with pytest.raises(InputError, match=r"'suspensoin': no such effect; did you mean 'suspens"):
-        print_effects("suspensoin")
+        print_effects(EffectsOptions("suspensoin"))
 
 
 @pytest.mark.parametrize(("name", "effect"), effect_classes().items())

@@ -144,6 +144,14 @@ def test_case_2_is_exactly_degenerate() -> None:
         ("rotor=3", ["rotor = 3: must be a section"]),
         ("rotor=", ["rotor: is missing"]),
         ("balls=", ["balls: is missing", "balls: {count: 0}"]),
+        ("race=", ["race: is missing", "the balls need one"]),
+        ("start.motor_integral=1", ["start.motor_integral = 1 rad", "name the effect motor"]),
+        ("profile.target_speed=np.float64(200.0)", ["NumPy's notation of a number; write 200.0"]),
+        (
+            "start.ball_angles=[np.float32(1.5),0]",
+            ["ball_angles.0 = 'np.float32(1.5)'", "write 1.5"],
+        ),
+        ("balls.count=np.int64(2)", ["balls.count = 'np.int64(2)'", "write 2"]),
         ("profile.variable_speed_period.acceleration=-1000", ["must lie between"]),
         ("profile.acceleration=60", ["profile.acceleration", "spindle.max_acceleration"]),
         ("profile.acceleration=1e-300", ["profile.acceleration", "at least 1e-06"]),
@@ -230,6 +238,15 @@ def test_a_changed_scene_is_what_a_check_of_the_whole_makes_of_it(name: str, cha
     assert found[0] == found[1]
     if isinstance(found[0], Scene):
         assert found[0].as_mapping() == found[1].as_mapping()
+
+
+def test_a_scene_without_balls_needs_no_race() -> None:
+    scene = load_scene("no-ball", ["race="])
+    assert "race" not in scene.as_mapping() and Drive(scene).advance(1)["speed"][0] > 0.0
+    balls = {"balls": {"count": 2, "mass": 1e-3}}
+    with pytest.raises(SceneError, match="race: is missing"):
+        changed_scene(scene, balls, "with balls")
+    assert changed_scene(scene, {**balls, "race.radius": 0.02}, "both").race.radius == 0.02
 
 
 def test_a_change_leaves_alone_what_it_is_made_of() -> None:

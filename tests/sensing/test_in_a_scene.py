@@ -130,3 +130,13 @@ def test_bad_input_is_named(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(SceneError) as caught:
         changed_scene(load_scene("thesis-hold"), changes, "test")
     assert words in str(caught.value)
+
+
+def test_sensors_with_one_seed_have_noise_of_their_own() -> None:
+    """The first one's is that of a sensor alone."""
+    noisy = {**CLEAN, "noise_density": 0.01}
+    clean, alone = (read(run(on_edge({"pickup": each}))) for each in (CLEAN, noisy))
+    both = run(on_edge({"pickup": noisy, "other": noisy}))
+    assert read(both).tobytes() == alone.tobytes()
+    first, second = (read(both, name).real - clean.real for name in ("pickup", "other"))
+    assert abs(np.corrcoef(first, second)[0, 1]) < 0.3

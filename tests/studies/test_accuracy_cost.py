@@ -12,14 +12,14 @@ import pytest
 from rich.console import Console
 
 from ab_sim.accuracy.deviation import Samples, deviation
-from ab_sim.cli.accuracy import accuracy_shown
+from ab_sim.cli.costs import accuracy_shown
 from ab_sim.drive import Drive
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.accuracy_cost import accuracy_figure
 from ab_sim.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver
-from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost, measure
+from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost, accuracy_cost
 from ab_sim.studies.accuracy_cost import families as families_module
 from ab_sim.studies.accuracy_cost.collocation import gauss_nodes
 from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
@@ -66,7 +66,7 @@ def test_the_references_nodes_integrate_polynomials_exactly(count: int) -> None:
 
 @lru_cache
 def study() -> AccuracyCost:
-    return measure(made(**SMOOTH), repeats=1, steps=STEPS, tolerances=TOLERANCES)
+    return accuracy_cost(made(**SMOOTH), repeats=1, steps=STEPS, tolerances=TOLERANCES)
 
 
 def rows_of(method: str) -> list[SettingCost]:
@@ -360,8 +360,8 @@ def test_the_report_survives_json_and_makes_a_picture(tmp_path: Path) -> None:
 
 def test_bad_input_is_refused() -> None:
     with pytest.raises(InputError, match="at least 1"):
-        measure(made(), repeats=0)
+        accuracy_cost(made(), repeats=0)
     with pytest.raises(InputError, match="too short"):
-        measure(made(duration=0.001))
+        accuracy_cost(made(duration=0.001))
     with pytest.raises(SceneError, match="beyond the stability limit"):
-        measure(made(solver={"step": 0.1}))
+        accuracy_cost(made(solver={"step": 0.1}))

@@ -12,7 +12,7 @@ import pytest
 from ab_sim.errors import InputError, SceneError
 from ab_sim.figures.effect_cost import cost_figure
 from ab_sim.scene import load_scene
-from ab_sim.studies.effect_cost import ALL, BASE, measure, off_axis, variants
+from ab_sim.studies.effect_cost import ALL, BASE, effect_cost, off_axis, variants
 
 MOTOR = {"rotor_inertia": 2.9e-5, "torque_limit": 5e-3, "proportional_gain": 1e-3}
 
@@ -69,7 +69,7 @@ def test_numbers_are_complete_and_make_a_report_and_a_picture(scene: Any, tmp_pa
     told: list[tuple[str, int, int]] = []
     only = {"viscous_drag": None, "spindle_acceleration": None}
     made = scene(effects=only, duration=0.02)
-    cost = measure(made, repeats=3, progress=lambda *what: told.append(what))
+    cost = effect_cost(made, repeats=3, progress=lambda *what: told.append(what))
     assert [row.name for row in cost.rows] == [BASE, "ball_spin", "suspension", ALL]
     assert (cost.steps_per_run, cost.repeats, cost.stepper) == (20, 3, "rk8")
     assert ("measuring", 2, 3) in told
@@ -88,17 +88,17 @@ def test_a_variant_that_diverges_says_so_and_the_others_are_measured(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from ab_sim.errors import DivergedError
-    from ab_sim.studies import effect_cost
+    from ab_sim.studies import effect_cost as module
 
-    class Fragile(effect_cost.Drive):
+    class Fragile(module.Drive):
         def advance(self, steps: int = 1) -> Any:
             if list(self.scene.effects) == ["ball_spin"]:
                 raise DivergedError("went beyond all bounds")
             return super().advance(steps)
 
-    monkeypatch.setattr(effect_cost, "Drive", Fragile)
+    monkeypatch.setattr(module, "Drive", Fragile)
     made = scene(effects={"viscous_drag": None, "spindle_acceleration": None}, duration=0.01)
-    rows = {row.name: row for row in measure(made, repeats=1).rows}
+    rows = {row.name: row for row in effect_cost(made, repeats=1).rows}
     assert rows["ball_spin"].ns_per_step is None
     assert "beyond all bounds" in rows["ball_spin"].failure
     assert rows[ALL].ns_per_step is not None
@@ -106,9 +106,9 @@ def test_a_variant_that_diverges_says_so_and_the_others_are_measured(
 
 def test_bad_input_is_refused(scene: Any) -> None:
     with pytest.raises(InputError, match="at least 1"):
-        measure(scene(), repeats=0)
+        effect_cost(scene(), repeats=0)
     with pytest.raises(SceneError, match="beyond the stability limit"):
-        measure(scene(solver={"step": 0.1}))
+        effect_cost(scene(solver={"step": 0.1}))
 
 
 def test_everything_names_every_effect_that_can_be_together() -> None:

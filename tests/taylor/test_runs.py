@@ -33,7 +33,7 @@ def by_taylor(*changes: str) -> Drive:
 def true() -> np.ndarray:
     """The balls' angles in it, every 5 ms."""
     fine = ["solver.stepper=rk8", "solver.step=0.0005"]
-    run = Drive(load_scene("thesis-hold", [*SMOOTH, *fine])).advance(12_000).thinned(10)
+    run = Drive(load_scene("thesis-hold", [*SMOOTH, *fine])).advance(12_000).decimated(10)
     return np.asarray(run.ball_angles)
 
 
@@ -52,7 +52,7 @@ def test_all_effects_that_have_a_series(plant: str, seed: int) -> None:
     drive = Drive(scene_at_random(plant, seed, **own), energy_balance=True)
     fine = Drive(scene_at_random(plant, seed, stepper="rk8", step=1e-4), energy_balance=True)
     angles = drive.advance(50).ball_angles
-    other = fine.advance(2000).thinned(40)
+    other = fine.advance(2000).decimated(40)
     assert np.abs(angles - other.ball_angles).max() < 1e-5
     balance = drive.energy()
     lost = balance.stored - balance.at_start - balance.motor_work + balance.dissipated
@@ -105,20 +105,20 @@ def test_runs_side_by_side_do_not_wait_for_each_others_steps() -> None:
     for run in batch.runs:
         alone = Drive(run.scene).advance(200)
         assert run.trajectory.samples.tobytes() == alone.samples.tobytes()
-    thinned = simulate_batch(base, variations[:3], every=7)
-    for run, full in zip(thinned.runs, batch.runs, strict=False):
+    decimated = simulate_batch(base, variations[:3], every=7)
+    for run, full in zip(decimated.runs, batch.runs, strict=False):
         expected = full.trajectory.samples[6::7]
         assert run.trajectory.samples.tobytes() == expected.tobytes()
 
 
-def test_merits_are_those_of_runs_by_a_runge_kutta_method() -> None:
+def test_metrics_are_those_of_runs_by_a_runge_kutta_method() -> None:
     variations = [{"balls.mass": 1e-3 * (1 + 0.1 * k)} for k in range(9)]
-    found, merit = [], "vibration_velocity_rms"
+    found, metric = [], "vibration_velocity_rms"
     for stepper in ("taylor", "rk8"):
         changes = [*SMOOTH, "duration=1.0", f"solver.stepper={stepper}", "solver.step=0.002"]
-        batch = simulate_batch(load_scene("thesis-hold", changes), variations, merits=[merit])
+        batch = simulate_batch(load_scene("thesis-hold", changes), variations, metrics=[metric])
         assert batch.in_lanes == 9
-        found.append(batch.merits[merit])
+        found.append(batch.metrics[metric])
     np.testing.assert_allclose(found[0], found[1], rtol=1e-8)
 
 

@@ -1,6 +1,6 @@
 """Branches of resting states over speed, from closed forms, with all their folds."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import cache
 from itertools import pairwise
 
@@ -24,9 +24,9 @@ from ab_sim.analysis.equilibria.traced import traced_branches
 from ab_sim.analysis.results import Result, Results
 from ab_sim.dynamics.system import System
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
-Progress = Callable[[str, int, int], None]
 CLOSE = 1e-6
 """Fraction of a speed range, at each end, in which rounding may change the number of radii."""
 MANY = 12

@@ -1,6 +1,6 @@
 """Numerical branches over speed: found at seed speeds, then continued around folds."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from itertools import pairwise
 
 import numpy as np
@@ -25,12 +25,12 @@ from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, int
 from ab_sim.analysis.equilibria.resting import state_of
 from ab_sim.analysis.equilibria.states import RestingState
 from ab_sim.dynamics.system import System
+from ab_sim.progress import Progress
 
 SEEDS = 9
 """Number of seed speeds of the search; branches that lie between two seeds are missed."""
 MOST_SPEEDS = 60
 """Largest number of a curve's points at which stability is evaluated."""
-Progress = Callable[[str, int, int], None]
 Part = list[CurvePoint]
 
 

@@ -6,12 +6,11 @@ from typing import Any
 
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.results import Results
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 SAVE_INTERVAL = 20.0
 """Time between two checkpoints [s]: the most work that an interruption loses."""
-Tell = Callable[[str, int, int], None]
-"""Progress callback: name of the work, number of points done, number of all points."""
 
 
 class PointCheckpoint:
@@ -48,7 +47,7 @@ class PointCheckpoint:
         points: Sequence[Point],
         compute: Callable[[Sequence[Point]], Iterable[Any]],
         what: str,
-        tell: Tell | None = None,
+        tell: Progress | None = None,
     ) -> list[Any]:
         """Return the values of points; missing values are computed.
 

@@ -3,10 +3,10 @@
 import math
 from typing import Any, NamedTuple
 
-from ab_sim.analysis.maps.checkpoint import Tell
 from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.errors import InputError
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 
 MOST = 50
@@ -71,7 +71,7 @@ def family(
     values: tuple[float, ...],
     coarse: int,
     workers: int = 1,
-    tell: Tell | None = None,
+    tell: Progress | None = None,
 ) -> Family:
     """Compute one map per value.
 

@@ -13,7 +13,7 @@ import ab_sim
 from ab_sim.analysis.circulating import why_not
 from ab_sim.analysis.equilibria.extremes import ALL, SAMPLED, known_positions
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.analysis.maps.checkpoint import PointCheckpoint, Tell
+from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.maps.circulation import (
     CIRCULATES,
     NOT_KNOWN,
@@ -25,6 +25,7 @@ from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
 from ab_sim.presentation import Column, Columns, Presented
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 from ab_sim.workers import Workers
 
@@ -147,7 +148,7 @@ class StabilityMap(Presented):
 
 
 def stability_map(
-    plane: Plane, coarse: int = COARSE, workers: int = 1, tell: Tell | None = None
+    plane: Plane, coarse: int = COARSE, workers: int = 1, tell: Progress | None = None
 ) -> StabilityMap:
     """Compute the labels of a plane; computed points are cached on disk.
 

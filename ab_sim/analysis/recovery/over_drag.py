@@ -5,7 +5,7 @@ composite index is their weighted sum t_c + r_p mean(t_c) / mean(r_p). It theref
 set of drags over which the means are taken.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,13 +17,13 @@ from ab_sim.analysis.results import Results
 from ab_sim.equations.neighbours import never_part, start_angles
 from ab_sim.errors import SceneError
 from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 
 DRAGS = (0.1, 0.2, 0.3, 0.4, 0.5)
 """Drags [N s/m] that reproduce the report's figures; the report does not state its own."""
 DRAG = "effects.viscous_drag.coefficient"
-Tell = Callable[[str, int, int], None]
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ def composite_of(found: Sequence[Recovery]) -> Composite | None:
 
 
 def recovery_over_drag(
-    scene: Scene, drags: Sequence[float] = DRAGS, tell: Tell | None = None, band: float = BAND
+    scene: Scene, drags: Sequence[float] = DRAGS, tell: Progress | None = None, band: float = BAND
 ) -> RecoveryOverDrag:
     """Return the recovery at the scene's own drag and others, with its balls and with one.
 

@@ -18,7 +18,7 @@ from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.equilibria import Equilibria, RestingState, equilibria_of
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.states import resting_state
-from ab_sim.analysis.merits import LAST
+from ab_sim.analysis.metrics import LAST
 from ab_sim.analysis.startup import peak_whirl
 from ab_sim.drive import Drive
 from ab_sim.drive.drive import AT_ONCE

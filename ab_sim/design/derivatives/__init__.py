@@ -3,17 +3,17 @@
 keys          values of a scene by their dotted keys, and the scene with another value
 differences   derivatives and their uncertainty
 channels      derivatives of a run's channels
-of_merits     derivatives of a run's merits
+of_metrics     derivatives of a run's metrics
 """
 
 from ab_sim.design.derivatives.channels import Sensitivities, sensitivities
 from ab_sim.design.derivatives.keys import real_keys
-from ab_sim.design.derivatives.of_merits import MeritSensitivities, merit_sensitivities
+from ab_sim.design.derivatives.of_metrics import MetricSensitivities, metric_sensitivities
 
 __all__ = [
-    "MeritSensitivities",
+    "MetricSensitivities",
     "Sensitivities",
-    "merit_sensitivities",
+    "metric_sensitivities",
     "real_keys",
     "sensitivities",
 ]

@@ -15,6 +15,7 @@ from ab_sim.drive.trajectory import Trajectory, check_room, column_of
 from ab_sim.drive.units import unit_of
 from ab_sim.errors import InputError, exact, nearest
 from ab_sim.presentation import Column, Columns, Presented, ends
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 from ab_sim.stepping.fixed_step import ANGLE
 
@@ -85,13 +86,56 @@ class Sensitivities(Presented):
 
 
 def sensitivities(
-    scene: Scene,
+    scene: SceneLike,
     keys: Sequence[str],
+    *,
     channels: Sequence[str] | None = None,
     times: Sequence[float] | np.ndarray | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Sensitivities:
-    """Differentiate a run's channels; see ``ab_sim.sensitivities``."""
+    """Differentiate channels of a scene's run by values of the scene.
+
+    Derivatives are differences of whole runs, side by side, with their uncertainty.
+
+    Parameters
+    ----------
+    scene, keys
+        See ``metric_sensitivities``.
+    channels : sequence of str, optional
+        Channels of the trajectory; default: all except ``step``, ``time`` and the sensors'.
+    times : sequence of float, optional
+        Times [s], increasing and on steps. The run lasts to the last of them. Default: all steps
+        until ``scene.duration``.
+    progress : callable, optional
+        Called with (runs done, runs) of each batch of runs.
+
+    Returns
+    -------
+    Sensitivities
+        ``derivatives`` and their ``uncertainties``, shape (channels, keys, samples), SI;
+        ``trajectory``, the run with every step; ``times``, ``keys``, ``values``, ``channels``;
+        ``of(channel, key)`` is one of them.
+
+    Raises
+    ------
+    InputError
+        A key or channel does not exist, a key is not a real number, or a time is not on a step.
+    SceneError
+        The scene is not valid, or cannot be run with its solver.
+    DivergedError
+        The state went beyond all bounds.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.1"])
+    >>> found = ab_sim.sensitivities(scene, ["balls.mass", "rotor.eccentricity"])
+    >>> found.derivatives.shape
+    (13, 2, 101)
+    >>> found.of("x", "rotor.eccentricity").shape
+    (101,)
+    """
+    scene = as_scene(scene)
     real = checked_keys(scene, keys)
     scene = with_stepper(scene)
     drive = Drive(scene)
@@ -140,7 +184,7 @@ def sensitivities(
 
 
 def _named(scene: Scene, known: Sequence[str], channels: Sequence[str] | None) -> list[str]:
-    """Names of channels, checked; default all but sensors', which are the last ones."""
+    """Return the names of channels after a check; default: all except the sensors'."""
     if channels is None:
         axes = 2 if scene.deck is None else 3
         return list(known[ANGLE : len(known) - axes * len(scene.pickups)])
@@ -151,7 +195,7 @@ def _named(scene: Scene, known: Sequence[str], channels: Sequence[str] | None) -
 
 
 def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[Sequence[int], int]:
-    """Numbers of the requested samples, and of the run's steps."""
+    """Return the indices of the requested samples, and the number of the run's steps."""
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
         return range(steps + 1), steps

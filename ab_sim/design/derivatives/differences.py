@@ -139,8 +139,8 @@ def _difference(
         (slopes[0], slopes[1], possible[1]),
         (slopes[3], slopes[2], possible[0]),
     ):
-        # At the end of what a key may be, differences to one side are all that there is. Where a
-        # run of the other side failed, there is no derivative.
+        # At the end of a key's range, only one-sided differences are possible. If a run of the
+        # other side failed, there is no derivative.
         if other:
             continue
         single = np.isnan(derivative)
@@ -198,8 +198,8 @@ def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:
 def _noise_of(near: np.ndarray) -> np.ndarray:
     """Return the standard deviation of results by eight runs in a line; infinite if one failed.
 
-    Fourth differences take away all that is smooth, and multiply the variance of what is not by
-    8! / 4!^2 = 70.
+    Fourth differences remove the smooth part, and multiply the variance of the noise by 8! / 4!^2
+    = 70.
     """
     rounding: np.ndarray = np.finfo(float).eps * np.abs(near[0])
     if len(near) < 8:

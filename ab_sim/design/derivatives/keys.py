@@ -1,4 +1,4 @@
-"""Numbers of a scene by their dotted keys: what each is, and the scene with another value.
+"""Numbers of a scene by their dotted keys: value and unit, and the scene with another value.
 
 Entries of lists are counted from 0: ``balls.mass.1``, ``mounts.0.stiffness.2``. Where one number
 stands for all, an entry is that number, and changing it makes a list.
@@ -8,12 +8,10 @@ import functools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from pydantic import BaseModel
-
 from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import InputError, nearest
+from ab_sim.errors import InputError, SceneError, nearest
 from ab_sim.quoting import short
-from ab_sim.scene.changes import listed
+from ab_sim.scene.changes import value_at
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
@@ -25,24 +23,24 @@ MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profi
 
 ANGLES = "start.ball_angles"
 IN_SPACE = ("rotor.height", "race.height")
-"""Have no meaning for a deck that moves in the plane of the disc."""
+"""Keys without a meaning for a deck that moves in the plane of the disc."""
 
 
 class RealKey(NamedTuple):
-    """A number of a scene."""
+    """Number of a scene."""
 
     key: str
     value: float
     unit: str
-    """SI; "1" of a number without dimension."""
+    """SI unit; "1" for a number without dimension."""
 
 
 def real_key(scene: Scene, key: str) -> RealKey:
     """Return a number of a scene by its key.
 
     Raises:
-        InputError: there is none; it is a list, or no real number; or it does not act on the
-            motion. Names what there is.
+        InputError: the key does not exist, is a list or not a real number, or does not act on the
+            motion; the message lists the keys.
     """
     parts = key.split(".")
     section = parts[0]
@@ -53,12 +51,16 @@ def real_key(scene: Scene, key: str) -> RealKey:
                 f"take a key of one of: {', '.join(MOVING)}"
             )
         raise _unknown(scene, key)
+    raw = _plain(scene)
     try:
-        value = _value(scene, parts, scene)
-    except (AttributeError, KeyError, IndexError, TypeError, ValueError):
+        value = value_at(raw, key)
+    except SceneError:  # a list has no such entry
         raise _unknown(scene, key) from None
-    if isinstance(value, tuple) and value and isinstance(value[0], float):
+    if isinstance(value, list) and value and isinstance(value[0], float):
         raise InputError(f"key {short(key)}: has {len(value)} numbers; name one, e.g. {key}.0")
+    above = key.rpartition(".")[0]
+    if value is None and above and (_row(parts) is None or value_at(raw, above) is None):
+        raise _unknown(scene, key)
     if type(value) is not float:
         what = "is not given in this scene" if value is None else "is no real number"
         raise InputError(f"key {short(key)}: {what}{_near(scene, key)}")
@@ -70,11 +72,16 @@ def real_keys(scene: Scene) -> list[RealKey]:
 
     One that stands for all balls, or all axes, is there as such; of lists there is each entry.
     """
-    found = [RealKey(key, value, _unit(key.split("."))) for key, value in _numbers(scene)]
-    angles = scene.start.ball_angles is None and scene.balls.count
-    if angles:
-        at = start_angles(scene)
-        found += [RealKey(f"start.ball_angles.{i}", x, "rad") for i, x in enumerate(at)]
+    raw = scene.with_plain(MOVING)
+    found = [
+        RealKey(key, value, _unit(key.split(".")))
+        for section in MOVING
+        for key, value in _inside(section, raw.get(section))
+        if scene.deck is not None or key not in IN_SPACE
+    ]
+    if scene.start.ball_angles is None:
+        angles = enumerate(start_angles(scene))
+        found += [RealKey(f"{ANGLES}.{i}", angle, "rad") for i, angle in angles]
     return found
 
 
@@ -106,61 +113,20 @@ def moved_together(scene: Scene, values: Mapping[str, float]) -> Scene:
     return changed_scene(scene, changes, scene.name)
 
 
-def _numbers(scene: Scene) -> Iterator[tuple[str, float]]:
-    for section in MOVING:
-        for key, value in _inside(section, getattr(scene, section)):
-            if scene.deck is not None or key not in IN_SPACE:
-                yield key, value
+def _plain(scene: Scene) -> dict[str, Any]:
+    """Return the sections that act on the motion as plain values, with the balls' start angles."""
+    raw: dict[str, Any] = scene.with_plain(MOVING)
+    if scene.start.ball_angles is None and scene.balls.count:
+        raw["start"]["ball_angles"] = list(start_angles(scene))
+    return raw
 
 
 def _inside(key: str, value: Any) -> Iterator[tuple[str, float]]:
     if type(value) is float:
         yield key, value
-        return
-    named: Sequence[tuple[Any, Any]] = ()
-    if isinstance(value, BaseModel):
-        named = [(name, getattr(value, name)) for name in type(value).model_fields]
-    elif isinstance(value, dict):
-        named = list(value.items())
-    elif hasattr(value, "_fields"):
-        named = list(zip(value._fields, value, strict=True))
-    elif isinstance(value, tuple):
-        named = list(enumerate(value))
-    for name, inner in named:
-        yield from _inside(f"{key}.{name}", inner)
-
-
-def _value(node: Any, parts: Sequence[str], scene: Scene, path: str = "") -> Any:
-    if not parts:
-        return node
-    name, *rest = parts
-    node = _listed(node, path, scene)
-    path = f"{path}.{name}".lstrip(".")
-    return _value(_child(node, name), rest, scene, path)
-
-
-def _child(node: Any, name: str) -> Any:
-    if isinstance(node, dict):
-        return node[name]
-    if isinstance(node, BaseModel):
-        if name not in type(node).model_fields:
-            raise KeyError(name)
-        return getattr(node, name)
-    if hasattr(node, "_fields"):
-        if name not in node._fields:
-            raise KeyError(name)
-        return getattr(node, name)
-    if isinstance(node, tuple) and name.isdecimal():
-        return node[int(name)]
-    raise KeyError(name)
-
-
-def _listed(node: Any, path: str, scene: Scene) -> Any:
-    """Return the list of numbers where one stands for all, or none is given."""
-    if node is None and path == ANGLES:
-        return start_angles(scene)
-    entries = listed(path, node, scene.balls.count)
-    return tuple(entries) if isinstance(entries, list) else entries
+    elif isinstance(value, dict | list):
+        for name, inner in value.items() if isinstance(value, dict) else enumerate(value):
+            yield from _inside(f"{key}.{name}", inner)
 
 
 def _unit(parts: Sequence[str]) -> str:

@@ -287,7 +287,7 @@ def sizing_failure(found: Sizing) -> str:
 
 
 def _where_balls_stick(found: Sizing) -> str:
-    """What friction leaves, whatever time there is; empty without friction."""
+    """Return the whirl and unbalance left by sticking balls, as text; empty without friction."""
     specification = found.specification
     if specification.friction_arm == 0.0:
         return ""

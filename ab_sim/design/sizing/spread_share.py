@@ -5,15 +5,16 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.merits.verdict import Verdict
+from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.intervals import ShareBalanced, share_of
 from ab_sim.design.judged import FAILED, FAILURE, OUTCOME, Job
-from ab_sim.design.scores import merit_values
+from ab_sim.design.scores import metric_values
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.spread_runs import Executors
 from ab_sim.design.tolerances import Tolerance, tolerance_of
-from ab_sim.design.work import Executor, Tell, rows_of
+from ab_sim.design.work import Executor, rows_of
+from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 GRADE, PEAK = "balance_grade", "peak_whirl_over_e"
@@ -46,7 +47,7 @@ class Running(NamedTuple):
     seed: int
     executors: Executors | None
     """Function that creates an executor; None for this process."""
-    tell: Tell | None
+    tell: Progress | None
 
     def at_stage(self, name: str) -> "Running":
         """Return the same, whose progress begins with the name of a stage."""
@@ -94,9 +95,9 @@ def run_share(
     rows = rows_of(job, drawn, running.executor(), running.tell)
     outcomes = np.array(rows[OUTCOME].to_pylist())
     limit = GRADE_UNIT * specification.limit / scene.total_mass * specification.speed
-    balanced = (merit_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
+    balanced = (metric_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
     keys = drawn.keys.index("rotor.eccentricity")
-    whirls = merit_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
+    whirls = metric_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
     failures = [each for each in rows[FAILURE].to_pylist() if each]
     return SpreadRuns(
         share_of(balanced),

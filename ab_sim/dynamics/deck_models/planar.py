@@ -17,7 +17,7 @@ from ab_sim.dynamics.system import (
 from ab_sim.equations.motion import DeckMotion
 from ab_sim.equations.planar import Planar
 from ab_sim.equations.sums import over_effects
-from ab_sim.errors import SceneError, exact
+from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 _DIRECTIONS = np.array([[math.cos(a), math.sin(a)] for a in math.pi * np.arange(8) / 8]).T
@@ -65,7 +65,7 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     poles = poles_of(effects, body, mass)[:, 0]
     turning = poles + 1j * np.where(poles.imag >= 0, top_speed, -top_speed)
     fastest = complex(turning[np.abs(turning).argmax()])
-    return {f"the deck's whirl at {exact(top_speed)} rad/s": fastest}
+    return {f"the deck's whirl at {top_speed:.5g} rad/s": fastest}
 
 
 def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray:

@@ -1,33 +1,34 @@
-"""The effects a scene may call for: one file each, registered by importing it here.
+"""Effects that a scene may name: one file each, registered by importing it here.
 
-An effect is a ``NamedTuple``: its fields are its parameters, its docstring its meaning, and it
-has the methods, of those below, that it needs. What no effect of a scene does is not computed.
-docs/contributing.md says what else an effect, and a new method in this list (a hook), needs.
-Methods are formulas: plain Python on numbers, which are floats, arrays with one for each ball, or
-expressions of ``ab_sim.tracing``, of which machine code is made; ``self`` is the effect.
+An effect is a ``NamedTuple``. Its fields are its parameters, its docstring is its meaning, and it
+has those of the methods below that it needs. A method that no effect of a scene has is not
+computed. docs/contributing.md lists the other requirements of an effect, and of a new method in
+this list (a hook). Methods are formulas: plain Python on numbers, which are floats, arrays with one
+for each ball, or expressions of ``ab_sim.tracing``, from which machine code is generated; ``self``
+is the effect.
 
-What a method may do: compute its result from its arguments and the effect's fields, with + - * /,
-whole powers, abs, comparisons, and ``cos``, ``sin``, ``sqrt`` and ``where`` of ``ab_sim.tracing``.
-It keeps no state, makes no arrays, and raises nothing; the same arguments give the same result.
-Where a number decides, it writes ``where(condition, a, b)``: an ``if`` on a traced number is an
-error that says so. Fields that are not floats, as a count or a choice, may decide by ``if`` what is
-computed. Steppers take results as smooth: a kink that no event locates costs accuracy.
+A method computes its result from its arguments and the effect's fields, with + - * /, integer
+powers, abs, comparisons, and ``cos``, ``sin``, ``sqrt`` and ``where`` of ``ab_sim.tracing``. It
+keeps no state, creates no arrays, and raises nothing; the same arguments give the same result. A
+choice by a number is written ``where(condition, a, b)``; an ``if`` on a traced number raises an
+error that explains this. Fields that are not floats, such as counts and choices, may be tested with
+``if``. Steppers rely on smooth results: a kink that is not located as an event costs accuracy.
 
     deck_force(self, deck) -> (f1, f2)
-        force on the deck [N], rotating axes in and out; for what is equal in every direction
+        force on the deck [N], arguments and result on rotating axes; for isotropic laws
     space_force(self, deck) -> (fx, fy)
         force on the deck [N], axes fixed in space
     gravity(self) -> (gx, gy)
         acceleration of gravity across the shaft [m/s^2], axes fixed in space; for a deck in the
         plane
     weight(self) -> (gx, gy, gz)
-        all of it, for a deck in space
+        acceleration of gravity [m/s^2], axes fixed in space; for a deck in space
     mount_stiffening(self, square) -> N/m
-        stiffness that a mount gains when it is moved, by the square of how far [m^2]
+        stiffness that a mount gains by a displacement, from the displacement's square [m^2]
     mount_energy(self, square) -> J
-        energy that it stores for that
+        energy that a mount stores for that
     ball_inertia(self, ball) -> kg
-        inertia that a ball's motion along the race has beyond its mass, from its spin
+        inertia of a ball along the race in addition to its mass, from its spin
     ball_drag(self, ball) -> N s/m
         force against a ball's speed along the race, per that speed
     friction_coefficient(self, ball) -> 1
@@ -39,12 +40,12 @@ computed. Steppers take results as smooth: a kink that no event locates costs ac
     race_arc(self, theta) -> m
         length along the race, less R theta; differences count
     spindle_acceleration(self, acceleration) -> rad/s^2
-        how much of the spindle's acceleration the bodies feel
+        part of the spindle's acceleration that acts on the bodies
     rotor_moment(self) -> kg m^2, loop_torque(self, error, integral) -> N m,
     integral_rate(self, error, excess) -> rad/s, largest_torque(self) -> N m,
     back_torque(self, speed) -> N m
-        a motor: inertia of the rotor, torque that the speed loop asks for, rate of the loop's
-        integral, the torque's limit, and what is lost of it
+        a motor: inertia of the rotor, torque that the speed loop commands, rate of the loop's
+        integral, limit of the torque, and loss of torque
     deck_energy(self, deck) -> J, space_energy(self, deck) -> J
         energy stored, for deck_force and space_force
     deck_loss(self, deck) -> W, space_loss(self, deck) -> W

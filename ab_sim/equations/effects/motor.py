@@ -33,9 +33,17 @@ class Motor(NamedTuple):
             ge=0,
         ),
     ]
-    torque_limit: Annotated[Number, quantity("T_max, at standstill", "N m", ge=0, le=1e6)]
+    torque_limit: Annotated[
+        Number, quantity("T_max, at standstill; 0: switched off", "N m", ge=0, le=1e6)
+    ]
     proportional_gain: Annotated[
-        Number, quantity("k_p, torque per error of the speed", "N m s/rad", gt=0, le=1e6)
+        Number,
+        quantity(
+            "k_p, torque per error of the speed (motor off: torque_limit 0)",
+            "N m s/rad",
+            gt=0,
+            le=1e6,
+        ),
     ]
     integral_gain: Annotated[
         Number, quantity("k_i, torque per integral of that error", "N m/rad", ge=0, le=1e6)
@@ -61,7 +69,7 @@ class Motor(NamedTuple):
         return self.back_emf_slope * speed
 
     def check_scene(self, scene: "Scene") -> None:
-        """Refuse a motor with nothing to turn, or whose acceleration nobody would feel."""
+        """Refuse a motor without inertia, or without the effect of the spindle's acceleration."""
         # On a free deck, M0 turns about the mass centre of all that is not free to roll.
         eccentric = scene.eccentric_mass
         share = 1.0 - eccentric / (scene.total_mass - scene.balls.total_mass)

@@ -1,1 +1,1 @@
-"""The steppers, one file each; ``registry`` finds them here."""
+"""Steppers, one file each; ``registry`` imports all files in this folder."""

@@ -1,13 +1,14 @@
-"""Extrapolated Euler of order 8 that takes the race's drag implicitly, and all else explicitly.
+"""Extrapolated Euler method of order 8 with implicit drag, for stiff drag of the race.
 
-Euler's method in n = 1, 2, .. 8 equal parts, extrapolated to infinitely many. In each part the drag
-is that at the part's end: the masses in the equations of the balls become mu + h c, which costs one
-division, and any amount of drag is stable. Nothing is iterated and there is no Jacobian, so that
-the step is emitted as that of an explicit method, is cut at events, and goes in lanes.
+Euler's method runs in n = 1, 2, .. 8 equal parts and is extrapolated to infinite n. Each part
+evaluates drag at its end and all else at its beginning. The balls' masses mu become mu + h c for
+that, with the part's length h and the drag c, which costs one division. Any amount of drag is
+stable. Without iterations and Jacobian, the step is emitted like that of an explicit method, can be
+cut at events and computed in lanes.
 
 Constantinescu and Sandu (2010), SIAM J. Sci. Comput. 31, 4452-4477: implicit-explicit
-extrapolation; Deuflhard (1985), SIAM Review 27, 505-535: where it is stiff; Hairer and Wanner,
-Solving Ordinary Differential Equations II, IV.9.
+extrapolation. Deuflhard (1985), SIAM Review 27, 505-535: extrapolation of stiff systems. Hairer and
+Wanner, Solving Ordinary Differential Equations II, IV.9.
 """
 
 from ab_sim.integrate.registry import register
@@ -18,7 +19,7 @@ METHOD = Extrapolation((1, 2, 3, 4, 5, 6, 7, 8))
 
 
 def growth(z: complex) -> complex:
-    """What a step makes of all but the drag."""
+    """Return the stability function for all motions except drag."""
     pairs = zip(METHOD.divisions, METHOD.weights, strict=True)
     return sum((weight * (1 + z / n) ** n for n, weight in pairs), 0j)
 

@@ -1,4 +1,4 @@
-"""The classical Runge-Kutta method of order 4."""
+"""Classical Runge-Kutta method of order 4."""
 
 from ab_sim.integrate.explicit import explicit
 from ab_sim.integrate.registry import register

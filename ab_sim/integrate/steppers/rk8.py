@@ -1,4 +1,4 @@
-"""The eighth-order method of Dormand and Prince with twelve stages (DOP853's weights)."""
+"""Eighth-order method of Dormand and Prince with twelve stages (weights of DOP853)."""
 
 from ab_sim.integrate.explicit import explicit
 from ab_sim.integrate.registry import register

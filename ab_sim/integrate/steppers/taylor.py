@@ -1,7 +1,7 @@
-"""Taylor's method, in steps of its own, the scene's steps being samples in them.
+"""Taylor's method, in the method's own steps, in which the scene's steps are samples.
 
-See ``ab_sim.taylor``. Jorba and Zou (2005), Exp. Math. 14, 99-117: order and length of a step from
-the tolerance; Moore, Interval Analysis (1966), ch. 11: coefficients by recurrences.
+See ``ab_sim.taylor``. Sources: Jorba and Zou (2005), Exp. Math. 14, 99-117, for order and length of
+a step from the tolerance; Moore, Interval Analysis (1966), ch. 11, for the recurrences.
 """
 
 import math
@@ -11,11 +11,11 @@ from ab_sim.integrate.registry import Parameter, register_family
 from ab_sim.integrate.stepper import Stepper
 
 PARTS = 1024
-"""Into how many parts a step of the scene may be cut."""
+"""Maximum number of parts into which a step of the scene is divided."""
 LOWEST, HIGHEST = 6, 16
-"""Orders."""
+"""Lowest and highest order."""
 MOST_STEPS = 8
-"""Of the scene in one of its own, where a number is named."""
+"""Maximum number of the scene's steps in one of the method's own, if a number is given."""
 TOLERANCE = Parameter(
     "how large the last term of each step's series may be, in balls' angles and in the deck's "
     "displacement over the race's radius",
@@ -44,27 +44,27 @@ STEPS = Parameter(
 
 
 class TaylorParameters(NamedTuple):
-    """What the method is told."""
+    """Parameters of the method."""
 
     tolerance: float
-    """rad."""
+    """Tolerance [rad]."""
     order: int
     steps: float
-    """Of the scene in each of its own; 0 as many as the tolerance allows."""
+    """Number of the scene's steps in each of the method's own; 0 for the tolerance's choice."""
 
 
 def order_for(tolerance: float) -> int:
-    """The order with which a run takes least time, or nearly so: Jorba and Zou, 3.1."""
+    """Return the order with which a run is nearly fastest (Jorba and Zou, 3.1)."""
     return min(max(round(-0.5 * math.log(tolerance)), LOWEST), HIGHEST)
 
 
 @register_family("taylor", {"tolerance": TOLERANCE, "order": ORDER, "steps": STEPS})
 def taylor(tolerance: float, order: float, steps: float) -> Stepper:
-    """The method with a tolerance [rad], an order, and a number of the scene's steps in its own."""
+    """Return the method for a tolerance [rad], an order, and a number of the scene's steps."""
     chosen = int(order) or order_for(tolerance)
 
     length = steps or 1.0
-    """Of its own steps, in steps of the scene or in parts of one."""
+    """Length of the method's own steps, in steps of the scene or in parts of one."""
 
     def growth(z: complex) -> complex:
         term = total = 1.0 + 0.0j

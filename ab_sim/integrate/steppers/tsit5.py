@@ -1,4 +1,4 @@
-"""Tsitouras' method of order 5 with six stages."""
+"""Method of Tsitouras of order 5 with six stages."""
 
 from ab_sim.integrate.explicit import explicit
 from ab_sim.integrate.registry import register

@@ -1,6 +1,6 @@
 """What an accuracy costs for one scene: a work-precision study of all steppers and of peers.
 
-    cost = measure(load_scene("thesis-hold", ["effects.rolling_friction="]))
+    cost = accuracy_cost(load_scene("thesis-hold", ["effects.rolling_friction="]))
     cost.cheapest(1e-9)  # the SettingCost with the least CPU time at that error in ball angle
 
 Every method runs the same scene, with the same equations where it takes a right-hand side, and is
@@ -14,7 +14,7 @@ from ab_sim.studies.accuracy_cost.results import (
     RunErrors,
     SettingCost,
 )
-from ab_sim.studies.accuracy_cost.study import REPEATS, measure
+from ab_sim.studies.accuracy_cost.study import REPEATS, accuracy_cost
 
 __all__ = [
     "REPEATS",
@@ -23,5 +23,5 @@ __all__ = [
     "RunErrors",
     "OmittedMethod",
     "SettingCost",
-    "measure",
+    "accuracy_cost",
 ]

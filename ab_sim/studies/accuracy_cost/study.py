@@ -12,6 +12,8 @@ from ab_sim.dynamics.assemble import system_of
 from ab_sim.dynamics.system import has_events
 from ab_sim.errors import InputError, SceneError
 from ab_sim.integrate.choose import choose_stepper
+from ab_sim.progress import Progress
+from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
 from ab_sim.studies.accuracy_cost.families import TOLERANCES, Setting, all_families
@@ -20,7 +22,7 @@ from ab_sim.studies.accuracy_cost.reference import Reference, event_reference, s
 from ab_sim.studies.accuracy_cost.results import AccuracyCost, OmittedMethod, RunErrors, SettingCost
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 from ab_sim.studies.accuracy_cost.sampling import LADDER, SampleTimes, nanoseconds, sampling_of
-from ab_sim.studies.effect_cost import Progress, Quartiles
+from ab_sim.studies.effect_cost import Quartiles
 
 REPEATS = 9
 
@@ -49,37 +51,65 @@ class _Candidate:
         self.seconds.append(time.thread_time() - begin)
 
 
-def measure(
-    scene: Scene,
+def accuracy_cost(
+    scene: SceneLike,
     repeats: int = REPEATS,
-    progress: Progress | None = None,
     *,
     steps: Sequence[float] = LADDER,
     tolerances: Sequence[float] = TOLERANCES,
+    progress: Progress | None = None,
 ) -> AccuracyCost:
-    """Run every method at every setting, compare, and time.
+    """Measure error and CPU time of every method at every setting: ``ab-sim accuracy``.
 
-    Each setting is run once, untimed, for its errors, from coarse to fine; a method's finer
-    settings are left out once it is as good as the reference can tell, or takes too long. Then
-    all settings take turns, each round beginning with another one. Time is the CPU time of the
-    thread, without compiling. What is decided while a run goes on is left out (``Scene.planned``).
+    This takes minutes for a scene of seconds.
 
-    Args:
-        scene: what to simulate.
-        repeats: rounds; settings that take long join fewer.
-        progress: told what is going on.
-        steps: steps to try [s], whole nanoseconds.
-        tolerances: relative tolerances to try for peers that choose their steps.
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene to run.
+    repeats : int, default 9
+        Rounds in which all settings are timed in turns.
+    steps : sequence of float, optional
+        Steps to try [s], whole nanoseconds.
+    tolerances : sequence of float, optional
+        Relative tolerances to try for peers that choose their steps; empty: such peers are left
+        out.
+    progress : callable, optional
+        Called with the present work, the finished count and the total.
 
-    Raises:
-        InputError: repeats is below 1, the scene is too short, or no reference can be made.
-        SceneError: the scene cannot run.
+    Returns
+    -------
+    AccuracyCost
+        ``rows``: errors of ball angle [rad] and whirl [e], and CPU seconds per simulated second;
+        ``cheapest(error)``.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot run.
+    InputError
+        ``repeats`` is below 1, the scene is too short, or no reference can be made.
+
+    Notes
+    -----
+    Each setting is run once, untimed, for its errors, from coarse to fine. Finer settings of a
+    method are left out once it is as good as the reference can tell, or takes too long. Then all
+    settings are timed in turns, in CPU time of the thread, without compiling. A profile that is
+    controlled during the run is replaced by its plan (``Scene.planned``).
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=0.1"])
+    >>> cost = ab_sim.accuracy_cost(scene, repeats=1, steps=[1e-3], tolerances=[1e-8])
+    >>> cost.cheapest(1e-4, peer=False) in cost.rows
+    True
     """
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
     # What it asks for is one of the settings.
-    resolved, _ = resolve_accuracy(scene, tell=progress)
+    resolved, _ = resolve_accuracy(as_scene(scene), tell=progress)
     scene = resolved.planned
     choice = choose_stepper(scene, system_of(scene))
     sampling = sampling_of(scene)

@@ -32,20 +32,16 @@ def _assumed() -> PageSection:
     return PageSection(
         "What the paper leaves out",
         (
-            "The paper prints no parameter but d = .03 m: no mass, stiffness, damping, no race "
-            "radius. What is printed are six natural frequencies and the balanced angle. The set "
-            "used here (the scene `feeding-deck`) gives all seven: M_P = .1 kg, M = .03 kg, "
-            "m = .2 g, a = b = .12 m, d = R = .03 m, k = 1063.1 N/m per mount, "
-            "eps = .316489 mm. The damping c = .6 N s/m per mount, the drag D = 1e-5 N m s and "
-            "the balls' mass are a choice: nothing printed depends on them but the verdicts.",
-            "The equations are those of the exact rigid body, of which the paper's (13) to (19) "
-            "are meant to be the small-angle form. As printed these have slips: (13) and (14) have "
-            "y for gamma; (15) lacks -4 d k alpha and -M eps w^2 sin(wt) alpha, and has "
-            "-4 c d alpha' twice; (16) keeps 4 d k Y + 4 c d Y', of second order; (18) has J_Py "
-            "for J_Pz, n m R for n m R^2, and Y for gamma. (17) and (19) are right.",
-            "The paper also leaves open the mounts' axes, about which point the disc's inertia "
-            "is meant, and the start and length of its time responses; its axes' ranges are in the "
-            "figures only. It checks one integration method by another; here the multipliers are "
-            "the exact derivative of the steps taken, checked by halving the step.",
+            "The paper prints only d = .03 m, six natural frequencies and the balanced angle. "
+            "The scene `feeding-deck` reproduces all seven results: M_P = .1 kg, M = .03 kg, m "
+            "= .2 g, a = b = .12 m, d = R = .03 m, k = 1063.1 N/m per mount, eps = .316489 mm. "
+            "The damping c = .6 N s/m per mount, the drag D = 1e-5 N m s and the ball mass are "
+            "a choice; only the verdicts depend on them.",
+            "Ours are the equations of the exact rigid body; (13) to (19) are the small-angle "
+            "form. Slips: (13) and (14) have y for gamma; (15) lacks -4 d k alpha and -M eps "
+            "w^2 sin(wt) alpha, and has -4 c d alpha' twice; (16) keeps 4 d k Y + 4 c d Y', of "
+            "second order; (18) has J_Py for J_Pz, n m R for n m R^2, and Y for gamma.",
+            "Also not stated: the mounts' axes, the reference point of the disc's inertia, the "
+            "start and length of the time responses.",
         ),
     )

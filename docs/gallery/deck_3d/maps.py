@@ -57,15 +57,14 @@ def map_section(folder: Path, tell: Tell) -> PageSection:
         "that the paper judges; hatched: the balls are too light to balance"
     )
     text = (
-        "The paper varies the damping c of a mount, the distance d from the plate's centre to the "
-        "spindle, the radius R of the race and the drag D of a ball, over ranges that only its "
-        "figures show. Ours are wider. With R the disc's inertia changes, as the paper's (9) takes "
-        "R for both; below R = M eps / (n m) two balls cannot balance.",
-        "The border lies just above the translational frequencies, as published, and d hardly "
-        "moves it. But it is no property of these frequencies alone: less damping c or less drag D "
-        "moves it up by tens of rad/s. And with c below some .1 N s/m there is an island of "
-        "instability around the rotational frequency 335 rad/s, which the paper says never "
-        "matters.",
+        "The paper varies the damping c of a mount, the distance d from the plate's centre to "
+        "the spindle, the race radius R and the drag D of a ball; its ranges are not printed, "
+        "ours are wider. The disc's inertia changes with R, as in (9). Below R = M eps / (n m) "
+        "two balls cannot balance.",
+        "As published, the border lies just above the translational frequencies, and d hardly "
+        "moves it. Less damping c or drag D, however, raises it by tens of rad/s. With c below "
+        ".1 N s/m the balance is unstable around the rotational frequency 335 rad/s, which the "
+        "paper excludes.",
     )
     return PageSection(
         "Stability over four parameters: figures 4 to 7", text, (),

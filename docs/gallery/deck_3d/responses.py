@@ -66,11 +66,10 @@ def response_section(folder: Path, tell: Tell) -> PageSection:
         f"Vibration in the last tenth of {DURATION:g} s, root mean square", names, tuple(rows), 4
     )
     text = (
-        "The paper says neither where balls and deck start nor how long it waits; here the deck "
-        f"is at rest, the speed is held from the start, and the balls start at {START[0]:g} and "
-        f"{START[1]:g} rad. What comes of it is what the multipliers say, and the paper: at 130 "
-        "rad/s the balls gather on the side of the displacement and leave a residual vibration, at "
-        "179 rad/s they find no place and the motion goes on changing, above they balance.",
+        "The paper does not state start and duration. Here the deck is at rest, the speed is "
+        f"constant, and the balls start at {START[0]:g} and {START[1]:g} rad. The results "
+        "agree: at 130 rad/s the balls add to the unbalance, at 179 rad/s they find no rest, "
+        "above they balance.",
     )
     caption = "Figures 8 to 13: left VQ with (blue) and without balls (grey); right the balls"
     return PageSection(

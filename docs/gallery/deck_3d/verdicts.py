@@ -55,9 +55,9 @@ def verdict_section(folder: Path, tell: Tell) -> PageSection:
     )
     angle = math.degrees(abs(found.angles[0]))
     text = (
-        f"The balanced angle (21) is +-{angle:.4f} deg; published: +-142.3 deg. Of the paper's "
-        "eight verdicts all are reached. Multipliers are those of the deck's 16 genuine "
-        "coordinates over one turn; the paper prints none.",
+        f"The balanced angle (21) is +-{angle:.4f} deg; published: +-142.3 deg. All eight "
+        "published verdicts are reproduced. Multipliers are those of the deck's 16 coordinates "
+        "over one revolution; the paper prints none.",
     )
     return PageSection("Frequencies and verdicts", text, (frequencies, verdicts))
 
@@ -100,15 +100,12 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
         tuple((speed, c) for speed, c in zip((*ROTATION, 500.0), least["c"], strict=True)),
     )
     text = (
-        "The paper concludes that the rotational frequencies never matter to the balance. With "
-        "its own model and the damping lowered that fails: the table gives, for each rotational "
-        "frequency, the damping at which the largest modulus crosses 1 as c falls from .6 to .002. "
-        "What grows is a motion in the plane (X, Y, gamma and the balls), no tilt.",
-        "One ball of the same mass is too heavy to balance this rotor: it comes to rest opposite "
-        "the unbalance, and the deck keeps a whirl; near the translational frequencies no motion "
-        "that repeats with the spindle is found at all. Of three and four balls the balanced "
-        "positions form a manifold; judged is the one nearest to an even spread, its n - 2 "
-        "structural ones left out, and other positions have other borders.",
+        "The paper concludes that the rotational frequencies never matter. With low damping "
+        "they do: the table gives the damping at which the largest modulus crosses 1 as c "
+        "falls from .6 to .002. The growing motion is in the plane, without tilt.",
+        "One ball of the same mass is too heavy to balance this rotor and leaves a whirl. "
+        "Three and four balls have a manifold of balanced positions; the table judges the most "
+        "even one.",
     )
     names = "case", "borders [rad/s]", "whirl at 500 rad/s [um]"
     table = Table("Borders from 100 to 500 rad/s", names, tuple(rows))

@@ -25,14 +25,14 @@ def parameter_section(folder: Path, tell: Tell) -> PageSection:
         "case", "ball mass [g]", "2 m R / (M2 ε)", "lambda_Rmax [1/s]", "settling time [s]",
         "maximum amplitude [mm]",
     )  # fmt: skip
-    table = Table("The balls' masses, exact and as printed", columns, tuple(rows))
+    table = Table("The balls' masses, exact and as printed", columns, tuple(rows), on_page=False)
     text = (
-        "The scenes `nsc-case-1`, `nsc-case-2` and `nsc-case-3`: M1 = 200 g, M2 = 16 g, "
-        "ε = 0.625 mm, R = 16.5 mm, k = 8000 N/m, c = 25 N s/m, c_b = 0.2 N s/m. The balls' spin, "
-        "friction and collisions are left out (section 3.1).",
+        "Scenes `nsc-case-1`, `nsc-case-2` and `nsc-case-3`: M1 = 200 g, M2 = 16 g, ε = 0.625 "
+        "mm, R = 16.5 mm, k = 8000 N/m, c = 25 N s/m, c_b = 0.2 N s/m; no ball spin, friction "
+        "or collisions.",
         "What the report leaves out, and what is taken here:",
         "- the balls' masses are exactly 0.9, 1.0 and 1.1 times M2 ε / (2 R); Table 1 has them "
-        "rounded, and with the rounded ones case 2 is not degenerate, as the table below shows;\n"
+        "rounded, and case 2 is then not degenerate;\n"
         "- where the balls start: near the resting state at 1000 rad/s, in cases 1 and 2 both at "
         "one angle (see the last section);\n"
         "- the drags over which the composite index has its means: 0.1 to 0.5 N s/m in steps of "

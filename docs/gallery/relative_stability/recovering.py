@@ -48,9 +48,9 @@ def table_section(folder: Path, tell: Tell) -> PageSection:
     """Table 3, and what decides it."""
     tell("Table 3", 0, 1)
     text = (
-        "At 900 rad/s after the change from 1000, with a drag of 0.2 N s/m. The settling time "
-        "counts from the largest whirl to the instant from which on the whirl stays within "
-        "1e-6 mm of its steady value (section 5.1). One ball has the mass of both.",
+        "At 900 rad/s after the change from 1000, drag 0.2 N s/m. The settling time counts "
+        "from the largest whirl until it stays within 1e-6 mm of its steady value (section "
+        "5.1). One ball has the mass of both.",
     )
     return PageSection("One ball against two: Table 3", text, (table_3(),))
 
@@ -75,10 +75,9 @@ def drag_section(folder: Path, tell: Tell) -> PageSection:
     times.legend(fontsize=8)
     five = written(figure, folder, 5, "settling time and maximum amplitude over drag")
     text = (
-        "The composite index is t_c + r_p mean(t_c)/mean(r_p). Its means depend on the drags that "
-        "they are over, which the report does not say: over 0.1 to 0.5 in steps of 0.1 it has its "
-        "least values where the report has them, at 0.2 to 0.3 N s/m; over all of Table 2's range "
-        "the best drags are others, as the second half of the table shows.",
+        "The composite index is t_c + r_p mean(t_c)/mean(r_p). Its means depend on the range "
+        "of drags, which the report does not state. Over 0.1 to 0.5 N s/m its minima are the "
+        "published ones; over the whole range of Table 2 they differ.",
     )
     table, six = _composite(runs, folder)
     heading = "Amplitude, settling time and the best drag: figures 5 and 6"
@@ -146,10 +145,10 @@ def strength_and_response_section(folder: Path, tell: Tell) -> PageSection:
         pictures.append(written(figure, folder, number, caption))
     text = (
         "As published, a weaker state settles later and with less amplitude, in cases 1 and 3.",
-        "But in cases 1 and 2 the balls start at one angle and stay together, and lambda_Rmax is "
-        "of the motion that would move them apart, which nothing excites. In case 1 at 900 rad/s "
-        "and 0.2 N s/m it is -0.3238 1/s; the slowest motion that the whirl shows has -3.1998 1/s. "
-        "Both fall as 1/drag, so that the figures have the published trend all the same.",
+        "In cases 1 and 2, however, the balls start at one angle and stay together, while "
+        "lambda_Rmax belongs to the motion that separates them, which nothing excites. In case "
+        "1 at 900 rad/s and 0.2 N s/m it is -0.3238 1/s; the slowest visible motion has "
+        "-3.1998 1/s. Both fall as 1/drag, hence the published trend.",
     )
     heading = "Settling time and amplitude against lambda_Rmax: figures 7 and 8"
     return PageSection(heading, text, (), tuple(pictures))
@@ -182,21 +181,18 @@ def together_section(folder: Path, tell: Tell) -> PageSection:
                 rows.append((f"{case.number}", how, own, late, 1e3 * found.maximum_amplitude))
     columns = ("case", "balls", "drag [N s/m]", "settling time [s]", "maximum amplitude [mm]")
     text_of = (
-        "The report does not say where its balls start. Its values for two balls in cases 1 and 2 "
-        "come out if both are at one angle. Then they stay together for ever, and are one ball of "
-        "twice the mass with twice the drag: that two balls have a smaller amplitude and settle "
-        "later than one, which the report puts down to the smaller mass of each, is here no more "
-        "than twice the drag.",
-        "Balls that start apart are still coming together when the speed changes, at 10 s, the "
-        "slower the larger the drag. In case 2, where lambda_Rmax is 0, they do so slower than "
-        "any exponential: the angle between them falls like 1/sqrt(t) and the whirl like 1/t. It "
-        "falls towards 0, as the report has it, but would be within 1e-6 mm of it only after more "
-        "than an hour.",
+        "The report does not state where the balls start. Its values for two balls in cases 1 "
+        "and 2 are reproduced if both start at one angle. They then stay together and equal "
+        "one ball of twice the mass with twice the drag: the smaller amplitude and later "
+        "settling of two balls come from the drag, not from their smaller mass.",
+        "Balls that start apart are still approaching each other when the speed changes at 10 "
+        "s. In case 2, where lambda_Rmax is 0, the angle between them falls like 1/sqrt(t) and "
+        "the whirl like 1/t: it would take more than an hour to reach 1e-6 mm.",
     )
     return PageSection(
         "What the balls' start decides",
         text_of,
-        (Table("Together and apart", columns, tuple(rows)),),
+        (Table("Together and apart", columns, tuple(rows), on_page=False),),
     )
 
 

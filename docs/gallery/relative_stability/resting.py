@@ -122,13 +122,12 @@ def resting_section(folder: Path, tell: Tell) -> PageSection:
     )  # fmt: skip
     table = Table("Landmarks of figure 2", columns, tuple(landmark_rows()), digits=5)
     text = (
-        "Resting states by the closed forms (15) to (24), with atan2 for the printed arctangents; "
-        "eigenvalues of the exact Jacobian of the equations that run. Ω is the speed over "
-        "each case's own sqrt(k/M), of 192.21, 192.18 and 192.15 rad/s: with Table 1's 192.18, "
-        "which is case 2's, for all, the landmark at 0.788 would come out at 0.787.",
-        "Between the two speeds at which case 3 has no stable state nothing holds: the clustered "
-        "balls' state has ended in a fold, and the balanced one is not stable yet. The report says "
-        "that the whirl has no real solution there; that is so of (15), the clustered balls.",
+        "Resting states by the closed forms (15) to (24) with atan2; eigenvalues of the exact "
+        "Jacobian. Ω uses each case's own sqrt(k/M) of 192.21, 192.18 and 192.15 rad/s. With "
+        "Table 1's 192.18 for all, the landmark 0.788 would be 0.787.",
+        "Case 3 has no stable state between two speeds: the state of clustered balls has ended "
+        "in a fold, and the balanced state is not stable yet. The report's statement that the "
+        "whirl has no real solution there is true for (15), the clustered balls.",
         "In case 2 lambda_Rmax is 0 above ω_n, and decides nothing: see the last section.",
     )
     return PageSection("Resting states: figure 2", text, (table,), (picture,))

@@ -30,7 +30,7 @@ def speed_section(folder: Path, tell: Tell) -> PageSection:
     )
     picture = written(figure, folder, 4, caption)
     text = (
-        "Equation (25) as printed swings on for ever; it is meant on [t_b, t_b + t_r] only: the "
-        "speed drops once, from 1000 to 900 rad/s within 0.11 s, and stays there (section 5.1).",
+        "Slip: (25) as printed oscillates for ever. It holds on [t_b, t_b + t_r] only: the "
+        "speed drops once, from 1000 to 900 rad/s within 0.11 s (section 5.1).",
     )
     return PageSection("The change of speed: figure 4", text, (), (picture,))

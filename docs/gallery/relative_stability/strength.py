@@ -51,9 +51,8 @@ def strength_section(folder: Path, tell: Tell) -> PageSection:
     caption = "lambda_Rmax of the stable state over speed and drag; grey: no stable state"
     picture = written(figure, folder, 3, caption)
     text = (
-        "As maps, where the report has surfaces. As it says, less drag makes the state firmer, and "
-        "so does more speed from about Ω = 1.4 (case 1) and 1.6 (case 3) on; below, figure 2 has "
-        "its turns. In case 2 lambda_Rmax is 0 above ω_n at every drag. The grid has steps of 0.05 "
-        "in Ω: the gap without a stable state is as in figure 2's table.",
+        "As published, the state is more stable with less drag, and with more speed from about "
+        "Ω = 1.4 (case 1) and 1.6 (case 3). In case 2 lambda_Rmax is 0 above ω_n at every "
+        "drag. The grid has steps of 0.05 in Ω.",
     )
     return PageSection("Strength over speed and drag: figure 3, Table 2", text, (), (picture,))

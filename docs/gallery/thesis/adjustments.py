@@ -93,7 +93,7 @@ def start_claims(best: dict[str, float | None]) -> list[Claim]:
             "section 4.5", "the start time depends on M and k only: so does the best one",
             f"best starts [rad/s]: {words}; never there with {', '.join(never) or 'none'} (ours: "
             f"to {TIMED:.0%} of that of the thesis' set)", abs(off / own - 1.0) <= TIMED,
-            f"up to {off:g} rad/s: the farther balls are driven, the later may it start",
+            f"up to {off:g} rad/s: the farther balls are driven, the later it may start",
         ),
     ]  # fmt: skip
 

@@ -41,7 +41,7 @@ def parted_claim(figure: str, run: StartUp) -> Claim:
     start = run.parameters.starts
     apart = [f"{abs(np.diff(angles)[0]):.0f}" for angles in (start, run.angles, even)]
     why = (
-        "one alone would be there, too: the balls start at different places" if one
+        "with equal forces one ball would be there too: the balls start at different places" if one
         else f"the forces part the balls, from {apart[0]} to {apart[1]} deg ({apart[2]} with the "
         "mean), but take neither there"
     )  # fmt: skip
@@ -59,7 +59,7 @@ def necessary_claim() -> Claim:
         "4.1 (c)", "to cancel the unbalance the balls must be at -180 deg",
         f"both there leave {left:.2f} of the disc's unbalance, at +-{needed:.1f} deg they leave "
         f"none (ours: {BALANCED:g} at most there)", left <= BALANCED,
-        "so where 2 m R is M0 e; heavier balls must lie on both sides of it",
+        "true only if 2 m R is M0 e; heavier balls must lie on both sides of it",
     )  # fmt: skip
 
 

@@ -128,6 +128,12 @@ def opposite(angles: np.ndarray) -> np.ndarray:
     return np.asarray(np.abs(angles + 180.0) <= OPPOSITE)
 
 
+def barely_opposite(angles: np.ndarray) -> bool:
+    """Whether all balls are in the vicinity, and its border is as near as can be read off."""
+    short = float(np.abs(angles + 180.0).max())
+    return OPPOSITE - READ < short <= OPPOSITE
+
+
 def at_odd(angles: np.ndarray) -> np.ndarray:
     """Which balls are in the vicinity of an odd multiple of -180 deg."""
     return np.any([np.abs(angles + 180.0 * odd) <= OPPOSITE for odd in ODD], axis=0)

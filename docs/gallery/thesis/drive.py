@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim import Scene, Trajectory, load_scene, merits_of, simulate_batch
-from ab_sim.analysis.merits import rms
+from ab_sim import Scene, Trajectory, load_scene, metrics_of, simulate_batch
+from ab_sim.analysis.metrics import rms
 from ab_sim.analysis.startup import peak_whirl
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.driving_forces import driving_forces
@@ -137,7 +137,7 @@ class StartUp(NamedTuple):
 
         The thesis' settling period; without a period from the critical speed on.
         """
-        return merits_of(self.trajectory, self.scene, ["settling_period"]).settling_period
+        return metrics_of(self.trajectory, self.scene, ["settling_period"]).settling_period
 
     @property
     def residual(self) -> float:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ab_sim import Scene, Trajectory, load_scene
 from ab_sim.analysis import run_scene, without_balls
-from ab_sim.analysis.merits import merits_of
+from ab_sim.analysis.metrics import metrics_of
 from ab_sim.drive.balance import resultant
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.profiles import StartUpProfile
@@ -26,6 +26,14 @@ UNBALANCE = 0.3
 """Of the disc [g cm]: 1e-5 kg m each."""
 CHOICES = ("mass", "damping", "friction", "drag")
 """What is not printed, and varied."""
+OTHERS = {
+    "race.radius": 0.012,
+    "balls.mass": 0.33e-5 / 5 / 0.012,
+    "effects.rolling_friction.arm": 3e-6,
+    "profile.acceleration": 240.0,
+}
+"""Other choices of what is not printed; the balls' unbalance stays."""
+OTHERS_NAMED = "R = 12 mm, arm 3 um, 240 rad/s^2"
 CLOSEST = 0.27
 """Between neighbours at the start [rad]; balls touch at 0.25."""
 
@@ -94,6 +102,8 @@ class Case(NamedTuple):
     """Of ``CHOICES``, what is changed by ``factor``; stiffness and damping go with the mass, so
     that critical speed, damping ratio and unbalance stay."""
     factor: float = 1.0
+    others: bool = False
+    """Whether it has ``OTHERS``."""
 
 
 def base(contact: bool = True) -> Scene:
@@ -126,6 +136,7 @@ def changes_of(case: Case) -> dict[str, Any]:
         "effects.viscous_drag.coefficient": factor["drag"] * drag,
         "profile.target_speed": case.target * RPM,
         **period,
+        **(OTHERS if case.others else {}),
     }
 
 
@@ -144,7 +155,7 @@ def starts(count: int) -> list[list[float]]:
 def whirl_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
     """Final whirl [um], and the balls' unbalance [g cm] (x, y)."""
     balls = _carried(scene, trajectory)[-1]
-    return [1e6 * merits_of(trajectory, scene).final_whirl, float(balls.real), float(balls.imag)]
+    return [1e6 * metrics_of(trajectory, scene).final_whirl, float(balls.real), float(balls.imag)]
 
 
 def motion_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
@@ -196,4 +207,4 @@ def bar_of(found: Sequence[Sequence[float]]) -> Bar:
 def alone(case: Case) -> float:
     """Final whirl without the balls [um]."""
     scene = changed_scene(base(), changes_of(case), "section 6.2")
-    return 1e6 * run_scene(without_balls(scene)).merits.final_whirl
+    return 1e6 * run_scene(without_balls(scene)).metrics.final_whirl

@@ -44,10 +44,7 @@ def _count(sections: Sequence[PageSection]) -> str:
     each = [(section.heading.split()[0], *counted([section])) for section in sections]
     by_section = ", ".join(f"{hold} of {all_} in {name}" for name, all_, hold in each if all_)
     most, hold = counted(sections)
-    return (
-        f"1. Of {most} statements {hold} hold: {by_section}. What is by construction, ours to ask, "
-        "of the English only, or undecided here is not counted."
-    )
+    return f"1. {hold} of {most} judged statements hold: {by_section}."
 
 
 def _balance(sections: Sequence[PageSection]) -> str:
@@ -55,10 +52,10 @@ def _balance(sections: Sequence[PageSection]) -> str:
     left = [_ours(sections, f, gone).split()[0] for f in ("4.7, 4.8", "4.9, 4.10", "4.11, 4.12")]
     none, hold, light, light_held = [row[-1] for row in _table(sections, MATCHED)]
     return (
-        f'2. "Residual balance is eliminated" is not so: {", ".join(left)} of the disc\'s '
-        "unbalance is left with the hold (4.7, 4.9, 4.11), and at rest at 200 rad/s W/e is "
-        f"{hold} with it, {none} without. Balls that match, 2 m R = M0 e, end at {light_held} with "
-        f"the hold, at {light} without."
+        f'2. "Residual unbalance is eliminated" does not hold: {", ".join(left)} of the disc\'s '
+        f"unbalance remain with the hold (4.7, 4.9, 4.11). At 200 rad/s W/e is {hold} with it, "
+        f"{none} without. Balls that match, 2 m R = M0 e, end at {light_held} with the hold, "
+        f"{light} without."
     )
 
 
@@ -66,9 +63,9 @@ def _soonest(sections: Sequence[PageSection]) -> str:
     ours = _ours(sections, "section 4.4", "the aim: initial learning")
     times = re.findall(r"([\d.]+) s\b", ours)
     return (
-        f"3. Soonest at -180 deg is not soonest ready: W is in its final band from {times[0]} and "
-        f"{times[1]} s with the periods that are soonest there, from {times[2]} s without one, and "
-        "all end in one state. The best duration depends on where the balls start (rows of 4.4)."
+        f"3. The period that brings the balls to -180 deg first is not the fastest start-up: W is "
+        f"in its final band from {times[0]} and {times[1]} s, without a period from {times[2]} s, "
+        "with the same final state. The best duration depends on where the balls start."
     )
 
 
@@ -83,13 +80,11 @@ def _rules(sections: Sequence[PageSection]) -> str:
     worse = [name for name, row in OPTIMISED.items() if _fails(sections, *row)]
     again = [name for name in OPTIMISED if name not in worse]
     return (
-        "4. The rules that scale the balls bring them near -180 deg over factors of "
-        f"{serve['M, m with it']} in M and {serve['k, m against it']} in k, of 0.5 to 3 tried. "
-        "Where the thesis asks for another m or c_b another end time alone does it, too, with "
-        f"{_and(alone)}; with {_and(farther)} only to -540 or -900 deg. But near -180 "
-        "deg is balance only where 2 m R = M0 e. The best hold of 4.4 is, scaled, the best again "
-        f"with {_and(again)}, not with {_and(worse)}. A stiffer spring comes out as printed if the "
-        "damping is scaled, too."
+        "4. The rules that scale the balls bring them near -180 deg for factors of "
+        f"{serve['M, m with it']} in M and {serve['k, m against it']} in k (tried: 0.5 to 3). With "
+        f"{_and(alone)}, another end time alone does the same; with {_and(farther)} it leads to "
+        f"-540 or -900 deg. The best hold of 4.4 stays the best with {_and(again)}, not with "
+        f"{_and(worse)}. The figures for a stiffer spring need the damping scaled too."
     )
 
 
@@ -101,11 +96,10 @@ def _five_balls(sections: Sequence[PageSection]) -> str:
         r"([\d.]+ to [\d.]+) times over", _ours(sections, "6.3 (b), (c)", "less with")
     )
     return (
-        f"5. With five balls that collide the hold at 2500 rpm changes the whirl by {-share:+.0%} "
-        f"at the drive as chosen, {choices} times with its mass, damping, friction or drag halved "
-        f"or doubled; one start's standard deviation is {hold[5]} um of {hold[3]}, and ten do "
-        "not show the printed order. Match the balls to the unbalance: the final whirl shows "
-        "whether they do. With balls that cannot match it tells no period from another. Try many "
+        f"5. With five colliding balls the hold at 2500 rpm changes the whirl by {-share:+.0%}, "
+        f"and {choices} times if mass, damping, friction or drag is halved or doubled. The "
+        f"standard deviation of one start is {hold[5]} um at a mean of {hold[3]} um, so ten "
+        "starts do not show the printed order. Match the balls to the unbalance, and try many "
         "starts."
     )
 

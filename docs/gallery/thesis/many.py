@@ -10,7 +10,7 @@ import numpy as np
 
 from ab_sim import Scene, Trajectory, load_scene, simulate_batch
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint
-from ab_sim.analysis.merits import merits_of
+from ab_sim.analysis.metrics import metrics_of
 from ab_sim.workers import Workers
 from gallery.thesis.drive import BASE, Parameters, Period, Tell, variation_of
 
@@ -50,10 +50,10 @@ def ends(
 
 def end_of(scene: Scene, trajectory: Trajectory) -> list[float | None]:
     """The numbers of ``End``."""
-    merits = merits_of(trajectory, scene)
-    angle = float(np.degrees(np.mean(merits.final_ball_angles)))
-    whirl = merits.final_whirl / scene.rotor.eccentricity
-    return [merits.first_passage_of_opposite, whirl, merits.in_band_from, angle]
+    metrics = metrics_of(trajectory, scene)
+    angle = float(np.degrees(np.mean(metrics.final_ball_angles)))
+    whirl = metrics.final_whirl / scene.rotor.eccentricity
+    return [metrics.first_passage_of_opposite, whirl, metrics.in_band_from, angle]
 
 
 def many(

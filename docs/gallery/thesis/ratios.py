@@ -19,6 +19,7 @@ from gallery.thesis.claims import (
     BY_CONSTRUCTION,
     FAR,
     READ,
+    UNDECIDED,
     Claim,
     angle,
     at_odd,
@@ -50,6 +51,8 @@ from gallery.thesis.other_drives import (
 
 SLIGHTLY = (READ, FAR)
 """[deg] farther; ours."""
+NEARLY = 0.05
+"""How far beyond ``ABOUT`` proportion without a printed number is undecided; ours."""
 SUPPRESSED = 0.1
 MORE_THAN_A_LITTLE = 0.3
 """What is "suppressed" is less by this share at least; ours."""
@@ -186,14 +189,26 @@ def _radius_claims(made: Ratios) -> list[Claim]:
     return [
         value("4.32", "whirl in proportion to R: W/e over that of 4.24", 2.0,
               made.peak("4.32", "4.24"), why=less),
-        value("4.32", "force in proportion to R", 2.0,
-              made.force("4.32", "4.24"), why=less),
+        _force_by_radius(made.force("4.32", "4.24"), less),
         *(as_far_claim(figure, made) for figure in ("4.32", "4.33")),
         _not_much("4.32 (c)", "the balls' phase does not change much", made, ("4.32", "4.24")),
         _not_much("4.33", "the end position does not change much: the end time stays", made,
                   ("4.33", "4.25")),
         _effect("4.33", "the balance effect stays", made),
     ]  # fmt: skip
+
+
+def _force_by_radius(ours: float, less: str) -> Claim:
+    """That the force grows as R does, for which no number is printed."""
+    claim = value("4.32", "force in proportion to R", 2.0, ours, why=less)
+    if abs(ours / 2.0 - 1.0) > ABOUT + NEARLY:
+        return claim
+    return claim if claim.holds else claim._replace(
+        holds=None,
+        why=f"{UNDECIDED}: {claim.why}; so it is not by {ABOUT:.0%}, but by {ABOUT + NEARLY:.0%}, "
+        "and no number is printed (the Japanese has the whirl, to which the force goes, almost "
+        "in proportion)",
+    )  # fmt: skip
 
 
 def _damper_claims(made: Ratios) -> list[Claim]:
@@ -238,7 +253,7 @@ def _eccentricity_claims(made: Ratios) -> list[Claim]:
               SLIGHTLY[0] < plain < SLIGHTLY[1]),
         Claim("4.37", "the balance effect is slightly excessive",
               f"{made.end('4.37'):.0f} deg, by {held:.0f} deg farther than in 4.25 {slight}",
-              SLIGHTLY[0] < held < SLIGHTLY[1], f"{abs(held):.0f} deg cannot be read off"),
+              SLIGHTLY[0] < held < SLIGHTLY[1], f"{abs(held):.0f} deg cannot be read"),
         adjusted_claim("4.37", "the end time or m finely adjusted (the English: and m decreased)",
                        drive),
     ]  # fmt: skip

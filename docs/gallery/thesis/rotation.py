@@ -39,12 +39,9 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[PageSection, PageSectio
     first = PageSection(
         "5.1 Non-synchronous motion without a period: figures 5.1 to 5.6",
         (
-            f"Times are printed to half a second, and hold within {HALF_SECOND:g} s; angles within "
-            f"25 deg. Balls have settled when they stay within {SETTLED:g} deg of where they are "
-            f"2.5 s after the critical speed, for the last {STILL:g} s at least, in all rows: they "
-            "may creep on after that. This is not section 4.4's settling period. They "
-            "keep the rotor's speed, or lag, by less or more than 5 rad/s: 5 % of the rotor's, "
-            "about what a figure shows.",
+            f"Times hold within {HALF_SECOND:g} s, angles within 25 deg. Balls have settled if "
+            f"they stay within {SETTLED:g} deg for the last {STILL:g} s before 2.5 s after the "
+            "critical speed. They keep the rotor's speed if they lag by less than 5 rad/s.",
         ),
         (table_of("Without a variable-speed period", without_claims(runs, ends_drag, ends_e)),),
         (
@@ -55,15 +52,13 @@ def rotation_sections(folder: Path, tell: Tell) -> tuple[PageSection, PageSectio
     second = PageSection(
         "5.2 Non-synchronous motion with a period: figures 5.7 to 5.12, and how wide it is good",
         (
-            "The thesis leaves open how carefully m and c_b must be matched. The map shows it: "
-            "where both balls are opposite 2.5 s after the critical speed, without and with the "
-            "hold of 0.5 s. The rows do not say that they balance: 2 m R is M0 e at 0.495 g only.",
-            f"Stretches of c_b are those of figures 5.5 and 5.11, of {len(DRAGS)} values from "
-            f"{DRAGS[0]:g} to {DRAGS[-1]:g} N s/m, 5 % apart; the map has {len(MAP_MASSES)} masses "
-            f"from {1e3 * MAP_MASSES[0]:g} to {1e3 * MAP_MASSES[-1]:g} g, 10 % apart, and "
-            f"{len(MAP_DRAGS)} values of c_b, 15 % apart. A stretch is the widest, its ends the "
-            "last values that serve; those at -540 and -900 deg, which are narrow, are run again "
-            f"with {FINE} values between their neighbours.",
+            "The thesis does not state how exactly m and c_b must match. The map shows where "
+            "both balls are opposite 2.5 s after the critical speed. They balance only at "
+            "0.495 g, where 2 m R is M0 e.",
+            f"Ranges of c_b: figures 5.5 and 5.11 with {len(DRAGS)} values from {DRAGS[0]:g} to "
+            f"{DRAGS[-1]:g} N s/m; the map has {len(MAP_MASSES)} masses from "
+            f"{1e3 * MAP_MASSES[0]:g} to {1e3 * MAP_MASSES[-1]:g} g and {len(MAP_DRAGS)} values "
+            f"of c_b. Narrow ranges are refined with {FINE} values.",
         ),
         (
             table_of(

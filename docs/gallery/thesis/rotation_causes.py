@@ -45,7 +45,8 @@ def promoted_claims() -> list[Claim]:
                 + ", ".join("not" if time == np.inf else f"{time:.2f}" for time in times)
                 + f" s with {_holds()} (ours: the farther the "
                 f"{'sooner' if sign < 0.0 else 'later'})", _farther(runs) and ordered,
-                f"so to {runs[best].angles.mean():.0f} deg, {LONGER[best]:g} s; farther is later",
+                f"true up to {runs[best].angles.mean():.0f} deg, {LONGER[best]:g} s; "
+                "farther is later",
             )
         )  # fmt: skip
     runs = _over_holds(THESIS._replace(m=2e-3, c_b=2.0))

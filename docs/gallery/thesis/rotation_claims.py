@@ -256,7 +256,7 @@ def _balanced_where(drag: Ends) -> Claim:
         + " of the disc's unbalance left there with m = 0.5, 1, 1.5, 2 g (ours: "
         f"{BALANCED:g} at most)",
         all(abs(1.0 - share) <= BALANCED for share in left),
-        "so with 0.5 g alone; the heavier ones balance on both sides of it",
+        "true for 0.5 g only; heavier balls balance on both sides of it",
     )  # fmt: skip
 
 

@@ -72,7 +72,7 @@ def steadier_claims(ends: Ends) -> list[Claim]:
         Claim("5.12", "settling is more stable than without the hold: the time, m = 1 g",
               f"spreads by {held:.2f} s, without the hold by {plain:.2f} s (ours: {HALF_SECOND:g} "
               "s less)", held <= plain - HALF_SECOND,
-              "they differ by less than is read off"),
+              "the difference is too small to read"),
     ]  # fmt: skip
 
 

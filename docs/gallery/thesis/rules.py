@@ -86,19 +86,13 @@ def rules_section(folder: Path, tell: Tell) -> PageSection:
         _range_table(ranges),
     )
     text = (
-        "Times are those of the rule: start and end "
-        "where the critical speed is scaled. End positions are those 2.5 s after the critical "
-        "speed. A printed ratio holds within 15 %, a position within 25 deg. Whether the balance "
-        "effect is there is judged by the angle in all rows, as the thesis does, but where it says "
-        'that the balls cancel the unbalance (4.27, 4.28). Rows that say "not by '
-        "the end time alone\" try other end times than the rule's; the last table keeps the rule's "
-        'own: "too little" and "too much" are said of those. A rule between and beyond the '
-        "thesis' one factor is ours: that of m and c_b "
-        "goes on as c_b ~ m^2, that of c_b and m as a factor of 1.3 for each double. Where 2 m R "
-        "is not M0 e balls at -180 deg leave much.",
-        'The end time that is scaled is one "already optimized" by section 4.4. Its best is a hold '
-        "of 0.4 s, the figures have 0.5 s: both have rows. Of figures 4.24 to 4.45 the numbers "
-        "that the text gives are compared; time histories are not drawn again.",
+        "Start and end times follow the rule; positions are those 2.5 s after the critical "
+        "speed. Between and beyond the thesis' factor 2, c_b ~ m^2, and m grows by 1.3 per "
+        "doubling of c_b. Balls at -180 deg leave a large residual unbalance unless 2 m R is "
+        "M0 e.",
+        'The rules scale an end time "already optimized" in section 4.4. The best hold there '
+        "is 0.4 s, the figures use 0.5 s; both are judged. Time histories of 4.24 to 4.45 are "
+        "not drawn.",
     )
     picture = _picture(folder, ranges)
     return PageSection("4.5 Rules for other drives: figures 4.24 to 4.45", text, tables, (picture,))

@@ -61,17 +61,14 @@ def settling_section(folder: Path, tell: Tell) -> PageSection:
     other = final > (1.0 + SAME) * none.end.final_whirl
     later = lateness(lines)
     text = (
-        'The "settling period" ends when both balls first are at -180 deg, unwrapped. Ours are '
-        f"{min(later):.3f} to {max(later):.3f} s later than printed, and more where it is "
-        "ill-conditioned (4.21): one cause, which we do not know. A drive is judged by how soon W "
-        "stays within its final band, counted from standstill, of start-ups to 200 rad/s.",
-        "Final W/e tells balls that match the disc from others (the table of 4.2), but no period "
-        "from another with the thesis' own set, whose balls cannot match: it is "
-        f"{final.min():.3f} to {final[~other].max():.3f} at {int((~other).sum())} of the grid's "
-        f"{len(final)} points and {none.end.final_whirl:.3f} without a period, one state at rest. "
-        f"At the other {int(other.sum())}, long holds a few rad/s above the critical speed, the "
-        f"balls slip by turns and have not come to rest (up to {final.max():.1f}). Most of the "
-        "time until W is in its band is ringing down.",
+        'The "settling period" ends when both balls first reach -180 deg. Ours are '
+        f"{min(later):.3f} to {max(later):.3f} s later than printed, and more where the result "
+        "is ill-conditioned (4.21); the cause is unknown. A drive is judged by the time from "
+        "standstill after which W stays in its final band, for start-ups to 200 rad/s.",
+        "With the thesis' balls, which cannot match the disc, the final W/e does not depend on "
+        f"the period: {final.min():.3f} to {final[~other].max():.3f} at {int((~other).sum())} "
+        f"of {len(final)} grid points, {none.end.final_whirl:.3f} without a period. At the "
+        f"other {int(other.sum())} the balls still slip (up to {final.max():.1f}).",
     )
     return PageSection(
         "4.4 The best variable-speed period: figures 4.19 to 4.23", text, tables, tuple(pictures)

@@ -55,18 +55,11 @@ def without_period_section(folder: Path, tell: Tell) -> PageSection:
     claims = [*without_claims(runs), *starts_claims(all_starts)]
     tables = table_of("Without a variable-speed period", claims), starts_table(all_starts)
     text = (
-        "The thesis' sketches 4.2, 4.4 and 4.6 show where the balls of 4.1, 4.3 and 4.5 end. "
-        f'"In the vicinity of -180 deg" is within {OPPOSITE:g} deg of it all over this page: the '
-        "thesis calls -200 deg so, and not -150 deg. (Section 5.2 calls -600 deg in the vicinity "
-        "of -540 deg, too; that is not followed.) It judges by the angle alone; what is left of "
-        "the unbalance stands beside it.",
-        f"A printed number holds within {ABOUT:.0%} of it, a printed angle within {OPPOSITE:g} "
-        f"deg, a time of two digits within {TIMED:.0%}: forces are printed to one digit, 0.06, "
-        f"0.07, 0.08 N. What is almost the same, alike, in proportion is so within {ABOUT:.0%}, "
-        "too. Courses are apart by the root mean square of their difference, over the peak of the "
-        "figure that is referred to, or the largest force. A criterion of ours is in brackets, "
-        '"(ours: ...)". How far a force alone moves a ball is its integral over time, over c_b R. '
-        "Where the balls would end with the mean of both forces is reckoned so, too, not run.",
+        f'"Near -180 deg" means within {OPPOSITE:g} deg of it on this page. The thesis judges '
+        "balance by this angle alone; the residual unbalance is given too.",
+        f"A printed number holds within {ABOUT:.0%}, an angle within {OPPOSITE:g} deg, a time "
+        f'of two digits within {TIMED:.0%}. "Alike" and "in proportion" mean within '
+        f"{ABOUT:.0%}. Criteria marked *ours* are in thesis.json.",
     )
     return PageSection(
         "4.1 Without a variable-speed period: figures 4.1 to 4.6", text, tables, (picture,)

@@ -17,13 +17,12 @@ SOURCE = (
 LEFT_OUT = PageSection(
     "What the paper leaves out",
     (
-        "Its figures are printed without zeta, zeta_B, mu and delta (but for the zeta_B of curves "
-        "that the text names), their axes' ranges are not in the text, nor are any numbers but the "
-        "thresholds of figures 2 and 5. Of mu and delta only the ratio counts; here it is "
-        f"mu / delta = {MU_OVER_DELTA:g}. Axes are the paper's: Ω = ω/ω_n, η = m_b d / (m_d e), "
-        "ζ = C / (2 M ω_n), ζ_B = C_B / (2 m_b ω_n), r = W/e.",
-        "Slips: (9) prints zeta_B with C in the place of C_B; (4) must read -2 ω x' y in its third "
-        "term; tan^-1 in (17)-(29) must be atan2.",
+        "The figures lack zeta, zeta_B, mu, delta and the ranges of their axes; the only "
+        "numbers are the thresholds of figures 2 and 5. Only mu / delta matters; here it is "
+        f"{MU_OVER_DELTA:g}. Ω = ω/ω_n, η = m_b d / (m_d e), ζ = C / (2 M ω_n), ζ_B = C_B / (2 "
+        "m_b ω_n), r = W/e.",
+        "Slips: (9) prints C for C_B in zeta_B; the third term of (4) must be -2 ω x' y; "
+        "tan^-1 in (17)-(29) must be atan2.",
     ),
 )
 _SECTIONS = (

@@ -55,16 +55,13 @@ def branches_section(folder: Path, tell: Tell) -> PageSection:
         tuple(rows),
     )
     text = (
-        "The paper lists eight radii, (14)-(24). They are four states listed twice: "
-        "r12 = -r21, r22 = -r11, r32 = -r41, r42 = -r31, for a negative radius is the other "
-        "pattern of balls. So each is listed once here, where its radius is positive; curves are "
-        "solid where the state is stable, dashed where not. Their formulas hold with atan2 in "
-        "the place of tan^-1.",
-        "Speeds in the table are of a grid of 0.01. Marks are where runs settle from the paper's "
-        "two starts (section on figure 6), for "
-        f"{len(RUN_AT)} speeds; none is drawn where whirl or balls still move in the end.",
-        "r11 ends in a fold, at the speed where (1 - Ω²)² = 4 (9 η² - 1) ζ² Ω²: between it and "
-        "the threshold of r = 0 nothing is stable.",
+        "The eight radii (14)-(24) are four states listed twice: r12 = -r21, r22 = -r11, r32 = "
+        "-r41, r42 = -r31. Each is shown once, with its positive radius. Solid curves are "
+        "stable, dashed ones unstable. The formulas need atan2 in place of tan^-1.",
+        "Speeds have a grid of 0.01. Marks show where runs from the paper's two starts settle, "
+        f"at {len(RUN_AT)} speeds; runs that still move are not marked.",
+        "r11 ends in a fold where (1 - Ω²)² = 4 (9 η² - 1) ζ² Ω². Between it and the threshold "
+        "of r = 0 nothing is stable.",
     )
     return PageSection("Resting states: figures 3 and 5", text, (table,), tuple(pictures))
 

@@ -59,14 +59,12 @@ def growth_section(folder: Path, tell: Tell) -> PageSection:
         f"zeta = {SETS[0][0]:g}, zeta_B = {SETS[0][1]:g}; one of them is 0 by structure"
     )
     text = (
-        "The paper prints neither zeta nor zeta_B, nor mu and delta, of which only mu / delta "
-        "counts. Its two thresholds for eta = 0.4, 1.51 of figure 2 and 1.42 of figure 5, "
-        "cannot both belong to one set of them: with mu / delta = 0.03 and zeta_B = 0.1 the first "
-        "needs zeta = 0.02, the second zeta = 0.05. These were chosen to meet them; they are not "
-        "the paper's.",
-        "Of three balls the position matters too: below, the threshold of the position that is "
-        "its own mirror image (one ball at 180°), and of the best and the worst of all. "
-        "Which position figure 2 shows is not said.",
+        "The two thresholds for eta = 0.4, 1.51 (figure 2) and 1.42 (figure 5), cannot belong "
+        "to one set of parameters: with mu / delta = 0.03 and zeta_B = 0.1, the first needs "
+        "zeta = 0.02 and the second zeta = 0.05. These values are chosen here to meet them.",
+        "The threshold of three balls depends on their position. The table gives it for the "
+        "symmetric position (one ball at 180°) and for the best and worst of all. The paper "
+        "does not state the position of figure 2.",
     )
     scene = drive(ETA, 3, *SETS[0][:2])
     figure = Figure(figsize=(8, 4.6), layout="constrained")

@@ -82,10 +82,10 @@ def bell_section(folder: Path, tell: Tell) -> PageSection:
     )
     labels = {s.label for w in (0.7, 1.3, 2.5) for s in equilibria(drive(0.2), w).stable}
     text = (
-        "Each unstable region is bell-shaped and shrinks as a whole with more drag, as published; "
-        "point A, stable for zeta_B = 0.3 and not for 0.1, lies between two curves. Near the "
-        "horizontal axis, though, more drag widens it a little, so that the curves cross. Which "
-        "curves the figure has besides these two the text does not say; 0.2 is ours.",
+        "As published, each unstable region is bell-shaped and shrinks with more drag; point "
+        "A, stable at zeta_B = 0.3 but not at 0.1, lies between two curves. Near the "
+        "horizontal axis, however, more drag widens the region slightly. The curve for 0.2 is "
+        "ours.",
         f"The only stable states at Ω = 0.7, 1.3 and 2.5: {', '.join(sorted(labels))} (r11).",
     )
     caption = "borders of the region where r11 is unstable, eta = 0.2"
@@ -129,23 +129,21 @@ def against_section(folder: Path, tell: Tell) -> PageSection:
             for zeta in DAMPINGS
         ),
         5,
+        on_page=False,
     )
     text = (
-        f"On the same grid of {COUNT} by {COUNT} points, {WIDE.Omega[0]:g} ≤ Ω ≤ {WIDE.Omega[1]:g} "
-        f"and {WIDE.zeta[0]:g} ≤ ζ ≤ {WIDE.zeta[1]:g}, the paper's ranges not being known; refined "
-        f"along borders from every {COARSE}th point. zeta_B is the same for two and three balls, "
-        "so that the drag of a ball goes with its mass.",
-        "The paper takes the *union* of the stable regions of many positions for the region of "
-        "three balls: balance is stable at some position. That is what a start that is chosen can "
-        "reach; one that is not can rely on the region where *every* position is stable only. "
-        "The figures show both.",
-        "At the total of 1.2 the advantage is real but small, about one hundredth of the map for "
-        "zeta_B = 0.1, and there it holds for every position from zeta = 0.1 on; at zeta = 0.02 "
-        "and 0.05 two balls are stable from a slightly lower speed than three at their best. At "
-        "2.4 the union is much larger for three balls, and the region of every position much "
-        'smaller: there it depends on where the balls happen to sit. So "three balls are more '
-        'robust than two" is true as the paper defines it, and false at 2.4 for a designer who '
-        "cannot choose the position.",
+        f"Grid of {COUNT} by {COUNT} points, {WIDE.Omega[0]:g} ≤ Ω ≤ {WIDE.Omega[1]:g} and "
+        f"{WIDE.zeta[0]:g} ≤ ζ ≤ {WIDE.zeta[1]:g} (ours), refined along borders from every "
+        f"{COARSE}th point. zeta_B is equal for two and three balls.",
+        "The paper takes the *union* of the stable regions of many positions. A drive whose "
+        "start is not chosen can rely only on the region where *every* position is stable. The "
+        "figures show both.",
+        "At a total of 1.2 the advantage of three balls is small, about one hundredth of the "
+        "map for zeta_B = 0.1, and holds for every position from zeta = 0.1. At zeta = 0.02 "
+        "and 0.05 two balls are stable from a slightly lower speed. At 2.4 the union is much "
+        'larger for three balls, the region of every position much smaller. "Three balls are '
+        'more robust than two" is thus true as the paper defines it, and false at 2.4 if the '
+        "position cannot be chosen.",
     )
     return PageSection(
         "Three balls against two: figures 7 and 9", text, (shares, thresholds), tuple(pictures)

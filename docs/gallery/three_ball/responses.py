@@ -55,8 +55,8 @@ def two_places_section(folder: Path, tell: Tell) -> PageSection:
         3,
     )
     text = (
-        "Both starts of the paper end balanced, and with the balls at different positions, as "
-        "published; the positions in its figure are not printed.",
+        "As published, both starts end balanced with the balls at different positions. The "
+        "published positions are not printed.",
     )
     caption = f"two starts at eta = {eta:g}, Ω = {speed:g}, zeta = {zeta:g}, zeta_B = {zeta_b:g}"
     picture = written(figure, folder, 6, caption)
@@ -97,10 +97,9 @@ def point_b_section(folder: Path, tell: Tell) -> PageSection:
         3,
     )
     text = (
-        "Where point B lies is not printed. Here it is at zeta = 0.5 in the middle between the "
-        "thresholds of two balls and of three at their worst position, so that three are stable "
-        "wherever they sit. Both start 0.2 rad beside a balanced position: two balls end in a "
-        "whirl that stays, three in balance.",
+        "The paper does not print point B. Here it is at zeta = 0.5, midway between the "
+        "thresholds of two balls and of three at their worst position. Both runs start 0.2 rad "
+        "from a balanced position: two balls keep whirling, three balance.",
     )
     caption = f"whirl near balance, eta_total = {TOTAL:g}, zeta_B = {ZETA_B:g}, at our point B"
     picture = written(figure, folder, 8, caption)

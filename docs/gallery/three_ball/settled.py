@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim import Scene, Trajectory, simulate_batch
-from ab_sim.analysis.merits import LAST, merits_of
+from ab_sim.analysis.metrics import LAST, metrics_of
 
 STARTS = ((0.01, 0.02, 0.03), (0.30, 0.32, 0.34))
 """Ball angles of the paper's two starts, in pi; balls and deck rest on axes that turn with the
@@ -32,11 +32,11 @@ def runs(scene: Scene, starts: Sequence[dict[str, Any]], every: int = 10) -> lis
 
 def settled(trajectory: Trajectory, scene: Scene) -> tuple[float, tuple[float, ...]] | None:
     """W / e and ball angles [rad] at the end of a run; None where they still change."""
-    merits = merits_of(trajectory, scene)
+    metrics = metrics_of(trajectory, scene)
     e = scene.rotor.eccentricity
-    low, high = merits.span
+    low, high = metrics.span
     last = trajectory.ball_angles[-round(LAST * len(trajectory["time"])) :]
     moving = float(np.ptp(last, axis=0).max())
-    if high - low > max(0.02 * merits.final_whirl, 1e-3 * e) or moving > STILL:
+    if high - low > max(0.02 * metrics.final_whirl, 1e-3 * e) or moving > STILL:
         return None
-    return merits.final_whirl / e, merits.final_ball_angles
+    return metrics.final_whirl / e, metrics.final_ball_angles

@@ -43,17 +43,14 @@ def _assumed() -> PageSection:
     return PageSection(
         "What the papers leave out",
         (
-            "A rigid rotor on two bearings, with balls in races at two heights: `race.height` is a "
-            "list, and `balls.race` says where each ball runs. All parameters are printed. The "
-            "papers of 2008 have none with dimensions: here M = 1 kg, R = 1 m, k11 = 1 N/m, so "
-            "that Omega_1 = 1 rad/s.",
-            "What the papers give in figures only is read from their curves and markers, which are "
-            "vectors in the preprints: to some 2 in the last digit that is given.",
-            "Our deck moves along the shaft and turns about it, too. That is held by springs which "
-            "nothing excites, along the shaft as stiffly as across it, about it twice as stiffly "
-            "as the tilt. And some of what moves must not turn: 1 % of the mass and J_t - J_p of "
-            "the inertia across the shaft; only the sums count.",
-            "Not computed: the stability charts of the unequal devices, the limit cycles, and the "
-            "run-up through the critical speeds (VIRM 2008).",
+            "The rotor has two bearings and balls in races at two heights (`race.height` and "
+            "`balls.race`). The papers of 2008 use dimensionless parameters; here M = 1 kg, R "
+            "= 1 m and k11 = 1 N/m, so that Omega_1 = 1 rad/s.",
+            "Values that appear only in figures were read from the vector curves of the "
+            "preprints, to about 2 in the last digit given.",
+            "Our deck can also move along the shaft and turn about it, on springs that nothing "
+            "excites. 1 % of the mass and the inertia J_t - J_p do not turn.",
+            "Not computed: stability charts of the unequal devices, limit cycles, the run-up "
+            "through the critical speeds (VIRM 2008).",
         ),
     )

@@ -40,9 +40,9 @@ def check_section() -> PageSection:
     names = "unbalance and ball mass, of figure 12's", "without balls", "with balls"
     table = Table("Largest difference, of the largest displacement", names, tuple(rows), 2)
     text = (
-        "The papers' equations are linear in the deck's motion. The same rotor by (1) and (2) of "
-        f"2010, integrated by SciPy's DOP853, from rest to t = {DURATION:g} at Omega = {SPEED:g}. "
-        "What they leave out falls with the square of the unbalance without balls, and with balls "
-        "with their mass: the moments of their lever R. So the two are the same in the limit.",
+        "The papers' equations are linear in the deck's motion. Here (1) and (2) of 2010 are "
+        f"integrated by SciPy's DOP853 from rest to t = {DURATION:g} at Omega = {SPEED:g}. The "
+        "difference falls with the square of the unbalance without balls, and with the ball "
+        "mass with balls: both models agree in the limit.",
     )
     return PageSection("Beside the papers' own equations", text, (table,))

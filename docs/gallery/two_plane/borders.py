@@ -147,14 +147,13 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
     second = second_border(dynamic, mass, (printed - 0.1, printed + 0.1))
     table = Table("Where the stability of the balance changes", names, tuple(rows), 4)
     text = (
-        "The papers follow Hopf points with AUTO in equations that rotate with the rotor; ours are "
-        "multipliers of one turn, of the exact rigid body. Borders agree to the last digit or two "
-        "that can be read, with one exception: the heaviest balls under the dynamic unbalance. "
-        f"What crosses the unit circle on the printed curve does so here as well, at {second:.3f}. "
-        "But then another pair of multipliers, of no curve in the figure, has been outside since "
-        "5.287. It grows slowly, by 1.0009 each turn at most until then.",
-        "The last column is of the equations that the same authors print later: they leave out the "
-        "moments of the balls' lever R, and borders move by what heavy balls do.",
+        "Ours are multipliers of one revolution of the exact rigid body; the papers use AUTO. "
+        "Borders agree to the last one or two digits that can be read, except for the heaviest "
+        f"balls under dynamic unbalance. The printed border is found at {second:.3f}, but a "
+        "second pair of multipliers, in no printed curve, is unstable up to 5.287 and grows by "
+        "at most 1.0009 per revolution.",
+        "The last column uses the authors' later equations (2010), which omit the moments of "
+        "the balls' lever R.",
     )
     caption = (
         "Shaded: the largest modulus of a multiplier is below 1; crosses: printed borders; dots: "

@@ -38,11 +38,10 @@ def frequency_section() -> PageSection:
         found = critical_speeds(long_rotor(bearings=bearing), 10.0)
         rows += [(title, a, b) for a, b in zip(printed, found, strict=True)]
     text = (
-        "Without balls. The second case, stiffness 1, 3, 45, is that of two equal bearings 9 R and "
-        "3 R from the centre of mass. The papers call their values approximate: they are those of "
-        "circular whirl, sqrt(k22/(Jt - Jp)). Between bearings of unequal stiffness the whirl is "
-        "not circular, and the gyroscopic moment couples the tilts: the last case's conical speeds "
-        "solve (9 - Jt w^2)(45 - Jt w^2) = Jp^2 w^4, and are 8 and 7 % lower than printed.",
+        "Without balls. In the last case the bearings' stiffness differs by axis, so the whirl "
+        "is not circular: the conical speeds solve (9 - Jt w^2)(45 - Jt w^2) = Jp^2 w^4 and "
+        "are 8 and 7 % lower than printed. The printed values hold for circular whirl, "
+        "sqrt(k22/(Jt - Jp)).",
     )
     table = Table("Critical speeds [Omega_1]", ("bearings", "printed", "ours"), tuple(rows), 5)
     return PageSection("Natural frequencies of the long rotor", text, (table,))

@@ -79,19 +79,17 @@ def ball_section(folder: Path, tell: Tell) -> PageSection:
         4,
     )
     text = (
-        "Balls are measured from the light spot. The two balls bring their own plane to rest, and "
-        "not the shaft: what is left is a couple. Below the first critical speed they gather at "
-        "the heavy spot and make it worse, above the last they balance, as printed; between, runs "
-        "from rest with both balls at the heavy spot end in many ways, as the paper says of its "
-        "own.",
-        "The curve without balls in figure 14 is not that of table 2. A fit of the three numbers "
-        "of the unbalance to it gives another couple, and with that the balls' printed angles come "
-        "out to .3 deg above 1000 rpm, which the fit has not seen; by table 2 one of them is off "
-        "by 3 to 5 deg. The printed levels with balls, however, are those of table 2, within 2.5 "
-        "%. So the figure seems to be of two sets of parameters.",
-        "In figure 12 the printed levels with balls are flat, as if the washers lay in the balls' "
-        "plane; by table 2 they do not, and ours fall with the number of washers. The speed that "
-        "its lines are for is not printed; ours is the middle of its range.",
+        "Angles are measured from the light spot. The balls bring their own plane to rest; a "
+        "couple remains. Below the first critical speed they add to the unbalance, above the "
+        "last they balance, as printed. Between, runs end in many ways, as the paper also "
+        "reports.",
+        "Slip: figure 14 seems to use two sets of parameters. Its curve without balls is not "
+        "that of table 2. An unbalance fitted to this curve gives the printed ball angles to "
+        ".3 deg above 1000 rpm (table 2: 3 to 5 deg off), but the printed levels with balls "
+        "are those of table 2, within 2.5 %.",
+        "In figure 12 the printed levels with balls are flat, as if the washers lay in the "
+        "balls' plane; by table 2 ours fall with the number of washers. The speed is not "
+        "printed; ours is the middle of its range.",
     )
     figure = Figure(figsize=(9.0, 7.5), layout="constrained")
     above, below = figure.subplots(2, 1, sharex=True)

@@ -65,18 +65,15 @@ def rig_frequency_section() -> PageSection:
     names = "washers", "chi, printed [1e-5 rad]", "ours", "beta, printed [deg]", "ours"
     apart = Table("Table 2 from two unknowns", names, tuple(parts), 3)
     text = (
-        "The rig carries one race with two balls, not two races: its paper names the two-plane "
-        "balancer as future work. It is here because its tables are complete, and its peaks were "
-        "measured.",
-        "Table 3 gives 10 750 and 7900 N/m as the stiffness of a bearing along X and Y. With "
-        "these the critical speeds are too low by sqrt 2. With twice as much the paper's own "
-        "simulated peaks come out, within .2 %; what was measured lies within 3.1 %. Perhaps "
-        "what is printed is the stiffness of one of a bearing's springs. The damping, 2.5e-4 s "
-        "times the stiffness, goes with it: the peaks' heights below say so.",
-        "Where the washers lie along the shaft is not printed. Table 2 says it: the couple grows "
-        f"with their number as that of an unbalance at z = {1e3 * plane:.1f} mm, "
-        f"{1e3 * abs(plane - BALLS_AT):.0f} mm beyond the balls' plane. From that, and what the "
-        f"disc has without washers ({1e5 * abs(own):.2f}e-5 rad, printed 6.1e-5), all of the table "
-        "follows to its last digit.",
+        "The rig has one race with two balls. It is included because its tables are complete "
+        "and its peaks were measured.",
+        "Slip: with the bearing stiffness of table 3 (10 750 and 7900 N/m) the critical speeds "
+        "are too low by sqrt 2. Twice the stiffness gives the paper's simulated peaks within "
+        ".2 % and the measured ones within 3.1 %. Table 3 may print the stiffness of one "
+        "spring of a bearing. The damping, 2.5e-4 s times the stiffness, doubles too.",
+        "The position of the washers is not printed. Table 2 implies an unbalance at z = "
+        f"{1e3 * plane:.1f} mm, {1e3 * abs(plane - BALLS_AT):.0f} mm beyond the balls' plane. "
+        f"With the disc's own couple ({1e5 * abs(own):.2f}e-5 rad, printed 6.1e-5), all of "
+        "table 2 follows to its last digit.",
     )
     return PageSection("The rig of 2010: critical speeds", text, (table, apart))

@@ -47,11 +47,10 @@ def plain_section(folder: Path, tell: Tell) -> PageSection:
     axes.legend(fontsize=9)
     caption = "Figure 8, without balls; dashed: the measured critical speeds"
     text = (
-        "All parameters are those of tables 1 to 3, the stiffness doubled. The paper defines its "
-        "level by (3) as the mean of the two bearings' largest displacements. Its curve is another "
-        "one: the largest mean of both, taken at the same instant. The two differ between the "
-        "conical peaks, where the bearings are not at their largest together; there (3) gives a "
-        "quarter more.",
+        "Parameters of tables 1 to 3, with the stiffness doubled. Slip: (3) defines the level "
+        "as the mean of the two bearings' largest displacements, but the printed curve is the "
+        "largest mean of both at one instant. Between the conical peaks (3) gives a quarter "
+        "more.",
     )
     return PageSection(
         "The rig without balls: figure 8", text, (table,),

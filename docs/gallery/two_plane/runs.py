@@ -100,16 +100,14 @@ def run_section(folder: Path, tell: Tell) -> PageSection:
         4,
     )
     text = (
-        "Figure 11 and 12 (a) end as printed. What is chaotic cannot agree in time: 11 (ii) starts "
-        "in symmetry and leaves it by rounding errors, 12 (b) and (c) pass through chaos before. "
-        f"In 12 (c) balls start in pairs, moved apart by {APART:g} rad here, as equal balls that "
-        "start together stay together in our integration, for ever.",
-        "So how 12 (b) and (c) end is a matter of chance: the last table moves their starts a "
-        "little. A ball that does not balance is left behind, at half the spindle's speed, and "
-        "there may be several; with one the level is the printed one of 12 (b).",
-        "Of 12 (b) the paper says that a ball lags with alpha' = -Omega, and that it makes one "
-        "revolution for every two of the rotor. Only the second is so, -Omega/2, as the slope of "
-        "its curve in the figure is.",
+        "Figures 11 and 12 (a) end as printed. Chaotic runs cannot agree in time: 11 (ii) "
+        "leaves its symmetry by rounding errors, and 12 (b) and (c) pass through chaos. In 12 "
+        f"(c) the balls start in pairs, here {APART:g} rad apart.",
+        f"How 12 (b) and (c) end is therefore chance: starts moved by {MOVED:g} rad leave from "
+        "none to three lagging balls (table in the JSON). Balls that do not balance lag at "
+        "half the spindle speed. With one such ball the level of 12 (b) is the printed one.",
+        "Slip: for 12 (b) the text gives alpha' = -Omega and also one revolution per two of "
+        "the rotor. Only the second, -Omega/2, agrees with the figure.",
     )
     caption = (
         "Figures 11 and 12, vibration A (23) in race radii; last panel: where the balls of 12 (a) "
@@ -157,7 +155,8 @@ def _moved(tell: Tell) -> Table:
             levels = [level for lagging, level in found if lagging == number]
             rows.append((each.name, number, len(levels), min(levels), max(levels)))
     title = f"{MOVED_RUNS} starts moved by at most {MOVED:g} rad, to t = {MOVED_LAST:g}"
-    return Table(title, ("start", "balls that lag", "runs", "least A", "largest A"), tuple(rows), 3)
+    names = ("start", "balls that lag", "runs", "least A", "largest A")
+    return Table(title, names, tuple(rows), 3, on_page=False)
 
 
 def _end(each: LongRun, run: Trajectory) -> np.ndarray:

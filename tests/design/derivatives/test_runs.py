@@ -1,4 +1,4 @@
-"""Derivatives of merits and channels of runs."""
+"""Derivatives of metrics and channels of runs."""
 
 import numpy as np
 import pytest
@@ -10,7 +10,7 @@ SCENE = ab_sim.load_scene(
     "thesis-hold", ["duration=0.3", "start.speed=80", "start.ball_angles=[0.3, 1.2]"]
 )
 KEYS = ["balls.mass", "rotor.eccentricity", "effects.suspension.damping"]
-MERITS = ["final_whirl_over_e", "peak_whirl_over_e", "residual_unbalance", "final_speed",
+METRICS = ["final_whirl_over_e", "peak_whirl_over_e", "residual_unbalance", "final_speed",
           "vibration_velocity_rms", "slipped_turns_total", "balance_grade"]  # fmt: skip
 EXACT = {
     # Of final_whirl_over_e, by tangents of all stages of all steps, carried through all events:
@@ -50,28 +50,28 @@ EXACT = {
 def test_derivatives_are_the_exact_ones_within_their_uncertainty(name: str) -> None:
     changes, exact = EXACT[name]
     scene = ab_sim.load_scene(name, changes)
-    found = ab_sim.merit_sensitivities(scene, list(exact), ["final_whirl_over_e"])
+    found = ab_sim.metric_sensitivities(scene, list(exact), ["final_whirl_over_e"])
     off = np.abs(found.derivatives[0] - list(exact.values()))
     assert (off <= found.uncertainties[0]).all()
     assert (found.elasticity_uncertainties < 1e-5).all()
 
 
-def test_merits_change_as_those_of_a_batch() -> None:
-    found = ab_sim.merit_sensitivities(SCENE, KEYS, MERITS)
+def test_metrics_change_as_those_of_a_batch() -> None:
+    found = ab_sim.metric_sensitivities(SCENE, KEYS, METRICS)
     for k, (key, value) in enumerate(zip(KEYS, found.values.tolist(), strict=True)):
         step = 1e-3 * value
         runs = ab_sim.simulate_batch(
-            SCENE, {key: [value, value - step, value + step]}, merits=MERITS
+            SCENE, {key: [value, value - step, value + step]}, metrics=METRICS
         )
-        for i, merit in enumerate(MERITS):
-            here, below, above = runs.merits[merit]
-            assert found.merit_values[i] == here
+        for i, metric in enumerate(METRICS):
+            here, below, above = runs.metrics[metric]
+            assert found.metric_values[i] == here
             difference = (above - below) / (2.0 * step)
             assert found.derivatives[i, k] == pytest.approx(
                 difference, rel=1e-4, abs=1e-6 * abs(here) / value
             )
     whirl, mass = found.derivatives[0, 0], found.values[0]
-    assert found.elasticities[0, 0] == pytest.approx(whirl * mass / found.merit_values[0])
+    assert found.elasticities[0, 0] == pytest.approx(whirl * mass / found.metric_values[0])
     assert found.unit(0, 0) == "e/kg" and found.unit(0, 2) == "e/(N s/m)"
     frame = found.to_dataframe()
     assert frame["d final_whirl_over_e"][0] == whirl
@@ -83,27 +83,27 @@ def test_merits_change_as_those_of_a_batch() -> None:
 def test_balls_that_cannot_part_leave_no_derivative() -> None:
     scene = ab_sim.load_scene("packed-balls", ["duration=0.01"])
     keys = ["start.ball_angles.3", "balls.mass"]
-    found = ab_sim.merit_sensitivities(scene, keys, ["final_whirl_over_e"])
+    found = ab_sim.metric_sensitivities(scene, keys, ["final_whirl_over_e"])
     assert np.isnan(found.derivatives[0, 0]) and np.isinf(found.uncertainties[0, 0])
     assert np.isfinite([found.derivatives[0, 1], found.uncertainties[0, 1]]).all()
-    by = found.report()["merits"]["final_whirl_over_e"]["by"]  # type: ignore[index]
+    by = found.report()["metrics"]["final_whirl_over_e"]["by"]  # type: ignore[index]
     assert by["start.ball_angles.3"]["derivative"] is None
     assert by["start.ball_angles.3"]["uncertainty"] is None
 
 
 @pytest.mark.parametrize(
-    ("merit", "problem"),
+    ("metric", "problem"),
     [
         ("balanced", "is no number"),
         ("start_up_time", "is the time of a sample"),
         ("final_tilt", "has no value in this run"),
-        ("final_whirl", "no such merit"),
+        ("final_whirl", "no such metric"),
     ],
 )
-def test_merits_without_a_derivative_are_refused(merit: str, problem: str) -> None:
+def test_metrics_without_a_derivative_are_refused(metric: str, problem: str) -> None:
     scene = ab_sim.load_scene("thesis-hold", ["duration=0.01"])
     with pytest.raises(InputError, match=problem):
-        ab_sim.merit_sensitivities(scene, ["balls.mass"], [merit])
+        ab_sim.metric_sensitivities(scene, ["balls.mass"], [metric])
 
 
 def test_a_speed_that_measurements_decide_has_no_derivative() -> None:

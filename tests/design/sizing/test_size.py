@@ -40,7 +40,7 @@ def test_a_drive_is_sized_and_its_claims_hold(tmp_path: Path) -> None:
     scene = ab_sim.load_scene(file)
     assert scene == found.scene and "ball_contact" in scene.effects
     assert scene.rotor.eccentricity * scene.eccentric_mass == pytest.approx(3e-6)
-    assert ab_sim.simulate(scene).merits["residual_unbalance"] < 0.1
+    assert ab_sim.simulate(scene).metrics["residual_unbalance"] < 0.1
     assert "balls 5" in repr(found) and len(found.plot().axes) == 2
 
 

@@ -1,0 +1,102 @@
+"""Metrics that follow from the results of other watches, without the samples of the runs."""
+
+import numpy as np
+
+from ab_sim.analysis.metrics.judging import JudgedRuns
+from ab_sim.analysis.metrics.spindle import SpindleStartWatch, SpindleTargetWatch
+from ab_sim.analysis.metrics.verdict import BALANCED, verdicts
+from ab_sim.analysis.metrics.watches import (
+    BandWatch,
+    EarlierWhirlWatch,
+    FinalCirculationWatch,
+    FinalWhirlWatch,
+    LastSampleWatch,
+    PassageWatch,
+    ResidualWatch,
+)
+from ab_sim.analysis.startup import settling_begins
+
+
+class StartUpConclusion:
+    """Duration of a start-up from the instant at which the spindle starts."""
+
+    AFTER = (BandWatch, SpindleStartWatch, SpindleTargetWatch)
+
+    def __init__(
+        self,
+        runs: JudgedRuns,
+        band: BandWatch,
+        start: SpindleStartWatch,
+        target: SpindleTargetWatch,
+    ) -> None:
+        self.in_band: list[float | None] = [None] * len(runs)
+        """Time until the whirl stays in its band [s]."""
+        self.ready: list[float | None] = [None] * len(runs)
+        """Time until the spindle has reached its final speed as well [s]."""
+        found = zip(band.found, start.found, target.found, strict=True)
+        for run, (in_band, begins, has_speed) in enumerate(found):
+            if begins is None or in_band is None:
+                continue
+            self.in_band[run] = max(in_band - begins, 0.0)
+            if has_speed is not None:
+                self.ready[run] = max(in_band, has_speed) - begins
+
+
+class SettlingConclusion:
+    """Settling period of the thesis."""
+
+    AFTER = (PassageWatch,)
+
+    def __init__(self, runs: JudgedRuns, passage: PassageWatch) -> None:
+        self.found: list[float | None] = [None] * len(runs)
+        """Settling period [s]; see ``settling_begins``."""
+        for run, passed in enumerate(passage.found):
+            begins = None if passed is None else settling_begins(runs.scenes[run])
+            if passed is not None and begins is not None:
+                self.found[run] = passed - begins
+
+
+class GradeConclusion:
+    """Balance grade at the final speed."""
+
+    AFTER = (ResidualWatch, LastSampleWatch)
+
+    def __init__(self, runs: JudgedRuns, residual: ResidualWatch, last: LastSampleWatch) -> None:
+        self.found = residual.left / runs.numbers.turning * np.abs(last.speed)
+        """Balance grade [m/s]: speed of the rotating mass' centre about the shaft."""
+
+
+class VerdictConclusion:
+    """Verdict of a run: whether it has settled, and whether the balls balance the rotor."""
+
+    AFTER = (ResidualWatch, FinalWhirlWatch, EarlierWhirlWatch, FinalCirculationWatch)
+
+    def __init__(
+        self,
+        runs: JudgedRuns,
+        residual: ResidualWatch,
+        final: FinalWhirlWatch,
+        earlier: EarlierWhirlWatch,
+        circulation: FinalCirculationWatch,
+    ) -> None:
+        numbers = runs.numbers
+        unbalance, couple = (
+            np.array([np.nan if share is None else share for share in shares], dtype=float)
+            for shares in (residual.unbalance, residual.couple)
+        )
+        within = unbalance <= numbers.most_unbalance
+        # A couple that does not exist or does not count is NaN.
+        within &= ~(couple > numbers.most_couple)
+        circulates = np.array([found is not None for found in circulation.found])
+        unbalanced = np.array([left is not None for left in residual.unbalance])
+        has_balls = numbers.moments.shape[1] > 0
+        ringing_down = (final.largest <= earlier.largest) & ~residual.rises
+        self.found = verdicts(
+            within, final.settled, ringing_down, circulates, unbalanced & has_balls
+        )
+        """Verdict in words; see ``Verdict``."""
+        self.balanced = [
+            name in BALANCED if has_unbalance else None
+            for name, has_unbalance in zip(self.found, unbalanced.tolist(), strict=True)
+        ]
+        """Flag of a balanced rotor; None without an unbalance."""

@@ -1,0 +1,207 @@
+"""Metrics of every run: residual vibration, settling times and others.
+
+Each metric is declared either here or in ``declared_motion``, in the order of reports.
+"""
+
+from ab_sim.analysis.metrics.conclusions import (
+    GradeConclusion,
+    SettlingConclusion,
+    StartUpConclusion,
+    VerdictConclusion,
+)
+from ab_sim.analysis.metrics.declared_motion import MotionMetrics
+from ab_sim.analysis.metrics.metric import Better, Metric, MetricKind, Place, Row
+from ab_sim.analysis.metrics.spindle import NEAR, SlipWatch, TorqueWatch
+from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.analysis.metrics.vibration import HIGHEST, LOWEST, BroadBandWatch
+from ab_sim.analysis.metrics.watches import EARLIER, FinalCirculationWatch
+from ab_sim.analysis.metrics.wording import milli_text, seconds_text
+
+_VIBRATION = (
+    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) where the sensors sit, "
+    "along each of their axes; without sensors at C, along x and y, in space z"
+)
+_TOO_SPARSE = (
+    "null where the spindle turns faster or slower than the band, so that what comes once per turn "
+    "is not in it, and where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+)
+_FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
+
+
+class Metrics(MotionMetrics):
+    """Metrics of one run.
+
+    Attributes have whirls in m, velocities in m/s, and None for null; ``report`` and keys have them
+    in e and mm/s. Times count from the start of the run unless stated otherwise.
+    """
+
+    in_band_after_start = Metric[float | None](
+        "in_band_after_start",
+        "s",
+        "in_band_from, counted from the instant at which the speed asked for begins to change; "
+        "null if in_band_from is, and where that speed never changes",
+        "max(in_band_from - t_s, 0), t_s the last sample before the command first changes",
+        StartUpConclusion,
+        lambda start_up: start_up.in_band,
+        better=Better.SMALLER,
+        stepwise=True,
+        of_balanced=True,
+    )
+    start_up_time = Metric[float | None](
+        "start_up_time",
+        "s",
+        "from that instant until the spindle has the speed that is asked for last, within "
+        f"{100 * NEAR:g} %, and the whirl stays in its band; null if not both before the last "
+        "stretch, and where the speed asked for never changes",
+        "max(in_band_from, t_t) - t_s; from t_t on the command is w_c and abs(w - w_c) <= "
+        f"{100 * NEAR:g} % of the larger of w_c and the first command",
+        StartUpConclusion,
+        lambda start_up: start_up.ready,
+        Row(
+            "start-up takes",
+            lambda m, _: seconds_text(m.start_up_time),
+            place=Place.COURSE,
+        ),
+        better=Better.SMALLER,
+        stepwise=True,
+        of_balanced=True,
+    )
+    settling_period = Metric[float | None](
+        "settling_period",
+        "s",
+        "the thesis': from the beginning of the variable-speed period, or without one from when "
+        "the profile reaches the critical speed, until all balls first have theta <= -180 deg; "
+        "null if they never do, and but for a start-up that does either; no sign of balance",
+        "first_passage_of_opposite - t_p, thesis section 4.4",
+        SettlingConclusion,
+        lambda settling: settling.found,
+    )
+    peak_motor_torque = Metric[float | None](
+        "peak_motor_torque",
+        "N m",
+        "largest torque of the motor at any sample; null without the effect motor, where speed is "
+        "prescribed and nothing says what inertia is to be driven",
+        "max abs(T)",
+        TorqueWatch,
+        lambda torque: torque.found,
+        Row("peak motor torque [mN m]", lambda m, _: milli_text(m.peak_motor_torque)),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_rms = Metric[float | None](
+        "vibration_velocity_rms",
+        "mm/s",
+        f"root mean square over the last stretch of the {_VIBRATION}; the largest of all axes; "
+        f"{_TOO_SPARSE} there",
+        f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
+        BroadBandWatch,
+        lambda vibration: vibration.final,
+        Row(
+            f"rms velocity, {LOWEST:g}-{HIGHEST:g} Hz [mm/s]",
+            lambda m, _: m.vibration_velocity_null or milli_text(m.vibration_velocity_rms),
+        ),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_null = Metric[str | None](
+        "vibration_velocity_null",
+        "-",
+        "why vibration_velocity_rms is null; null where it is not",
+        "a text",
+        BroadBandWatch,
+        lambda vibration: vibration.why_not,
+        kind=MetricKind.WORDS,
+    )
+    velocity_rms = Metric[float](
+        "velocity_rms",
+        "mm/s",
+        "vibration_velocity_rms without its filters: of the velocity at all frequencies",
+        "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
+        BroadBandWatch,
+        lambda vibration: vibration.whole,
+        Row("rms velocity, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
+        better=Better.SMALLER,
+    )
+    vibration_velocity_peak = Metric[float | None](
+        "vibration_velocity_peak",
+        "mm/s",
+        "largest magnitude of the same in the whole run, at any sample and along any axis; "
+        f"{_TOO_SPARSE} anywhere",
+        f"max abs(v), {_FILTERED}",
+        BroadBandWatch,
+        lambda vibration: vibration.peak,
+        better=Better.SMALLER,
+    )
+    balance_grade = Metric[float](
+        "balance_grade",
+        "mm/s",
+        "G of ISO 21940-11 at the final speed: unbalance that is left over the last stretch, per "
+        "mass that turns, which is M0 and all balls, times speed; a couple is not in it",
+        "G = e_res abs(w), e_res = sqrt(mean(abs(M0 e + sum m_i R exp(i theta_i))^2)) / (M0 + sum "
+        "m_i) over t >= t_l, w at the last sample",
+        GradeConclusion,
+        lambda grade: grade.found,
+        Row("balance grade G [mm/s]", lambda m, _: milli_text(m.balance_grade)),
+        better=Better.SMALLER,
+    )
+    slipped_turns_max = Metric[float | None](
+        "slipped_turns_max",
+        "1",
+        "turns on the race of the ball that is further from its start than others at the end of "
+        "the run; swinging to and fro does not add up; null without balls",
+        "max over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
+        SlipWatch,
+        lambda slip: slip.most,
+        better=Better.SMALLER,
+    )
+    slipped_turns_total = Metric[float | None](
+        "slipped_turns_total",
+        "1",
+        "the same of all balls together; null without balls",
+        "sum over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
+        SlipWatch,
+        lambda slip: slip.total,
+        better=Better.SMALLER,
+    )
+    balls_circulate = Metric[bool | None](
+        "balls_circulate",
+        "-",
+        "whether any ball does as circulating_balls says; null without balls",
+        "circulating_balls is not null",
+        FinalCirculationWatch,
+        lambda watch: watch.any_ball,
+        better=Better.SMALLER,
+        kind=MetricKind.TRUTH,
+    )
+    balanced = Metric[bool | None](
+        "balanced",
+        "-",
+        "whether residual_unbalance is at most the scene's balanced.residual_unbalance (default "
+        "0.1: what rolling friction leaves of a rotor that balls have balanced), no ball "
+        "circulates, and the whirl has settled or rings down; residual_couple counts only where "
+        "the scene has balanced.residual_couple; null without an unbalance",
+        "residual_unbalance <= limit, and no circulating_balls, and (settled or rings down: max W "
+        f"over t >= t_l at most that over the {EARLIER} stretches before, and residual_unbalance "
+        "does not rise)",
+        VerdictConclusion,
+        lambda verdict: verdict.balanced,
+        better=Better.LARGER,
+        kind=MetricKind.TRUTH,
+    )
+    verdict = Metric[str](
+        "verdict",
+        "-",
+        f"{', '.join(each.value for each in Verdict)}: the last two without balls or without an "
+        "unbalance; of a run that rings down the final whirl is an upper bound",
+        "from balanced, settled and circulating_balls",
+        VerdictConclusion,
+        lambda verdict: verdict.found,
+        Row(
+            "verdict",
+            lambda m, _: m.verdict,
+            lambda scene: scene.balls.count > 0,
+            place=Place.END,
+            note="Balanced: residual unbalance at most balanced.residual_unbalance of the scene "
+            "(default 0.1), no ball circulates, and W has settled or rings down: it does not grow, "
+            "nor does the residual unbalance.",
+        ),
+        kind=MetricKind.WORDS,
+    )

@@ -1,0 +1,296 @@
+"""Metrics of the motion of deck and balls; ``declared`` has the others."""
+
+from ab_sim.analysis.circulation import Circulation
+from ab_sim.analysis.metrics.metric import (
+    Better,
+    Metric,
+    MetricKind,
+    MetricValues,
+    Place,
+    Relative,
+    Row,
+)
+from ab_sim.analysis.metrics.watches import (
+    BAND,
+    FLOOR,
+    TURNS,
+    BandWatch,
+    FinalCirculationWatch,
+    FinalWhirlWatch,
+    LastSampleWatch,
+    OncePerTurnWatch,
+    PassageWatch,
+    PeakWatch,
+    ResidualWatch,
+    RunOverlapWatch,
+    TiltWatch,
+    is_start_up,
+)
+from ab_sim.analysis.metrics.wording import (
+    angles_text,
+    circulating_text,
+    degrees_text,
+    final_text,
+    in_band_text,
+    milli_text,
+    number_text,
+    passage_text,
+    peak_text,
+)
+from ab_sim.drive.overlap import WHAT_CHANGES, Overlap, overlaps_text
+from ab_sim.scene.model import Scene
+
+CIRCULATE = (
+    "Balls circulate: they go round the race, steadily, as long as the run lasts, and do not "
+    "balance the rotor; their speed is absolute, in the mean over the last stretch."
+)
+
+
+def _has_balls(scene: Scene) -> bool:
+    return scene.balls.count > 0
+
+
+class MotionMetrics(MetricValues):
+    """Metrics of the motion of deck and balls; see ``declared.Metrics``."""
+
+    peak_whirl = Metric[float](
+        "peak_whirl_over_e",
+        "e",
+        "largest whirl, found between samples",
+        "max W(t) / e, W = hypot(x, y); between samples along a cubic through places and "
+        "velocities",
+        PeakWatch,
+        lambda peak: peak.found.whirl,
+        Row("peak {W}", lambda m, scale: peak_text(m.peak_whirl, m.peak_time, scale)),
+        better=Better.SMALLER,
+    )
+    peak_time = Metric[float](
+        "peak_time",
+        "s",
+        "when the whirl is largest",
+        "t of max W(t)",
+        PeakWatch,
+        lambda peak: peak.found.time,
+    )
+    final_whirl = Metric[float](
+        "final_whirl_over_e",
+        "e",
+        "root mean square of the whirl over the last stretch",
+        "sqrt(mean(W^2)) / e over t >= t_l, t_l the beginning of the last stretch",
+        FinalWhirlWatch,
+        lambda final: final.mean_squares.values,
+        Row(
+            "final {W}",
+            lambda m, scale: final_text(m.final_whirl, m.halves, m.settled, scale),
+        ),
+        relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
+        better=Better.SMALLER,
+    )
+    settled = Metric[bool](
+        "settled",
+        "-",
+        "whether the whirl does not change any more over the last stretch: it neither rises nor "
+        f"falls by a tenth of itself or more, or it is within {100 * FLOOR:g} % of M0 e / M",
+        f"W_f <= {100 * FLOOR:g} % M0 e / M, or of thirds and halves of t >= t_l not all one way: "
+        "sqrt(mean(W^2)) from the first to the last third by more than 10 %, from half to half by "
+        "more than 5 %, max W from third to third by more than 10 %",
+        FinalWhirlWatch,
+        lambda final: final.settled,
+        better=Better.LARGER,
+        kind=MetricKind.TRUTH,
+    )
+    halves = Metric[tuple[float, float]](
+        "final_whirl_of_halves",
+        "-",
+        "the same over the first and the second half of the last stretch [m]",
+        "sqrt(mean(W^2)) over each half of t >= t_l",
+        FinalWhirlWatch,
+        lambda final: final.halves,
+        reported=False,
+        kind=MetricKind.STRUCTURE,
+    )
+    span = Metric[tuple[float, float]](
+        "final_whirl_span",
+        "-",
+        "least and largest whirl of the last stretch [m]",
+        "(min W, max W) over t >= t_l",
+        FinalWhirlWatch,
+        lambda final: final.span,
+        reported=False,
+        kind=MetricKind.STRUCTURE,
+    )
+    band = Metric[float](
+        "band_over_e",
+        "e",
+        f"half the width of the band around the final whirl: {100 * BAND:g} % of it, at least "
+        f"{100 * FLOOR:g} % of M0 e / M",
+        f"max({100 * BAND:g} % W_f, {100 * FLOOR:g} % M0 e / M) / e, W_f = sqrt(mean(W^2)) "
+        "over t >= t_l",
+        FinalWhirlWatch,
+        lambda final: final.band,
+    )
+    in_band_from = Metric[float | None](
+        "in_band_from",
+        "s",
+        "from when on the whirl stays within that band; null if it leaves it near the end, or has "
+        "not settled",
+        "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l or not settled",
+        BandWatch,
+        lambda band: band.found,
+        Row(
+            "in the band",
+            lambda m, scale: in_band_text(m.in_band_from, m.band, m.span, scale),
+            place=Place.COURSE,
+        ),
+        better=Better.SMALLER,
+        stepwise=True,
+        of_balanced=True,
+    )
+    once_per_turn = Metric[float | None](
+        "once_per_turn_over_e",
+        "e",
+        "size of the part of the whirl that comes once per turn, over the last stretch; null where "
+        f"that has fewer than {TURNS} turns or samples more than a quarter of a turn apart",
+        "abs(U) / e, U = sum h_k (x_k + i y_k) exp(-i psi_k) over t >= t_l, h Hann's window, "
+        "sum h_k = 1",
+        OncePerTurnWatch,
+        lambda once: once.size,
+        better=Better.SMALLER,
+    )
+    phase = Metric[float | None](
+        "phase",
+        "rad",
+        "angle from the unbalance to that part of the displacement, -pi to pi, positive in the "
+        "sense in which angles grow: 0 far below the critical speed, +-pi far above it; null where "
+        "there is none",
+        "arg(U)",
+        OncePerTurnWatch,
+        lambda once: once.phase,
+        Row("phase of W", lambda m, _: degrees_text(m.phase), place=Place.END),
+    )
+    residual_unbalance = Metric[float | None](
+        "residual_unbalance",
+        "1",
+        "abs(M0 e + sum m R exp(i theta)) / (M0 e) over the last stretch: 0 is balanced; null "
+        "without an unbalance",
+        "sqrt(mean(abs(1 + sum m_i R exp(i theta_i) / (M0 e))^2)) over t >= t_l",
+        ResidualWatch,
+        lambda residual: residual.unbalance,
+        Row("residual unbalance", lambda m, _: number_text(m.residual_unbalance), _has_balls),
+        better=Better.SMALLER,
+    )
+    residual_couple = Metric[float | None](
+        "residual_couple",
+        "1",
+        "abs(C + sum m R z exp(i theta)) / abs(C) over the last stretch, z the height of a ball's "
+        "race, C the rotor's integral of (x + i y) z dm; null in the plane, and where C = 0",
+        "sqrt(mean(abs(1 + sum m_i R z_i exp(i theta_i) / C)^2)) over t >= t_l",
+        ResidualWatch,
+        lambda residual: residual.couple,
+        Row(
+            "residual couple",
+            lambda m, _: number_text(m.residual_couple),
+            lambda scene: _has_balls(scene) and scene.couple_unbalance != 0,
+        ),
+        better=Better.SMALLER,
+    )
+    peak_tilt = Metric[float | None](
+        "peak_tilt",
+        "rad",
+        "largest angle of the shaft from where it points at rest; null in the plane",
+        "max angle(n, n_0), n the shaft's direction, n_0 at rest",
+        TiltWatch,
+        lambda tilt: tilt.peak,
+        Row("peak tilt [mrad]", lambda m, _: milli_text(m.peak_tilt)),
+        better=Better.SMALLER,
+    )
+    final_tilt = Metric[float | None](
+        "final_tilt",
+        "rad",
+        "root mean square of that angle over the last stretch; null in the plane",
+        "sqrt(mean(angle(n, n_0)^2)) over t >= t_l",
+        TiltWatch,
+        lambda tilt: tilt.final,
+        Row("final tilt [mrad]", lambda m, _: milli_text(m.final_tilt)),
+        better=Better.SMALLER,
+    )
+    first_passage_of_opposite = Metric[float | None](
+        "first_passage_of_opposite",
+        "s",
+        "when all balls first have theta <= -180 deg; null if they never do, and but for a "
+        "start-up with balls",
+        "first t with theta_i <= -pi for all i, between samples along cubics",
+        PassageWatch,
+        lambda passage: passage.found,
+        Row(
+            "all at -180 deg",
+            lambda m, _: passage_text(m.first_passage_of_opposite, len(m.final_ball_angles)),
+            lambda scene: _has_balls(scene) and is_start_up(scene),
+            Place.COURSE,
+            in_reports=False,
+        ),
+    )
+    final_ball_angles = Metric[tuple[float, ...]](
+        "final_ball_angles",
+        "rad",
+        "of each ball from the unbalance, unwrapped, at the end of the run",
+        "theta_i at the last sample",
+        LastSampleWatch,
+        lambda last: last.ball_angles,
+        Row(
+            "final ball angles",
+            lambda m, _: angles_text(m.final_ball_angles, m.circulating),
+            place=Place.COURSE,
+        ),
+        plain=list,
+        kind=MetricKind.STRUCTURE,
+    )
+    final_speed = Metric[float](
+        "final_speed",
+        "rad/s",
+        "of the spindle, at the end of the run",
+        "w at the last sample",
+        LastSampleWatch,
+        lambda last: last.speed,
+        Row(
+            "final speed",
+            lambda m, _: f"{m.final_speed:.4g} rad/s",
+            place=Place.END,
+            in_reports=False,
+        ),
+    )
+    circulating = Metric[Circulation | None](
+        "circulating_balls",
+        "-",
+        "balls that go round the race over the last stretch, and on: their numbers, their mean "
+        "speeds and the spindle's [rad/s]; null if none does",
+        "balls that turn on the race by 2 pi or more, one way, in each third of t >= t_l, "
+        "and in the last third at 90 % or more of their speed in the first",
+        FinalCirculationWatch,
+        lambda watch: watch.found,
+        Row(
+            "balls circulate",
+            lambda m, _: circulating_text(m.circulating, len(m.final_ball_angles)),
+            place=Place.COURSE,
+            note=CIRCULATE,
+        ),
+        plain=lambda found: found and found.report(),
+        kind=MetricKind.STRUCTURE,
+    )
+    overlaps = Metric[tuple[Overlap, ...] | None](
+        "overlapping_balls",
+        "-",
+        "pairs of balls that were in one place for want of the effect ball_contact, and since when "
+        "[s]; null where none can be",
+        "of one race: 2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j, or passed between samples",
+        RunOverlapWatch,
+        lambda watch: watch.found,
+        Row(
+            "balls overlap",
+            lambda m, _: overlaps_text(m.overlaps),
+            place=Place.COURSE,
+            caution=f"balls overlap: {WHAT_CHANGES}",
+        ),
+        plain=lambda found: None if found is None else [each._asdict() for each in found],
+        kind=MetricKind.STRUCTURE,
+    )

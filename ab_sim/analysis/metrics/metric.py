@@ -1,0 +1,355 @@
+"""Declaration of metrics for reports, tables, documentation pages and comparisons.
+
+A run is evaluated with the metrics of ``declared.Metrics`` and with those that a program registers.
+"""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from enum import Enum, IntEnum
+from typing import TYPE_CHECKING, Any, Generic, NamedTuple, NoReturn, TypeVar, cast, overload
+
+import numpy as np
+
+from ab_sim.errors import InputError, nearest
+from ab_sim.scene.model import Scene
+
+T = TypeVar("T")
+
+NOTHING, NO = "-", "no"
+"""Table cells: no value available, and an event that did not occur."""
+
+
+class Better(str, Enum):
+    """Preferred values of a metric; false counts as smaller than true."""
+
+    SMALLER = "smaller"
+    LARGER = "larger"
+    NEITHER = "neither"
+    """No preference: the metric only describes a run."""
+
+
+class MetricKind(str, Enum):
+    """Type of a metric's value, if it is not null."""
+
+    NUMBER = "number"
+    TRUTH = "true or false"
+    WORDS = "words"
+    STRUCTURE = "structure"
+    """List or other structure, which cannot be averaged or plotted over a parameter."""
+
+
+class WhirlScale(NamedTuple):
+    """Unit in which a whirl is displayed."""
+
+    factor: float
+    """Factor from m to the unit."""
+    unit: str
+    symbol: str
+    """Symbol in the head of a row."""
+    suffix: str = ""
+    """Text after a number in a cell; empty if the row's head has the unit."""
+
+
+class Place(IntEnum):
+    """Section of a row in the terminal's table; within a section rows keep their order."""
+
+    AMOUNT = 0
+    COURSE = 1
+    END = 2
+
+
+class Row(NamedTuple):
+    """Row of a table for users, with a cell per run."""
+
+    label: str
+    """Label; ``{W}`` in it stands for the symbol of the whirl."""
+    text: Callable[[Any, WhirlScale], str]
+    """Function from the run's metrics to the cell."""
+    applies: Callable[[Scene], bool] | None = None
+    """Condition on a scene for the row in the terminal; None shows it if any cell has content."""
+    place: Place = Place.AMOUNT
+    in_reports: bool = True
+    """Flag of a row in reports of recordings; they leave out rows without content."""
+    note: str = ""
+    """Explanation of the row, printed below the terminal's table."""
+    caution: str = ""
+    """Caution for runs with content in this cell; starts in lower case."""
+
+    def head(self, symbol: str) -> str:
+        """Return the label with the whirl's symbol."""
+        return self.label.replace("{W}", symbol)
+
+    def says(self, cells: Iterable[str]) -> bool:
+        """Return whether any of the cells has content."""
+        return any(cell not in (NOTHING, NO) for cell in cells)
+
+
+class Relative(NamedTuple):
+    """Ratio of a metric to that of the run without balls."""
+
+    key: str
+    label: str
+
+
+class MetricInWords(NamedTuple):
+    """Description of a metric for lists and pages."""
+
+    name: str
+    """Key in reports."""
+    unit: str
+    """Unit in reports; "-" if the value is not a number."""
+    better: str
+    """Preference: smaller, larger or neither."""
+    kind: str
+    """Type: number, true or false, words, structure."""
+    meaning: str
+    equation: str
+    taken_by: str
+    """Commands that accept the name: all, or only ``run``."""
+
+
+def _as_it_is(value: Any) -> object:
+    return value
+
+
+@dataclass(frozen=True, eq=False)
+class Metric(Generic[T]):
+    """Metric of a run.
+
+    As an attribute of a subclass of ``MetricValues`` it is registered, and returns the run's value.
+    """
+
+    key: str
+    """Name in reports."""
+    unit: str
+    """Unit in reports.
+
+    SI unit; "mm/s" for values in m/s, "e" for values in m, "1" for dimensionless values, "-" for
+    values that are not numbers.
+    """
+    meaning: str
+    equation: str
+    """Equation in one line, symbols as in docs/conventions.md; empty if not given."""
+    watch: type[Any]
+    """Class of the watch that computes it; see ``judging``."""
+    find: Callable[[Any], Sequence[T] | np.ndarray]
+    """Function that takes the values of all runs from the watch."""
+    row: Row | None = None
+    better: Better = Better.NEITHER
+    kind: MetricKind = MetricKind.NUMBER
+    plain: Callable[[Any], object] = _as_it_is
+    """Function that makes the value JSON-able."""
+    relative: Relative | None = None
+    reported: bool = True
+    """Flag of a metric in reports; others are used in texts and pictures."""
+    stepwise: bool = False
+    """Flag of a sample time, which changes in steps."""
+    of_balanced: bool = False
+    """Flag of a metric that is only meaningful to compare among balanced runs."""
+
+    def __set_name__(self, owner: type[Any], name: str) -> None:
+        register(self)
+
+    @overload
+    def __get__(self, instance: None, owner: type[Any]) -> "Metric[T]": ...
+
+    @overload
+    def __get__(self, instance: "MetricValues", owner: type[Any]) -> T: ...
+
+    def __get__(self, instance: "MetricValues | None", owner: type[Any]) -> "Metric[T] | T":
+        return self if instance is None else instance.of(self)
+
+    def values(self, watch: Any) -> list[T]:
+        """Return the values of all runs of a watch as plain Python objects."""
+        found = self.find(watch)
+        return cast(list[T], found.tolist() if isinstance(found, np.ndarray) else list(found))
+
+    @property
+    def scalar(self) -> bool:
+        """Flag of a value that can be compared by size: a number, true or false, or null."""
+        return self.kind in (MetricKind.NUMBER, MetricKind.TRUTH)
+
+    @property
+    def not_a_number(self) -> str:
+        """Reason in words why a metric that is not ``scalar`` cannot be compared or plotted."""
+        what = "a text" if self.kind is MetricKind.WORDS else "a list"
+        return f"is {what}, not a number; `ab-sim metrics` says which are"
+
+    def described(self) -> list[MetricInWords]:
+        """Return its description, and that of its ratio to the run without balls, if it has one."""
+        better, kind = self.better.value, self.kind.value
+        taken_by = "sweep, tune, robust" if self.scalar else "run only"
+        own = MetricInWords(
+            self.key, self.unit, better, kind, self.meaning, self.equation, taken_by
+        )
+        if self.relative is None:
+            return [own]
+        meaning = (
+            f"{self.key} in that of the run without balls, which `ab-sim run` makes beside; null "
+            "if that is 0 or cannot run"
+        )
+        equation = f"{self.key} / {self.key} without balls"
+        return [
+            own,
+            MetricInWords(self.relative.key, "1", better, kind, meaning, equation, "run only"),
+        ]
+
+    def as_reported(self, value: Any, eccentricity: float) -> object:
+        """Return a JSON-able value; a whirl in units of e [m], None if e is 0."""
+        if value is None:
+            return None
+        if self.unit == "e":
+            return value / eccentricity if eccentricity > 0 else None
+        if self.unit == "mm/s":
+            return 1e3 * value
+        return self.plain(value)
+
+    def all_as_reported(self, values: list[T], eccentricities: np.ndarray) -> list[Any]:
+        """Return JSON-able values of runs, see ``as_reported``.
+
+        Args:
+            values: value of each run.
+            eccentricities: eccentricity e of each run [m], shape (runs,).
+        """
+        if self.plain is _as_it_is and self.unit not in ("e", "mm/s"):
+            return list(values)
+        if self.unit == "e" and None not in values and np.all(eccentricities > 0.0):
+            found: list[Any] = (np.array(values, float) / eccentricities).tolist()
+            return found
+        each = zip(values, eccentricities.tolist(), strict=True)
+        return [self.as_reported(value, e) for value, e in each]
+
+
+_metrics: dict[str, Metric[Any]] = {}
+
+
+def register(metric: Metric[T]) -> Metric[T]:
+    """Register a metric and return it.
+
+    Raises:
+        ValueError: another metric has the key.
+    """
+    if metric.key in _metrics:
+        raise ValueError(f"metric {metric.key!r} is registered twice")
+    _metrics[metric.key] = metric
+    return metric
+
+
+def reported_metrics() -> list[Metric[Any]]:
+    """Return all metrics in reports, in their order."""
+    return [metric for metric in _metrics.values() if metric.reported]
+
+
+def described_metrics(name: str | None = None) -> list[MetricInWords]:
+    """Return descriptions of all metrics in reports, or of the one with this name.
+
+    Raises:
+        InputError: the name is unknown; the message names the nearest, and all.
+    """
+    found = [each for metric in reported_metrics() for each in metric.described()]
+    if name is None:
+        return found
+    named = [each for each in found if each.name == name]
+    if not named:
+        raise _unknown(name, [each.name for each in found])
+    return named
+
+
+def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
+    """Return the metrics with these keys; if None, all metrics, including unreported ones.
+
+    Raises:
+        InputError: a key is unknown; the message names the nearest, and all.
+    """
+    if keys is None:
+        return list(_metrics.values())
+    if isinstance(keys, str):
+        raise InputError(f"keys = {keys!r}: must be a list of names; write [{keys!r}]")
+    return [_named(key) for key in keys]
+
+
+def _named(key: str) -> Metric[Any]:
+    if key in _metrics:
+        return _metrics[key]
+    for metric in _metrics.values():
+        if metric.relative is not None and metric.relative.key == key:
+            raise InputError(
+                f"metric {key!r}: compares with a run without balls, which only `ab-sim run` "
+                f"makes; use {metric.key}"
+            )
+    raise _unknown(key, [metric.key for metric in reported_metrics()])
+
+
+def _unknown(name: str, known: list[str]) -> InputError:
+    return InputError(
+        f"metric {name!r}: no such metric{nearest(name, known)}; there are: {', '.join(known)}"
+    )
+
+
+class MetricValues:
+    """Values of metrics for one run.
+
+    Args:
+        values: values by key, whirls in m.
+        eccentricity: eccentricity e of the scene [m].
+    """
+
+    def __init__(self, values: Mapping[str, object], eccentricity: float) -> None:
+        self.values: Mapping[str, object] = dict(values)
+        """Values by key, whirls in m."""
+        self._eccentricity = eccentricity
+
+    def of(self, metric: Metric[T]) -> T:
+        """Return the value of a metric in SI units.
+
+        Raises:
+            InputError: the run was not evaluated with it.
+        """
+        if metric.key not in self.values:
+            raise InputError(
+                f"metric {metric.key!r}: this run was not judged by it, but by: "
+                + ", ".join(self.values)
+            )
+        return cast(T, self.values[metric.key])
+
+    def __getitem__(self, key: str) -> object:
+        """Return the reported value of a metric by its key.
+
+        Raises:
+            InputError: the key is unknown, or the run was not evaluated with it.
+        """
+        metric = _named(key)
+        return metric.as_reported(self.of(metric), self._eccentricity)
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, MetricValues) and self.values == other.values
+
+    def __repr__(self) -> str:
+        # The keys differ from the attributes' names, and their values are in reported units.
+        return f"{type(self).__name__}({self.report()!r})"
+
+    if not TYPE_CHECKING:  # a type checker would accept any attribute name
+
+        def __getattr__(self, name: str) -> NoReturn:
+            hint = f"; write metrics[{name!r}]" if name in _metrics else ""
+            raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}{hint}")
+
+    def report(self, eccentricity: float | None = None) -> dict[str, object]:
+        """Return JSON-able values by key, whirls in units of the eccentricity.
+
+        Args:
+            eccentricity: eccentricity e [m]; None for the scene's. If it is 0, whirls in e are
+                None.
+        """
+        e = self._eccentricity if eccentricity is None else eccentricity
+        return {
+            key: metric.as_reported(value, e)
+            for key, value in self.values.items()
+            if (metric := _named(key)).reported
+        }
+
+    def cautions(self) -> list[str]:
+        """Return cautions that apply to this run."""
+        rows = [metric.row for metric in map(_named, self.values) if metric.row is not None]
+        anyhow = WhirlScale(1.0, "m", "W")
+        return [row.caution for row in rows if row.caution and row.says([row.text(self, anyhow)])]

@@ -1,0 +1,134 @@
+"""Metrics of runs."""
+
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from ab_sim.analysis.metrics.declared import Metrics
+from ab_sim.analysis.metrics.judging import (
+    JudgedRuns,
+    Piece,
+    Pieces,
+    as_one_piece,
+    in_pieces,
+    passes,
+    watch_runs,
+)
+from ab_sim.analysis.metrics.metric import metrics_named
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+from ab_sim.scene.load import SceneLike, as_scene
+from ab_sim.scene.model import Scene
+
+
+def metrics_of(
+    trajectory: Trajectory, scene: SceneLike, keys: Iterable[str] | None = None
+) -> Metrics:
+    """Compute metrics of a run, some or all: ``ab-sim metrics`` lists them.
+
+    Quantities that only other metrics need are not computed.
+
+    Parameters
+    ----------
+    trajectory : Trajectory
+        The whole run, from its start to its end; it may be decimated.
+    scene : Scene, str or Path
+        Scene of the run, or its name or file.
+    keys : iterable of str, optional
+        Names of the requested metrics; default: all.
+
+    Returns
+    -------
+    Metrics
+        ``metrics["final_whirl_over_e"]`` is one by its name, in the unit that the list gives;
+        ``report()`` has all requested ones by name, JSON-able.
+
+    Raises
+    ------
+    InputError
+        There is no such metric, and the message names the nearest; or there are no samples.
+    SceneError
+        The scene is not valid.
+
+    Notes
+    -----
+    Displacements are counted from where the deck hangs at rest.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["duration=0.5"])
+    >>> run = ab_sim.Drive(scene).advance(500)
+    >>> ab_sim.metrics_of(run, scene, ["final_speed", "settled"]).report()
+    {'final_speed': 20.0, 'settled': True}
+    """
+    if len(trajectory) == 0:
+        raise InputError("trajectory: has no samples; a run is judged by at least one")
+    scene = as_scene(scene)
+    runs = JudgedRuns([scene], len(trajectory))
+    found = metrics_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
+    return _of_the_first(found, scene)
+
+
+def metrics_of_pieces(
+    pieces: Pieces, count: int, scene: Scene, keys: Iterable[str] | None = None
+) -> Metrics:
+    """Compute the metrics of a run that does not fit into memory, in ``passes_of`` passes.
+
+    Args:
+        pieces: function that starts at the beginning of the run on each call; it yields successive
+            trajectories, none of them empty.
+        count: number of samples, at least 1.
+        scene: scene of the run.
+        keys: see ``metrics_of``.
+
+    Raises:
+        InputError: see ``metrics_of``.
+    """
+    runs = JudgedRuns([scene], count)
+    return _of_the_first(_found(lambda: in_pieces(pieces, runs), runs, keys), scene)
+
+
+def metrics_of_runs(
+    runs: JudgedRuns,
+    channels: tuple[str, ...],
+    samples: np.ndarray,
+    keys: Iterable[str] | None = None,
+    whirl: np.ndarray | None = None,
+) -> dict[str, list[object]]:
+    """Compute the metrics of several runs; each has the same values as on its own.
+
+    Args:
+        runs: data of the runs.
+        channels: channels of the samples.
+        samples: samples from the start of each run to its end, shape (runs, samples, channels).
+        keys: see ``metrics_of``.
+        whirl: for planar decks, W [m] at all samples if already computed by ``whirl_of``, shape
+            (runs, samples).
+
+    Returns:
+        Values of each run by key, whirls in m.
+
+    Raises:
+        InputError: see ``metrics_of``.
+    """
+    piece = as_one_piece(channels, samples, runs, whirl)
+    return _found(lambda: [piece], runs, keys)
+
+
+def passes_of(keys: Iterable[str] | None = None) -> int:
+    """Return the number of passes of ``metrics_of_pieces`` through a run."""
+    return passes(metric.watch for metric in metrics_named(keys))
+
+
+def _found(
+    pieces: Callable[[], Iterable[Piece]], runs: JudgedRuns, keys: Iterable[str] | None
+) -> dict[str, list[object]]:
+    wanted = metrics_named(keys)
+    watches = watch_runs(pieces, runs, [metric.watch for metric in wanted])
+    return {metric.key: metric.values(watches[metric.watch]) for metric in wanted}
+
+
+def _of_the_first(found: dict[str, list[object]], scene: Scene) -> Metrics:
+    values = {key: each[0] for key, each in found.items()}
+    return Metrics(values, scene.rotor.eccentricity)

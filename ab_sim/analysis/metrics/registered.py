@@ -1,0 +1,139 @@
+"""User-defined metrics."""
+
+from collections.abc import Callable
+from typing import Any, Protocol, TypeVar
+
+from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Row, WhirlScale, register
+from ab_sim.analysis.metrics.wording import number_text
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError
+from ab_sim.scene.model import Scene
+
+
+class OwnMetric(Protocol):
+    """Accumulator of a user-defined metric, created for each run; may have a text ``equation``."""
+
+    def __init__(self, scene: Scene, samples: int) -> None:
+        """Prepare for ``samples`` samples of a run of the scene."""
+
+    def take(self, piece: Trajectory) -> None:
+        """Process the next samples, at least one."""
+
+    def value(self) -> float | None:
+        """Return the value after the last sample in SI units; None if it is undefined."""
+
+
+Own = TypeVar("Own", bound=OwnMetric)
+
+
+def register_metric(
+    key: str,
+    *,
+    meaning: str,
+    unit: str = "1",
+    label: str = "",
+    last_stretch: bool = False,
+    better: str = "neither",
+) -> Callable[[type[Own]], type[Own]]:
+    """Return a class decorator that registers a metric of runs, in this process.
+
+    It stands in ``ab-sim metrics``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
+    report``, and in ``metrics`` of results. The class is created for each run, with the scene and
+    how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
+    other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
+    None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
+    the metric.
+
+    Parameters
+    ----------
+    key : str
+        Name in reports.
+    meaning : str
+        Meaning in a few words.
+    unit : str, default "1"
+        SI; "e" of a length [m] that is to be reported in eccentricities.
+    label : str, optional
+        Label of its row in tables, without the unit; default: the key, with spaces.
+    last_stretch : bool, default False
+        Whether the class receives only the last tenth of the run.
+    better : str, default "neither"
+        Which values are wanted: smaller, larger or neither.
+
+    Returns
+    -------
+    callable
+        Decorator, which returns the class.
+
+    Raises
+    ------
+    ValueError
+        Another metric has the key.
+    InputError
+        ``better`` is none of these words.
+
+    Notes
+    -----
+    Displacements are counted from where the deck hangs at rest.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> @ab_sim.register_metric("mean_speed", unit="rad/s", meaning="mean speed of the spindle")
+    ... class MeanSpeed:
+    ...     def __init__(self, scene, samples):
+    ...         self.sum, self.samples = 0.0, samples
+    ...     def take(self, piece):
+    ...         self.sum += piece["speed"].sum()
+    ...     def value(self):
+    ...         return float(self.sum / self.samples)
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
+    >>> round(run.metrics["mean_speed"], 3), "mean_speed" in run.report()
+    (2.0, True)
+    """
+    if better not in {each.value for each in Better}:
+        raise InputError(
+            f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"
+        )
+
+    def text(metrics: MetricValues, scale: WhirlScale) -> str:
+        value = metrics[key]
+        assert value is None or isinstance(value, int | float)
+        return number_text(value)
+
+    def add(kind: type[Own]) -> type[Own]:
+        head = label or key.replace("_", " ")
+        row = Row(head if unit == "1" else f"{head} [{unit}]", text)
+        watch, equation = _watch_of(kind, last_stretch), str(getattr(kind, "equation", ""))
+        register(
+            Metric[float | None](
+                key,
+                unit,
+                meaning,
+                equation,
+                watch,
+                lambda each: [own.value() for own in each.own],
+                row,
+                Better(better),
+            )
+        )
+        return kind
+
+    return add
+
+
+def _watch_of(kind: type[OwnMetric], last_stretch: bool) -> type[Any]:
+    class OwnWatch:
+        def __init__(self, runs: JudgedRuns) -> None:
+            count = runs.last if last_stretch else runs.samples
+            self.own = [kind(scene, count) for scene in runs.scenes]
+
+        def take(self, piece: Piece) -> None:
+            if last_stretch and not piece.late:
+                return
+            samples = piece.late_trajectories if last_stretch else piece.trajectories
+            for own, each in zip(self.own, samples, strict=True):
+                own.take(each)
+
+    OwnWatch.__module__ = kind.__module__  # cached results depend on the metric's sources
+    return OwnWatch

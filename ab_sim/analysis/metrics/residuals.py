@@ -1,0 +1,69 @@
+"""Residual unbalance and couple of rotors with balls, for several runs."""
+
+import numpy as np
+
+from ab_sim.analysis.metrics.mean_squares import MeanSquares
+from ab_sim.compiling import Cube, Table, compiled
+from ab_sim.tracing.cosine import cos_sin
+
+
+class Residuals:
+    """Root mean square of abs(1 + sum s_i exp(i theta_i)), with s_i = p_i / whole.
+
+    If the whole is 0, it is the root mean square of abs(sum p_i exp(i theta_i)).
+
+    Args:
+        parts: p_i of each ball, shape (runs, balls).
+        wholes: unbalance or couple of each rotor, shape (runs,), real or complex.
+    """
+
+    def __init__(self, parts: np.ndarray, wholes: np.ndarray) -> None:
+        self._has = np.asarray(wholes) != 0.0
+        self.any = bool(self._has.any())
+        """Flag of at least one run with a nonzero whole."""
+        shares = parts / np.where(self._has, wholes, 1.0)[:, None]
+        self._own = self._has.astype(float)[:, None]
+        self._real, self._imaginary = shares.real.copy(), shares.imag.copy()
+        self._mean = MeanSquares(len(parts))
+
+    def take(self, angles: np.ndarray) -> np.ndarray:
+        """Add the ball angles of further samples and return the squares there.
+
+        Args:
+            angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.
+        """
+        squares = np.empty(angles.shape[:2])
+        compiled(squares_left)(self._own, self._real, self._imaginary, angles, squares)
+        self._mean.take_squares(squares)
+        return squares
+
+    @property
+    def values(self) -> np.ndarray:
+        """Root mean square of each run, shape (runs,)."""
+        return self._mean.values
+
+    @property
+    def found(self) -> list[float | None]:
+        """Root mean square of each run; None if its whole is 0."""
+        values = zip(self._mean.values_if_any, self._has.tolist(), strict=True)
+        return [value if has else None for value, has in values]
+
+
+def squares_left(own: Table, real: Table, imaginary: Table, angles: Cube, squares: Table) -> None:
+    """Compute abs(o + sum s_i exp(i theta_i))^2 at all samples of runs; to be compiled.
+
+    Args:
+        own: o, shape (runs, 1).
+        real, imaginary: parts of s_i, shape (runs, balls).
+        angles: theta_i [rad], shape (runs, samples, balls).
+        squares: output, shape (runs, samples).
+    """
+    for run in range(angles.shape[0]):
+        for k in range(angles.shape[1]):
+            x = own[run, 0]
+            y = 0.0
+            for ball in range(angles.shape[2]):
+                c, s = cos_sin(angles[run, k, ball])
+                x += real[run, ball] * c - imaginary[run, ball] * s
+                y += real[run, ball] * s + imaginary[run, ball] * c
+            squares[run, k] = x * x + y * y

@@ -1,0 +1,422 @@
+"""Watches (metric accumulators) of runs, fed piece by piece; see ``judging``.
+
+Their results have an entry per run.
+"""
+
+import cmath
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+
+from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
+from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.mean_squares import MeanSquares
+from ab_sim.analysis.metrics.residuals import Residuals
+from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
+from ab_sim.analysis.trend import CHANGE, Trends
+from ab_sim.compiling import Floats, Table, compiled
+from ab_sim.conventions import TURN
+from ab_sim.drive.overlap import Overlap, OverlapWatch
+from ab_sim.drive.turn_vector import COARSEST
+from ab_sim.scene.model import Scene
+from ab_sim.tracing.cosine import cos_sin
+
+BAND = 0.1
+"""Half-width of the band around the final whirl, relative to it."""
+FLOOR = 0.05
+"""Least half-width of the band, relative to M0 e / M.
+
+M0 e / M is the disc's whirl far above the critical speed, without balls.
+"""
+TURNS = 2
+"""Least number of spindle revolutions in the last stretch for once-per-turn vibration."""
+EARLIER = 3
+"""Number of stretches before the last one with which a changing whirl is compared.
+
+The last stretch alone may cover only the rise of a beat.
+"""
+_AROUND = ("time", "x", "y", "vx", "vy")
+"""Channels from which a peak between samples is interpolated."""
+
+
+def rms(values: np.ndarray) -> float:
+    """Return the root mean square."""
+    return float(np.sqrt(np.mean(values**2)))
+
+
+class PeakWatch:
+    """Largest whirl, interpolated between samples."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._whirl, self._step = np.full(len(runs), -np.inf), np.full(len(runs), np.nan)
+        self._inside = np.zeros(len(runs), bool)
+        self._around = np.zeros((len(_AROUND), len(runs), 3))
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        joined, every = piece.joined, np.arange(piece.samples.shape[0])
+        whirl = joined.whirl
+        top = np.argmax(whirl, axis=1)
+        highest, step = whirl[every, top], joined["step"][every, top]
+        # Consider the peak again if it was the last sample of the previous piece: now its successor
+        # is known.
+        again = (step == self._step) & (top > 0)
+        new = np.flatnonzero((highest > self._whirl) | again)
+        self._whirl[new], self._step[new] = highest[new], step[new]
+        at = top[new]
+        self._inside[new] = (at > 0) & (at < len(joined) - 1)
+        beside = np.clip(at[:, None] + [-1, 0, 1], 0, len(joined) - 1)
+        for values, channel in zip(self._around, _AROUND, strict=True):
+            values[new] = joined[channel][new[:, None], beside]
+
+    @cached_property
+    def found(self) -> Peaks:
+        """Largest whirls [m] and their times [s]."""
+        peaks = Peaks(self._whirl.copy(), self._around[0, :, 1].copy())
+        inside = self._inside
+        if inside.any():
+            between = peaks_between(*self._around[:, inside])
+            higher = between.whirl > peaks.whirl[inside]
+            for own, other in zip(peaks, between, strict=True):
+                own[inside] = np.where(higher, other, own[inside])
+        return peaks
+
+
+class FinalWhirlWatch:
+    """Whirl of the last stretch."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        count = len(runs)
+        self.mean_squares = MeanSquares(count)
+        self._halves = MeanSquares(count), MeanSquares(count)
+        self._least, self._most = np.full(count, np.inf), np.full(count, -np.inf)
+        self._trends, self._disc_alone = Trends(count, runs.last), runs.numbers.disc_alone
+        self._first_half, self._taken = runs.last - runs.last // 2, 0
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        if piece.late == 0:
+            return
+        whirl = piece.late_whirl
+        squares = whirl * whirl
+        self.mean_squares.take_squares(squares)
+        self._trends.take(whirl, squares)
+        first = max(self._first_half - self._taken, 0)
+        self._halves[0].take_squares(squares[:, :first])
+        self._halves[1].take_squares(squares[:, first:])
+        self._taken += piece.late
+        self._least = np.minimum(self._least, whirl.min(axis=1))
+        self._most = np.maximum(self._most, whirl.max(axis=1))
+
+    @property
+    def largest(self) -> np.ndarray:
+        """Largest whirl [m], shape (runs,)."""
+        return self._most
+
+    @property
+    def span(self) -> list[tuple[float, float]]:
+        """Smallest and largest whirl [m]."""
+        return list(zip(self._least.tolist(), self._most.tolist(), strict=True))
+
+    @property
+    def halves(self) -> list[tuple[float, float]]:
+        """Root mean square over each half [m]; equal for a single sample."""
+        first, second = self._halves
+        last = second if self._taken > 1 else first
+        return list(zip(first.values.tolist(), last.values.tolist(), strict=True))
+
+    @cached_property
+    def settled(self) -> np.ndarray:
+        """Flag of a whirl that no longer changes, or is negligible.
+
+        The second condition is needed because a decaying whirl changes by a tenth of itself however
+        small it is.
+        """
+        small = self.mean_squares.values <= FLOOR * self._disc_alone
+        return np.asarray(small | (self._trends.found(np.zeros(small.shape)) == 0))
+
+    @property
+    def band(self) -> np.ndarray:
+        """Half-width of the band around the final whirl [m]."""
+        return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
+
+
+class EarlierWhirlWatch:
+    """Largest whirl of the stretches before the last one."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._end, self._done = runs.samples - runs.last, 0
+        self._begin = self._end - EARLIER * runs.last
+        self.largest = np.full(len(runs), -np.inf)
+        """Largest whirl [m]."""
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        first, end = (max(at - self._done, 0) for at in (self._begin, self._end))
+        self._done += len(piece)
+        whirl = piece.whirl[:, first:end]
+        if whirl.size:
+            self.largest = np.maximum(self.largest, whirl.max(axis=1))
+
+
+class BandWatch:
+    """Time from which the whirl stays within its band."""
+
+    AFTER = (FinalWhirlWatch,)
+
+    def __init__(self, runs: JudgedRuns, final: FinalWhirlWatch) -> None:
+        self._final, self._band = final.mean_squares.values[:, None], final.band[:, None]
+        self._settled = final.settled
+        self._latest, self._done = runs.samples - runs.last, 0
+        self._begins = np.zeros(len(runs), int)
+        self._times = np.full(len(runs), np.nan)
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        time, count = piece["time"], len(piece)
+        self._times = np.where(self._begins == self._done, time[:, 0], self._times)
+        # Number of samples after the last one outside the band; all samples if none is outside.
+        inside = np.empty(len(time), int)
+        for rows in piece.blocks():
+            outside = np.abs(piece.whirl[rows] - self._final[rows]) > self._band[rows]
+            last = np.argmax(outside[:, ::-1], axis=1)
+            inside[rows] = np.where(outside.any(axis=1), last, count)
+        left = np.flatnonzero(inside < count)
+        at = count - inside[left]
+        self._begins[left] = self._done + at
+        found = time[left, np.minimum(at, count - 1)]
+        self._times[left] = np.where(at < count, found, np.nan)
+        self._done += count
+
+    @property
+    def found(self) -> list[float | None]:
+        """Time of the sample after the last one outside the band [s].
+
+        None if it lies in the last stretch, or if the whirl has not settled and its band is not
+        final.
+        """
+        stays = ((self._begins <= self._latest) & self._settled).tolist()
+        times = zip(self._times.tolist(), stays, strict=True)
+        return [time if stay else None for time, stay in times]
+
+
+class ResidualWatch:
+    """Residual unbalance and residual couple over the last stretch.
+
+    They hold for balls on a round race around the shaft; the contribution of a runout is left out.
+    """
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        numbers = runs.numbers
+        self._own = numbers.unbalance
+        self._unbalance = Residuals(numbers.moments, numbers.unbalance)
+        self._trends, self._most = Trends(len(runs), runs.last), numbers.most_unbalance
+        self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        if piece.late == 0:
+            return
+        angles = np.ascontiguousarray(piece.late_ball_angles)
+        squares = self._unbalance.take(angles)
+        self._trends.take(np.sqrt(squares), squares)
+        if self._couple.any:
+            self._couple.take(angles)
+
+    @property
+    def unbalance(self) -> list[float | None]:
+        """Residual unbalance as a fraction of the rotor's; None without an unbalance."""
+        return self._unbalance.found
+
+    @property
+    def rises(self) -> np.ndarray:
+        """Flag of a residual unbalance that rises by a significant part of its limit."""
+        return np.asarray(self._trends.found(CHANGE * self._most) > 0)
+
+    @property
+    def couple(self) -> list[float | None]:
+        """Residual couple as a fraction of the rotor's; None without a couple."""
+        return self._couple.found
+
+    @property
+    def left(self) -> np.ndarray:
+        """Residual unbalance [kg m]; that of the balls if the rotor has none."""
+        values = self._unbalance.values
+        return np.where(self._own != 0.0, self._own * values, values)
+
+
+class TiltWatch:
+    """Tilt of the shaft from its rest direction; no values in the plane."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self.peak: list[float | None] = [None] * len(runs)
+        """Largest tilt [rad]."""
+        self._final, self._runs = MeanSquares(len(runs)), runs
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        if "qw" not in piece.channels:
+            return
+        rests = self._runs.rests
+        each = zip(rests, piece.trajectories, strict=True)
+        tilts = np.array([rest.tilt_from(trajectory) for rest, trajectory in each])
+        for run, most in enumerate(tilts.max(axis=1).tolist()):
+            before = self.peak[run]
+            self.peak[run] = most if before is None else max(before, most)
+        if piece.late:
+            self._final.take(tilts[:, len(piece) - piece.late :])
+
+    @property
+    def final(self) -> list[float | None]:
+        """Root mean square over the last stretch [rad]."""
+        return self._final.values_if_any
+
+
+class PassageWatch:
+    """First passage of all balls opposite the unbalance, in a start-up."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self.found: list[float | None] = [None] * len(runs)
+        """Time [s]; see ``first_passage_of_opposite``."""
+        self._left = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        for run in self._left:
+            self.found[run] = first_passage_of_opposite(piece.joined.trajectories[run])
+        self._left = [run for run in self._left if self.found[run] is None]
+
+
+class OncePerTurnWatch:
+    """Once-per-turn part of the whirl in the last stretch, on the rotor's axes.
+
+    A Hann window over the stretch suppresses other frequencies, even if the stretch is not a whole
+    number of turns.
+    """
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._sums, self._turned = np.zeros((len(runs), 2)), np.zeros(len(runs))
+        self._shown = np.ones(len(runs), bool)
+        self._last, self._taken = runs.last, 0
+        self._before: np.ndarray | None = None
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        if piece.late == 0:
+            return
+        first = len(piece) - piece.late
+        x, y, angle = (np.ascontiguousarray(piece[name][:, first:]) for name in ("x", "y", "angle"))
+        share = (self._taken + np.arange(piece.late) + 0.5) / self._last
+        weights = (1.0 - np.cos(2.0 * np.pi * share)) / self._last
+        compiled(add_on_rotor_axes)(weights, x, y, angle, self._sums)
+        turned = np.abs(np.diff(angle, axis=1, prepend=self._angles_before(angle)))
+        self._turned += turned.sum(axis=1)
+        self._shown &= turned.max(axis=1) <= COARSEST
+        self._taken, self._before = self._taken + piece.late, angle[:, -1:]
+
+    def _angles_before(self, angle: np.ndarray) -> np.ndarray:
+        return angle[:, :1] if self._before is None else self._before
+
+    @property
+    def vectors(self) -> list[complex | None]:
+        """Once-per-turn vector [m]; None for too few turns or too sparse samples.
+
+        There must be ``TURNS`` revolutions, and samples close enough to resolve them.
+        """
+        shown = self._shown & (self._turned >= TURNS * TURN)
+        each = zip(self._sums.tolist(), shown.tolist(), strict=True)
+        return [complex(*parts) if known else None for parts, known in each]
+
+    @property
+    def size(self) -> list[float | None]:
+        """Magnitude [m]."""
+        return [None if vector is None else abs(vector) for vector in self.vectors]
+
+    @property
+    def phase(self) -> list[float | None]:
+        """Phase from the unbalance [rad]; None without a magnitude."""
+        return [cmath.phase(vector) if vector else None for vector in self.vectors]
+
+
+def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: Table) -> None:
+    """Add weighted displacements on axes that turn with the rotor; to be compiled.
+
+    Args:
+        weights: weights of the samples, shape (samples,).
+        x, y: displacements of runs on fixed axes [m], shape (runs, samples).
+        angle: spindle angle psi [rad], same shape.
+        sums: sums of each run along the rotor's axes [m], shape (runs, 2); updated.
+    """
+    for run in range(x.shape[0]):
+        for k in range(x.shape[1]):
+            c, s = cos_sin(angle[run, k])
+            sums[run, 0] += weights[k] * (x[run, k] * c + y[run, k] * s)
+            sums[run, 1] += weights[k] * (y[run, k] * c - x[run, k] * s)
+
+
+class LastSampleWatch:
+    """Last sample of each run."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._last: Piece
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        self._last = piece
+
+    @property
+    def ball_angles(self) -> list[tuple[float, ...]]:
+        """Ball angles [rad]."""
+        return list(map(tuple, self._last.ball_angles[:, -1].tolist()))
+
+    @property
+    def speed(self) -> np.ndarray:
+        """Spindle speed [rad/s]."""
+        return self._last["speed"][:, -1]
+
+
+class FinalCirculationWatch:
+    """Balls that circulate over the last stretch."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._marks, self._balls = CirculationMarks(runs.last), runs.numbers.moments.shape[1]
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        first = len(piece) - piece.late
+        self._marks.take(
+            piece["time"][:, first:], piece["angle"][:, first:], piece.late_ball_angles
+        )
+
+    @cached_property
+    def found(self) -> Sequence[Circulation | None]:
+        """Circulating balls of each run; None if no ball circulates."""
+        return circulation_of(*self._marks.found)
+
+    @property
+    def any_ball(self) -> list[bool | None]:
+        """Flag of at least one circulating ball; None without balls."""
+        return [each is not None if self._balls else None for each in self.found]
+
+
+class RunOverlapWatch:
+    """Overlaps of balls with a size in scenes without contact."""
+
+    def __init__(self, runs: JudgedRuns) -> None:
+        self._watches = [OverlapWatch(scene) for scene in runs.scenes]
+
+    def take(self, piece: Piece) -> None:
+        """Process the next samples."""
+        for watch, trajectory in zip(self._watches, piece.trajectories, strict=True):
+            watch.take(trajectory)
+
+    @property
+    def found(self) -> list[tuple[Overlap, ...] | None]:
+        """Overlaps of each run; None if balls cannot overlap."""
+        return [watch.found for watch in self._watches]
+
+
+def is_start_up(scene: Scene) -> bool:
+    """Return whether the profile is a start-up."""
+    return scene.profile is not None and scene.profile.kind == "start_up"

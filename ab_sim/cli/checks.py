@@ -1,0 +1,150 @@
+"""Checks and meanings of options that several commands share.
+
+Imports that take long are in the functions.
+"""
+
+import math
+import os
+from collections.abc import Iterator
+from contextlib import AbstractContextManager
+from typing import TYPE_CHECKING
+
+from ab_sim.errors import InputError
+from ab_sim.quoting import short
+
+if TYPE_CHECKING:
+    from ab_sim.design.sweep import Sweep
+    from ab_sim.design.work import Executor
+
+
+def require_ros(purpose: str) -> None:
+    """Refuse to continue without ROS 2.
+
+    Args:
+        purpose: purpose of ROS 2, such as "to replay".
+
+    Raises:
+        InputError: ROS 2 is missing; the message tells how to install it.
+    """
+    try:
+        import rclpy  # noqa: F401
+    except ImportError as error:
+        raise InputError(
+            f"ROS 2 is needed {purpose}, and rclpy cannot be imported ({error}); "
+            "install it with `pip install 'ab_sim[ros]'`, or source your ROS 2 installation"
+        ) from error
+
+
+def check_positive(option: str, value: float, meaning: str) -> None:
+    """Refuse a number that is not positive and finite.
+
+    Raises:
+        InputError: the message has the option, its value and its meaning.
+    """
+    if not 0.0 < value < math.inf:
+        raise InputError(f"{option} {value:g}: {meaning}, must be more than 0 and finite")
+
+
+def check_speed(speed: float) -> float:
+    """Check a speed and return it [rad/s].
+
+    Raises:
+        InputError: not a number, or too fast.
+    """
+    from ab_sim.analysis.held_speed import FASTEST
+
+    if not abs(speed) <= FASTEST:
+        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    return speed
+
+
+def executor_of(workers: int | None, scheduler: str | None) -> "AbstractContextManager[Executor]":
+    """Return the executor for ``--workers`` and ``--scheduler``.
+
+    Args:
+        workers: number of processes; None: the number of processors.
+        scheduler: address of a cluster's scheduler; None: no cluster.
+
+    Raises:
+        InputError: both are given, or no workers; or see ``Cluster``.
+    """
+    from ab_sim.design.cluster import Cluster
+    from ab_sim.workers import Workers
+
+    if scheduler is not None:
+        if workers is not None:
+            raise InputError("--workers and --scheduler: give one; a cluster has its own processes")
+        return Cluster(scheduler)
+    return Workers(processes(workers))
+
+
+def processes(workers: int | None) -> int:
+    """Return the number of processes to use.
+
+    Raises:
+        InputError: the number is less than one.
+    """
+    count = _usable_cores() if workers is None else workers
+    if count < 1:
+        raise InputError(f"--workers {count}: must be at least 1")
+    return count
+
+
+def _usable_cores() -> int:
+    """Return the number of cores that this process may use."""
+    if hasattr(os, "sched_getaffinity"):
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def wanted_metrics(text: str | None) -> tuple[str, ...]:
+    """Parse names of metrics separated by commas; None: those of a sweep.
+
+    Raises:
+        InputError: there is no such metric; the message names the nearest and all.
+    """
+    from ab_sim.analysis.metrics.metric import metrics_named
+    from ab_sim.design.sweep import DEFAULT_METRICS
+
+    if text is None:
+        return DEFAULT_METRICS
+    found = tuple(each.strip() for each in text.split(","))
+    metrics_named(found)
+    return found
+
+
+def share_of(option: str, text: str, must: str) -> float:
+    """Parse a share, given as a number or in %.
+
+    Args:
+        option: name without its dashes.
+        text: text of the option.
+        must: allowed values, for the error.
+
+    Raises:
+        InputError: the text is not a number.
+    """
+    plain = text.strip()
+    try:
+        return float(plain.removesuffix("%")) / (100.0 if plain.endswith("%") else 1.0)
+    except ValueError:
+        raise InputError(f"--{option} {short(text)}: {must}") from None
+
+
+def outcome_notes(found: "Sweep") -> Iterator[str]:
+    """Yield the meanings of the outcomes that occur, and a note if balls never part."""
+    from ab_sim.analysis.metrics.verdict import Verdict
+
+    longer = "a longer duration (--set duration=...) shows where it goes"
+    no_final = f"the whirl has no final value yet, and the run does not count; {longer}"
+    notes = {
+        Verdict.RINGING_DOWN: f"the run counts, with its final whirl as an upper bound; {longer}",
+        Verdict.CHANGING: no_final,
+        Verdict.UNSETTLED: no_final,
+        Verdict.CIRCULATES: "balls go round the race, and the run does not count",
+    }
+    for verdict, note in notes.items():
+        if verdict.value in found.outcomes:
+            yield f"{verdict.value}: {note}"
+    if found.together:
+        yield found.together

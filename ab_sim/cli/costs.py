@@ -1,0 +1,167 @@
+"""`ab-sim accuracy` and `ab-sim cost`."""
+
+from collections.abc import Iterator
+
+from rich.table import Table
+
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome, new_table, picture
+from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
+from ab_sim.errors import InputError
+from ab_sim.scene import load_scene
+from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
+from ab_sim.studies.effect_cost import EffectCost, VariantCost, effect_cost
+
+WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
+"""Errors [rad] for which the cheapest setting is named."""
+
+
+def accuracy_command(given: AccuracyOptions) -> Command:
+    """Return the command that measures the cost of an accuracy."""
+    _check_repeats(given.repeats)
+    scene = load_scene(given.scene, given.change)
+
+    def work(tell: Tell) -> Outcome:
+        cost = accuracy_cost(scene, given.repeats, progress=tell)
+        draw = picture("ab_sim.figures.accuracy_cost:accuracy_figure", cost)
+        return Outcome(accuracy_shown(cost), cost.report, draw)
+
+    return Command(work, scene.name)
+
+
+def accuracy_shown(cost: AccuracyCost) -> Iterator[Table | str]:
+    """Yield the tables, then their basis and limits."""
+    yield accuracy_table(cost)
+    yield cheapest_table(cost)
+    apart = cost.uncertainty
+    unit = cost.unit
+    yield f"effects: {', '.join(cost.effects) or 'none'}"
+    yield f"reference: {cost.reference}"
+    shared = ", ".join(cost.reference_shares)
+    if cost.independent:
+        yield f"it is independent: what it shares with ab_sim's steppers is the {shared}"
+    else:
+        yield (
+            f"it is not independent: it shares with what it judges the {shared}; ab_sim's tests "
+            "compare those with another simulator"
+        )
+    yield (
+        f"its uncertainty: {apart.angle:.1e} rad, {apart.whirl:.1e} {unit}, by which the two "
+        "differ at most; of the integration, not of the equations"
+    )
+    yield f"the scene itself takes {cost.as_scene_says}"
+    for row in cost.rows:
+        if row.failure:
+            yield f"unstable: {row.method} at {row.setting}: {row.failure}"
+    reasons: dict[str, list[str]] = {}
+    for each in cost.omitted:
+        reasons.setdefault(each.reason, []).append(each.method)
+    for reason, methods in reasons.items():
+        yield f"left out: {', '.join(methods)}: {reason}"
+    yield from cost.notes
+
+
+def accuracy_table(cost: AccuracyCost) -> Table:
+    """Return the table of all rows, the most accurate first."""
+    balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
+    unit = cost.unit
+    own, others = 1e3 * cost.reference_period, 1e3 * cost.period
+    table = new_table(
+        " | method",
+        f"setting | CPU [ms/s] | of a core | angle [rad] | at the end | whirl [{unit}] | "
+        "at the end | energy",
+        title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
+        caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
+        "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
+        f"errors: the largest at the ends of steps, at most every {own:g} ms; of peers, every "
+        f"{others:g} ms",
+    )
+    front = cost.front()
+    for row in cost.by_error():
+        table.add_row("*" if row in front else "", *_cells(row, bool(cost.balls)))
+    return table
+
+
+def cheapest_table(cost: AccuracyCost) -> Table:
+    """Return the table of the cheapest setting of the package and of the best peer, by error."""
+    what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
+    title = f"cheapest tried settings with an error in {what} of at most"
+    columns = "error | ab_sim | CPU [ms/s] | best peer | CPU [ms/s] | peer / ab_sim"
+    table = new_table("", columns, title=title)
+    for error in WANTED:
+        ours, peer = cost.cheapest(error, peer=False), cost.cheapest(error, peer=True)
+        ratio = ""
+        if ours and peer and ours.cpu and peer.cpu:
+            ratio = f"{peer.cpu.median / ours.cpu.median:.0f}"
+        table.add_row(f"{error:g}", *_choice(ours), *_choice(peer), ratio)
+    return table
+
+
+def _choice(row: SettingCost | None) -> tuple[str, str]:
+    if row is None or row.cpu is None:
+        return "-", "-"
+    return f"{row.method} at {row.setting}", f"{1e3 * row.cpu.median:.3g}"
+
+
+def _cells(row: SettingCost, balls: bool) -> list[str]:
+    assert row.errors is not None and row.cpu is not None
+    errors, time = row.errors, row.cpu
+    angles = [str(errors.angle), str(errors.angle_end)] if balls else ["-", "-"]
+    return [
+        row.method,
+        row.setting,
+        f"{1e3 * time.median:.3g} ({1e3 * time.lower:.3g} .. {1e3 * time.upper:.3g})",
+        f"{100.0 * time.median:.2g} %",
+        *angles,
+        str(errors.whirl),
+        str(errors.whirl_end),
+        "-" if errors.energy is None else f"{errors.energy:.0e}",
+    ]
+
+
+def _check_repeats(repeats: int) -> None:
+    if repeats < 1:
+        raise InputError(f"--repeats {repeats}: must be at least 1")
+
+
+def cost_command(given: CostOptions) -> Command:
+    """Return the command that measures the cost of each effect of a scene."""
+    _check_repeats(given.repeats)
+    scene = load_scene(given.scene, given.change)
+
+    def work(tell: Tell) -> Outcome:
+        cost = effect_cost(scene, given.repeats, leave_one_out=given.leave_one_out, progress=tell)
+        draw = picture("ab_sim.figures.effect_cost:cost_figure", [cost])
+        return Outcome([cost_table(cost)], cost.report, draw)
+
+    return Command(work, scene.name)
+
+
+def cost_table(cost: EffectCost) -> Table:
+    """Return the table of costs."""
+    table = new_table(
+        "effects",
+        "ns per step | of base | events per 1000 | first step [s]",
+        title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
+        f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",
+        caption="time: median (quartiles), CPU time of the thread; first step: from the scene to "
+        "its first step, machine code included",
+    )
+    for row in cost.rows:
+        table.add_row(*_cost_cells(row))
+    return table
+
+
+def _cost_cells(row: VariantCost) -> list[str]:
+    name = row.name + (f" (with {', '.join(row.added)})" if row.added else "")
+    first = f"{row.first_seconds:.2f}"
+    if row.ns_per_step is None or row.ratio is None:
+        return [f"{name}: cannot run: {row.failure}", "", "", "", first]
+    time = row.ns_per_step
+    return [
+        name,
+        f"{time.median:.0f} ({time.lower:.0f} .. {time.upper:.0f})",
+        f"{row.ratio.median:.3f}",
+        f"{row.events_per_1000_steps:.1f}",
+        first,
+    ]

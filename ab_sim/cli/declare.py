@@ -1,0 +1,111 @@
+"""Declare a command as a class: its fields are the options, its docstring is the help."""
+
+import copy
+import importlib
+import inspect
+import re
+import textwrap
+from collections.abc import Callable, Iterator, Mapping
+from typing import Annotated, Any, NamedTuple, TypeVar, get_args, get_type_hints
+
+import typer
+
+Options = TypeVar("Options", bound=type[tuple[Any, ...]])
+
+
+class Described(NamedTuple):
+    """Entry of an ``Args`` section: ``FIELD [--NAME] [METAVAR]: HELP``."""
+
+    names: list[str]
+    """Name of the option, if it is not that of the field."""
+    metavar: str | None
+    help: str
+
+
+class Heading(typer.Typer):
+    """Commands under one heading of ``ab-sim --help``."""
+
+    def __init__(self, heading: str, **settings: Any) -> None:
+        super().__init__(**settings)
+        self.heading = heading
+        self.works: list[str] = []
+        """Functions of the commands, see ``declare``."""
+
+    def declare(self, work: str, **settings: Any) -> Callable[[Options], Options]:
+        """Register a NamedTuple ``NameOptions`` as the command ``name``.
+
+        Each field is an option, or an argument if its type says so. Its help is in the section
+        ``Args`` of the docstring; shared types (see ``options``) bring theirs along. A field
+        ``scene`` names a scene to be read, ``json`` and ``plot`` are files of a ``Command``.
+
+        Args:
+            work: ``module:function``, imported on the call, because most modules take long to
+                import. The function takes the options. It prints its result, or returns a
+                ``Command`` to run.
+            settings: see typer's ``command``.
+        """
+
+        def register(options: Options) -> Options:
+            def call(**values: Any) -> None:
+                if (scene := values.get("scene")) is not None:
+                    from ab_sim.scene_files import find_scene
+
+                    find_scene(scene)  # refuses a missing scene before slow imports
+                module, _, function = work.partition(":")
+                command = getattr(importlib.import_module(module), function)(options(**values))
+                if command is not None:
+                    command.run(values.get("json"), values.get("plot"))
+
+            call.__doc__, descriptions = described(inspect.cleandoc(options.__doc__ or ""))
+            parameters = list(_parameters(options, descriptions))
+            assert not descriptions, f"{options.__name__} has no field {', '.join(descriptions)}"
+            set_signature(call, parameters)
+            self.works.append(work)
+            name = options.__name__.removesuffix("Options").lower()
+            self.command(name, rich_help_panel=self.heading, **settings)(call)
+            return options
+
+        return register
+
+
+def described(text: str) -> tuple[str, dict[str, Described]]:
+    """Split a docstring into the help and the entries of its ``Args`` section, by field."""
+    help_, _, section = text.partition("\nArgs:\n")
+    entries = re.split(r"\n(?=\S)", textwrap.dedent(section).strip()) if section else []
+    found = {}
+    for entry in entries:
+        head, _, words = " ".join(entry.split()).partition(": ")
+        field, *rest = head.split()
+        names = [word for word in rest if word.startswith("--")]
+        metavar = " ".join(word for word in rest if word not in names) or None
+        found[field] = Described(names, metavar, words)
+    return help_.rstrip(), found
+
+
+def _parameters(
+    options: type[tuple[Any, ...]], descriptions: dict[str, Described]
+) -> Iterator[inspect.Parameter]:
+    """Yield a parameter for each field, and remove the description that it uses."""
+    defaults: Mapping[str, Any] = options._field_defaults  # type: ignore[attr-defined]
+    for name, hint in get_type_hints(options, include_extras=True).items():
+        kind, info = get_args(hint) if hasattr(hint, "__metadata__") else (hint, typer.Option())
+        if (own := descriptions.pop(name, None)) is not None:
+            info = copy.copy(info)
+            info.param_decls = own.names or info.param_decls
+            info.metavar = own.metavar or info.metavar
+            info.help = own.help
+        yield parameter(name, Annotated[kind, info], defaults.get(name, inspect.Parameter.empty))
+
+
+def parameter(
+    name: str, annotation: Any, default: Any = inspect.Parameter.empty
+) -> inspect.Parameter:
+    """Return a parameter for ``set_signature``."""
+    kind = inspect.Parameter.KEYWORD_ONLY
+    return inspect.Parameter(name, kind, default=default, annotation=annotation)
+
+
+def set_signature(function: Callable[..., None], parameters: list[inspect.Parameter]) -> None:
+    """Give a function that takes ``**values`` the signature that typer reads."""
+    function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
+    function.__annotations__ = {each.name: each.annotation for each in parameters}

@@ -1,0 +1,169 @@
+"""Commands that read recordings: `ab-sim report`, `compare` and `state`."""
+
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+
+import yaml
+from rich.table import Table
+
+from ab_sim.analysis.start_state import start_from
+from ab_sim.cli.progress import Tell, interruptible
+from ab_sim.cli.recording_commands import CompareOptions, ReportOptions, StateOptions
+from ab_sim.cli.runner import Command, Outcome, new_table, picture
+from ab_sim.drive.trajectory import balls_in
+from ab_sim.errors import InputError, exact
+from ab_sim.output_file import PAGE, PNG
+from ab_sim.recording import open_recording
+from ab_sim.reports.compare import ChannelDeviation, RecordingComparison, compare_recording
+from ab_sim.reports.gather import RunData, gather
+from ab_sim.reports.grid import Grid
+from ab_sim.reports.summary import CAPTION, summary_rows
+from ab_sim.scene import load_scene
+
+MOST_RUNS = 8
+"""Largest number of runs side by side; more would be too small to see."""
+
+
+def report_command(given: ReportOptions) -> Command:
+    """Return the command that reports on recorded runs."""
+    recordings = given.recordings
+    if len(recordings) > MOST_RUNS:
+        raise InputError(f"{len(recordings)} recordings: at most {MOST_RUNS} side by side")
+
+    def work(_: Tell) -> Outcome:
+        opened = [open_recording(recording) for recording in recordings]
+        runs = []
+        for run, name in zip(opened, _names(recordings), strict=True):
+            with interruptible(name, "nothing was written") as tell:
+                runs.append(
+                    gather(run, name, lambda done, of, tell=tell: tell("samples", done, of))  # type: ignore[misc]
+                )
+        notes = [f"{data.name}: {note}" for data in runs for note in data.notes]
+
+        @cache
+        def grid() -> Grid:
+            from ab_sim.reports.grid import grid_of
+            from ab_sim.reports.panels import panels_of
+
+            return grid_of([data.name for data in runs], [panels_of(data) for data in runs])
+
+        def draw(file: Path) -> None:
+            from ab_sim.reports.picture import report_picture
+
+            report_picture(grid(), file)
+
+        def write_page(file: Path) -> None:
+            from ab_sim.reports.page import report_page
+
+            report_page(grid(), summary_rows(runs), [data.notes for data in runs], file)
+
+        return Outcome(
+            [report_table(runs), *notes],
+            lambda: {"runs": [data.report() for data in runs]},
+            writes={"--png": draw, "--html": write_page},
+        )
+
+    return Command(work, outputs=[(given.png, PNG, "--png"), (given.html, PAGE, "--html")])
+
+
+def report_table(runs: Sequence[RunData]) -> Table:
+    """Return the table of runs."""
+    table = Table(caption=CAPTION, caption_justify="left")
+    table.add_column("", no_wrap=True)
+    for data in runs:
+        table.add_column(data.name, overflow="fold")
+    for label, cells in summary_rows(runs):
+        table.add_row(label, *cells)
+    return table
+
+
+def _names(recordings: Sequence[Path]) -> list[str]:
+    """Return the names of files, with as much of their folders as distinguishes them."""
+    stems = [path.stem for path in recordings]
+    if len(set(stems)) == len(stems):
+        return stems
+    paths = [str(path) for path in recordings]
+    numbered = [f"{path} ({at})" for at, path in enumerate(paths, 1)]
+    return paths if len(set(paths)) == len(paths) else numbered
+
+
+def compare_command(given: CompareOptions) -> Command:
+    """Return the command that compares a scene's run with a recording, by the recorded commands."""
+    recording, scene = given.recording, load_scene(given.scene, given.change)
+
+    def work(tell: Tell) -> Outcome:
+        run = open_recording(recording)
+        total = run.extent.rows
+        found = compare_recording(run, scene, progress=lambda done: tell("samples", done, total))
+        return Outcome(
+            [compare_table(found, recording.name), *found.notes],
+            lambda: {"recording": str(recording), **found.report()},
+            picture("ab_sim.reports.compare_picture:compare_picture", found, recording.name),
+        )
+
+    return Command(work, f"{scene.name} as {recording.name}", "nothing was written")
+
+
+def compare_table(found: RecordingComparison, recording: str) -> Table:
+    """Return the table of deviations."""
+    title = f"{recording} compared with {found.scene.name}, {found.duration:g} s"
+    columns = "largest difference | of the range | at [s] | rms | of the range"
+    table = new_table("channel | unit", columns, title=title)
+    for deviation in found.deviations:
+        table.add_row(deviation.channel, deviation.unit or "", *_numbers(deviation))
+    table.caption = (
+        f"{found.rows} samples. Driven by {found.driven_by}, aligned {found.aligned}. Range: "
+        "largest less smallest recorded value."
+    )
+    for reason, channels in found.not_compared.items():
+        table.caption += f"\nNot compared, {reason}: {', '.join(channels)}."
+    table.caption_justify = "left"
+    return table
+
+
+def _numbers(deviation: ChannelDeviation) -> list[str]:
+    if deviation.same:
+        return ["0, to the bit", "", "", "0", ""]
+    if deviation.rms is None:
+        return ["not finite", "", "", "", ""]
+    largest, rms = deviation.relative(deviation.largest), deviation.relative(deviation.rms)
+    return [
+        f"{deviation.largest:.3g}", _percent(largest), f"{deviation.at:.4f}",
+        f"{deviation.rms:.3g}", _percent(rms),
+    ]  # fmt: skip
+
+
+def _percent(share: float | None) -> str:
+    return "-" if share is None else f"{100 * share:.2g} %"
+
+
+def print_state(given: StateOptions) -> None:
+    """Print the state of the last sample up to a time [s].
+
+    Raises:
+        InputError: there is no sample, or it lacks parts of the state.
+    """
+    recording = given.recording
+    run = open_recording(recording)
+    first, last = run.extent.first[1], run.extent.last[1]
+    at = last if given.time is None else given.time
+    if not first <= at <= last:
+        raise InputError(
+            f"{recording}: there is no sample at {exact(at)} s; it holds {exact(first)} to "
+            f"{exact(last)} s"
+        )
+    found = None
+    clock = run.channels.index("time")
+    for block in run.blocks():
+        until = block[block[:, clock] <= at + 0.5e-9]
+        found = until[-1] if len(until) else found
+        if len(until) < len(block):
+            break
+    assert found is not None, "the first one is not later"
+    sample = dict(zip(run.channels, found.tolist(), strict=True))
+    try:
+        start = start_from(sample, balls_in(run.channels), "qw" in run.channels)
+    except InputError as error:
+        raise InputError(f"{recording}: {error}") from error
+    print(yaml.safe_dump(start, default_flow_style=True, sort_keys=False, width=2**30), end="")

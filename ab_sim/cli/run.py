@@ -1,0 +1,219 @@
+"""`ab-sim run`, and the table of a run's metrics."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from json import dumps
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from ab_sim.analysis import Compared, Comparison, Metrics, OfflineRun, compare_run, run_scene
+from ab_sim.analysis.adaptive import net_unbalance
+from ab_sim.analysis.metrics import BAND, FLOOR, LAST, reported_metrics
+from ab_sim.analysis.metrics.metric import Metric, Row, WhirlScale
+from ab_sim.analysis.metrics.wording import number_text
+from ab_sim.cli.progress import Tell
+from ab_sim.cli.runner import Command, Outcome
+from ab_sim.cli.scene_commands import RunOptions
+from ab_sim.conventions import ANGLES, WHIRL
+from ab_sim.drive import Drive
+from ab_sim.drive.overlap import together_at_start
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.errors import InputError, exact
+from ab_sim.output_file import RECORDING
+from ab_sim.scene import Scene, load_scene
+
+INTERVALS = 100
+"""Number of intervals between samples in the JSON, if no times are given."""
+
+
+def run_command(given: RunOptions) -> Command:
+    """Return the command that runs a scene."""
+    if given.every > 1 and given.rrd is None:
+        raise InputError(f"--every {given.every}: applies to a recording; add --rrd FILE")
+    changes = [*given.change]
+    if given.stepper is not None:
+        changes.append(f"solver.stepper={dumps(given.stepper)}")
+    if given.step is not None:
+        changes.append(f"solver.step={given.step!r}")
+    scene = load_scene(given.scene, changes)
+    times = parse_times(given.times)
+    if not times and given.json is not None:
+        times = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
+
+    def work(tell: Tell) -> Outcome:
+        tell(f"{scene.name}, compiling; ms simulated", 0, round(1e3 * scene.duration))
+
+        def update(drive: Drive, newest: Trajectory) -> None:
+            what = f"{drive.scene.name} at {newest['speed'][-1]:.1f} rad/s; ms simulated"
+            tell(what, round(1e3 * drive.time), round(1e3 * drive.scene.duration))
+
+        result = run_scene(scene, times, update, tell=tell)
+        comparison = compare_run(result, update)
+        beside = comparison.report(result.metrics, result.scene.rotor.eccentricity)
+        report = {**result.report(), **beside}
+
+        def draw(file: Path) -> None:
+            from ab_sim.figures.run import DOTS
+            from ab_sim.figures.saved import save
+
+            save(result.plot(comparison), file, DOTS)
+
+        def record(file: Path) -> None:
+            from ab_sim.api.runs import save_recording
+
+            save_recording(result, file, every=given.every)
+
+        def shown() -> Iterator[Table | str]:
+            title = f"{result.scene.name}, {report['duration']:g} s"
+            if (end := result.aborted) is not None:
+                title += f": aborted at {end.time:.1f} s: {end.text}"
+            yield metrics_table(title, result.scene, {"this run": result.metrics}, comparison)
+            yield _summary(result, report)
+            if max(times, default=0.0) > scene.duration:
+                yield (
+                    f"--times go beyond duration = {exact(scene.duration)} s: the run, and all "
+                    f"that is said of it, lasts {report['duration']:g} s"
+                )
+
+        return Outcome(shown(), lambda: report, draw, {"--rrd": record})
+
+    return Command(work, "run", outputs=[(given.rrd, RECORDING, "--rrd")])
+
+
+def parse_times(text: str | None) -> list[float]:
+    """Parse times such as ``2.5,3,6``.
+
+    Raises:
+        InputError: a text is not a number.
+    """
+    if text is None:
+        return []
+    try:
+        return [float(part) for part in text.split(",")]
+    except ValueError as error:
+        raise InputError(
+            f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"
+        ) from error
+
+
+def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
+    table = Table(show_header=False)
+    if "motor" in result.scene.effects:
+        speed, command = (result.trajectory[name][-1] for name in ("speed", "command"))
+        table.add_row("motor", f"at {speed:.4g} of {command:.4g} commanded rad/s in the end")
+    table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
+    if result.work_precision is not None:
+        table.add_row("accuracy", result.work_precision.reason)
+    if result.events:
+        crowded = result.steps_with_unresolved_events
+        lost = f"; too many to locate them all in {crowded} steps" if crowded else ""
+        table.add_row("events", f"{result.events} located{lost}")
+    for decided in result.decisions:
+        table.add_row(f"at {decided.time:.3f} s", decided.text)
+    if result.adaptive is not None:
+        table.add_row("believed at the end", _believed(result))
+    table.add_row("effects", ", ".join(report["effects"]) or "none")
+    for section in ("sensors", "probes"):
+        if report[section]:
+            table.add_row(section, ", ".join(report[section]))
+    return table
+
+
+def _believed(result: OfflineRun) -> str:
+    """Compare the estimates of an adaptive start-up's controller with the true values."""
+    assert result.adaptive is not None
+    belief, scene = result.adaptive.belief, result.scene
+    length, symbol = scene.whirl_unit
+    if math.isnan(belief.critical_speed):
+        return "nothing of the drive"
+    critical = f"{belief.critical_speed:.4g} +- {belief.critical_speed_deviation:.2g} rad/s"
+    if scene.critical_speed is not None:
+        critical += f" (true: {scene.critical_speed:.4g})"
+    left = f"{abs(belief.net_unbalance) / length:.3g}"
+    left += f" +- {belief.net_unbalance_deviation / length:.2g} {symbol}"
+    true = net_unbalance(result.trajectory.last(1), scene)[0] / length
+    return f"critical speed {critical}, net unbalance {left} (true: {true:.3g})"
+
+
+def metrics_table(
+    title: str, scene: Scene, runs: Mapping[str, Metrics], comparison: Comparison
+) -> Table:
+    """Return a table with a column for each run and each run that they are compared with.
+
+    Args:
+        title: title of the table.
+        scene: scene of the runs.
+        runs: metrics of the runs by heading.
+        comparison: runs to compare with.
+    """
+    columns = dict(runs)
+    notes = []
+    for head, beside in comparison.by_name().items():
+        if isinstance(beside, Compared):
+            columns[head] = beside.metrics
+        else:
+            notes.append(f"{head} it could not run: {beside}")
+    runs_beside = list(columns.values())
+    scale = _scale(scene)
+    table = Table(title=title, caption_justify="left")
+    table.add_column("", no_wrap=True)
+    for head in columns:
+        table.add_column(head, overflow="fold", min_width=len("balanced"))
+
+    for metric, row in _rows():
+        cells = [row.text(metrics, scale) for metrics in runs_beside]
+        if _shown(row, scene, cells):
+            table.add_row(row.head(scale.symbol), *cells)
+            notes += _notes(row, cells)
+        if metric.relative is not None and scene.balls.count:
+            shares = [comparison.relative(metric, metrics) for metrics in runs_beside]
+            table.add_row(metric.relative.label, *map(number_text, shares))
+    table.caption = "\n".join([_caption(scene), *notes])
+    return table
+
+
+def _scale(scene: Scene) -> WhirlScale:
+    e = scene.rotor.eccentricity
+    return WhirlScale(1 / e, "e", "W/e") if e > 0 else WhirlScale(1e3, "mm", "W [mm]")
+
+
+def _rows() -> list[tuple[Metric[Any], Row]]:
+    """Return the reported metrics and their rows, in the order of the table."""
+    rows = [(metric, metric.row) for metric in reported_metrics() if metric.row is not None]
+    return sorted(rows, key=lambda each: each[1].place)
+
+
+def _shown(row: Row, scene: Scene, cells: Sequence[str]) -> bool:
+    if row.applies is not None:
+        return row.applies(scene)
+    return row.says(cells)
+
+
+def _notes(row: Row, cells: Sequence[str]) -> Iterator[str]:
+    if row.note:
+        yield row.note
+    if row.caution and row.says(cells):
+        yield f"{row.caution[0].upper()}{row.caution[1:]}."
+
+
+def _caption(scene: Scene) -> str:
+    def sentences() -> Iterator[str]:
+        yield (
+            f"Final: root mean square over the last {100 * LAST:g} % of the run. Band: "
+            f"+-{100 * BAND:g} % of final W, at least +-{100 * FLOOR:g} % of M0 e/M. "
+            "Times, and when all balls were at -180 deg first, from the run's start."
+        )
+        if scene.balls.count:
+            yield "Without balls: their mass is taken out too."
+        if together := together_at_start(scene):
+            yield f"{together[0].upper()}{together[1:]}."
+        if scene.deck is not None:
+            yield "Tilt: of the shaft, about any axis."
+        if "gravity" in scene.effects:
+            tilt = " and tilt count" if scene.deck is not None else " counts"
+            yield f"W{tilt} from where the deck hangs."
+        yield f"W, e, M0 e/M: {WHIRL}; angles: {ANGLES}."
+
+    return " ".join(sentences())

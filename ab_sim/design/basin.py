@@ -1,0 +1,261 @@
+"""Basins: from which start angles of two balls a scene's run ends balanced.
+
+Balls that are equal and start at the same angle never part, whatever happens: no real run is like
+that, so such starts are left out.
+"""
+
+import functools
+import itertools
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+import ab_sim
+from ab_sim.accuracy import resolve_accuracy
+from ab_sim.analysis.maps.checkpoint import PointCheckpoint
+from ab_sim.analysis.maps.refine import Point
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.analysis.metrics.judging import limits_of
+from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.batch import simulate_batch
+from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
+from ab_sim.errors import InputError, SceneError
+from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.progress import Progress
+from ab_sim.scene.load import SceneLike, as_scene, changed_scene
+from ab_sim.scene.model import Scene
+from ab_sim.workers import Workers
+
+JUDGED_BY = ("verdict", "residual_unbalance", "final_whirl_over_e")
+SAMPLES = 1000
+"""Of a run, at least, that it is judged by."""
+CHUNK = 32
+"""Runs that a process is given: whole sets of lanes."""
+
+BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, RINGING_DOWN = 1, 0, 2, 3, 4, 5
+LEFT_OUT = -1
+NAMES = {
+    BALANCED: Verdict.BALANCED.value,
+    RINGING_DOWN: Verdict.RINGING_DOWN.value,
+    NOT_BALANCED: Verdict.NOT_BALANCED.value,
+    CHANGING: Verdict.CHANGING.value,
+    CIRCULATING: Verdict.CIRCULATES.value,
+    DIVERGED: "diverged",
+    LEFT_OUT: "left out: equal balls that never part, or overlap",
+}
+_LABELS = {name: label for label, name in NAMES.items()}
+
+
+class BasinEnd(NamedTuple):
+    """How a run ends."""
+
+    label: int
+    """One of ``NAMES``."""
+    residual_unbalance: float | None
+    """|M0 e + sum m_i R exp(i theta_i)| / (M0 e), over the last tenth; None without a run."""
+    whirl: float | None
+    """m, root mean square over the last tenth; None without a run."""
+
+
+@dataclass(frozen=True, repr=False)
+class Basin(Presented):
+    """Ends of a scene's run over the start angles of its first two balls; see ``ab_sim.basin``."""
+
+    _picture = "basin"
+
+    scene: Scene
+    angles: tuple[float, ...]
+    """Of either ball [rad], rising from -pi."""
+    ends: tuple[tuple[BasinEnd, ...], ...]
+    """Rows by the second ball's angle, columns by the first one's."""
+
+    @property
+    def labels(self) -> np.ndarray:
+        """Integers, shape (angles, angles)."""
+        return np.array([[end.label for end in row] for row in self.ends])
+
+    @property
+    def shares(self) -> dict[int, float]:
+        """Of the starts that are not left out, by label; the largest first."""
+        labels = self.labels[self.labels != LEFT_OUT]
+        found, counts = np.unique(labels, return_counts=True)
+        order = np.argsort(-counts, kind="stable")
+        return {int(found[k]): float(counts[k] / labels.size) for k in order}
+
+    @property
+    def limit(self) -> float:
+        """Largest residual unbalance that is called balance: the scene's."""
+        return limits_of(self.scene)[0]
+
+    def _facts(self) -> dict[str, str]:
+        balanced = sum(self.shares.get(label, 0.0) for label in (BALANCED, RINGING_DOWN))
+        return {
+            "scene": self.scene.name,
+            "starts": f"{len(self.angles)} x {len(self.angles)}",
+            "balanced": f"{100.0 * balanced:.3g} %",
+            "to within": number(self.limit, "of M0 e"),
+        }
+
+    def _columns(self) -> Columns:
+        """A row for each start, those of the second ball's first angle before the others."""
+        ends = [end for row in self.ends for end in row]
+        return {
+            "ball_0_angle": Column("rad", np.tile(self.angles, len(self.angles))),
+            "ball_1_angle": Column("rad", np.repeat(self.angles, len(self.angles))),
+            "end": Column(None, [NAMES[end.label] for end in ends]),
+            "residual_unbalance": Column("1", [end.residual_unbalance for end in ends]),
+            "whirl": Column("m", [end.whirl for end in ends]),
+        }
+
+    def report(self) -> dict[str, object]:
+        """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
+        return {
+            "scene": self.scene.name,
+            "angles": list(self.angles),
+            "limit": self.limit,
+            "kinds": [
+                {"label": label, "name": NAMES[label], "share": share}
+                for label, share in self.shares.items()
+            ],
+            "labels": self.labels.tolist(),
+            "residual_unbalance": [[end.residual_unbalance for end in row] for row in self.ends],
+            "final_whirl": [[end.whirl for end in row] for row in self.ends],
+            "version": ab_sim.__version__,
+        }
+
+
+def basin(
+    scene: SceneLike,
+    count: int = 12,
+    workers: int = 1,
+    *,
+    progress: Progress | None = None,
+) -> Basin:
+    """Map the start angles of two balls from which a run balances: ``ab-sim stability --basin``.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        With an unbalance and at least two balls; only their start angles vary. Its
+        ``balanced.residual_unbalance`` is the criterion of balance, as in every run.
+    count : int, default 12
+        Number of angles of either ball, over a turn from -pi; from 2 to 1000.
+    workers : int, default 1
+        Number of processes; more than one needs a program with ``if __name__ == "__main__":``.
+    progress : callable, optional
+        Called with the present work, the number of finished runs and the total.
+
+    Returns
+    -------
+    Basin
+        ``labels``, integers of shape (count, count), rows by the second ball's angle; ``ends`` with
+        residual unbalance and final whirl [m]; ``shares`` of the starts by label.
+
+    Raises
+    ------
+    SceneError
+        Fewer than two balls, no unbalance, or further balls that start together.
+    InputError
+        ``count`` cannot be used.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> found = ab_sim.basin(ab_sim.load_scene("thesis-hold", ["duration=0.1"]), count=3)
+    >>> found.labels.shape, found.shares
+    ((3, 3), {0: 1.0})
+    """
+    scene = as_scene(scene)
+    _check(scene, count)
+    angles = tuple(float(a) for a in np.linspace(-math.pi, math.pi, count, endpoint=False))
+    alike = (0, 1) in set(equal_pairs(scene))
+    pairs = itertools.product(range(count), range(count))
+    points = [(i, j) for i, j in pairs if not alike or i <= j]
+    numbers = {"count": count}
+    ends: dict[Point, list[Any]] = {}
+    with Workers(workers) as each, PointCheckpoint(basin_points, scene, numbers) as kept:
+
+        def run(wanted: Sequence[Point]) -> Any:
+            # Once, and not in each part of the work again.
+            ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
+            parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
+            of_part = functools.partial(_ends, ready, count)
+            return itertools.chain.from_iterable(each.each(of_part, parts, 1))
+
+        ends = dict(zip(points, kept.of(points, run, "runs", progress), strict=True))
+    rows = [
+        tuple(_end(*(ends.get((i, j)) or ends[j, i])) for j in range(count)) for i in range(count)
+    ]
+    return Basin(scene, angles, tuple(rows))
+
+
+def basin_points(scene: Scene, count: int) -> dict[str, Any]:
+    """What is kept of a basin: [row, column, end] of starts, here of all.
+
+    Args:
+        scene, count: as of ``basin``.
+    """
+    points = list(itertools.product(range(count), range(count)))
+    return {"points": [[*p, e] for p, e in zip(points, _ends(scene, count, points), strict=True)]}
+
+
+def _check(scene: Scene, count: int) -> None:
+    if not 2 <= count <= 1000:
+        raise InputError(f"basin: {count} angles: must be from 2 to 1000")
+    if scene.balls.count < 2:
+        raise SceneError(
+            f"balls.count = {scene.balls.count}: a basin is drawn over the start angles of two "
+            "balls; give the scene at least 2"
+        )
+    if scene.eccentric_mass * scene.rotor.eccentricity == 0.0:
+        raise SceneError("rotor.eccentricity = 0 m: without an unbalance there is none to balance")
+    angles = start_angles(scene)
+    for i, j in equal_pairs(scene):
+        if i > 1 and at_one_angle(angles[i], angles[j]):
+            raise SceneError(
+                f"start.ball_angles: the equal balls {i + 1} and {j + 1} start at one angle and "
+                "would never part; let them start at different ones"
+            )
+
+
+def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
+    """[name of the end, residual unbalance, whirl] of each start; names are those of ``NAMES``."""
+    found: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]
+    variations = {}
+    for k, point in enumerate(points):
+        angles = _start(scene, count, point)
+        if angles is not None:
+            variations[k] = {"start.ball_angles": angles}
+    if not variations:
+        return found
+    steps = math.ceil(scene.duration / scene.solver.step)
+    every = max(1, steps // SAMPLES)
+    batch = simulate_batch(scene, list(variations.values()), every)
+    for k, run in zip(variations, batch.runs, strict=True):
+        if run.failure:
+            found[k] = [NAMES[DIVERGED], None, None]
+            continue
+        metrics = metrics_of(run.trajectory, run.scene, JUDGED_BY)
+        found[k] = [metrics.verdict, metrics.residual_unbalance, metrics.final_whirl]
+    return found
+
+
+def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
+    """Start angles of a point; None where balls would never part, or have no place."""
+    row, column = point
+    turn = 2.0 * math.pi / count
+    angles = [-math.pi + turn * column, -math.pi + turn * row, *start_angles(scene)[2:]]
+    if any(at_one_angle(angles[i], angles[j]) for i, j in equal_pairs(scene)):
+        return None
+    try:
+        changed_scene(scene, {"start.ball_angles": angles}, "basin")
+    except SceneError:  # balls that touch each other: of all else the scene itself is proof
+        return None
+    return angles
+
+
+def _end(name: str, residual: float | None, whirl: float | None) -> BasinEnd:
+    return BasinEnd(_LABELS[name], residual, whirl)

@@ -1,0 +1,58 @@
+"""Diagnostics of a node, with a line in its log at each change of the level."""
+
+from collections.abc import Mapping
+
+from rclpy.node import Node
+
+from ab_msgs_py import Health, Level, Task, topics
+from ab_sim.nodes.parameters import PARAMETERS, changed_parameters
+
+
+class DiagnosticsPublisher:
+    """Publishes a node's diagnostics; the terminal shows when something begins or ends.
+
+    Args:
+        node: publishing node.
+        task: task of the node.
+    """
+
+    def __init__(self, node: Node, task: Task) -> None:
+        self._node, self._task = node, task
+        self._topic = topics.DIAGNOSTICS.publisher(node)
+        self._level = Level.OK
+
+    def publish(
+        self,
+        level: Level,
+        text: str,
+        values: Mapping[str, str],
+        time_ns: int,
+        hardware: str = "ab_sim",
+        logged: bool = False,
+    ) -> None:
+        """Publish the present state, with the node's parameters.
+
+        Args:
+            level: level of the state.
+            text: the state in words.
+            values: figures with their units.
+            time_ns: simulated time [ns].
+            hardware: ``hardware_id`` of the entry.
+            logged: whether the text is in the log already.
+        """
+        name = self._node.get_fully_qualified_name()
+        shown = {**values, PARAMETERS: changed_parameters(self._node)}
+        health = Health(name, self._task, level, text, shown, hardware, time_ns)
+        self._topic.publish(topics.DIAGNOSTICS.message(health))
+        before, self._level = self._level, level
+        if level is not before and not logged:
+            self._log(level, text)
+
+    def _log(self, level: Level, text: str) -> None:
+        logger = self._node.get_logger()
+        if level is Level.ERROR:
+            logger.error(text)
+        elif level is Level.WARN:
+            logger.warning(text)
+        else:
+            logger.info(f"no warnings any more: {text}")
