@@ -22,7 +22,7 @@ FORMER = "8c8862e"
 """The last core with numba."""
 NEW = (
     *("equations", "tracing", "dynamics", "kernels", "compiling"),
-    *("events", "stepping", "collocation", "taylor", "integrate"),
+    *("events", "stepping", "taylor", "integrate"),
 )
 OLD = ("dynamics", "integrate")
 """Folders of the cores; ``numbers`` was in ``dynamics``."""
