@@ -3,10 +3,10 @@
     python benchmarks/batch_throughput.py [--out docs] [--repeats 31]
 
 writes batch-throughput.json and batch-throughput.png. The runs are the thesis' start-up with a
-hold, two balls, no friction, with balls of different masses, by rk8 side by side. "One by one" is the compiled loop of one run with
-its call; "kernel" those of the batch; "whole call" is `simulate_batch` with its checks of every
-scene and its trajectories, of every step, and of the last one only. All of them in turns. Errors
-are against rk8 at 0.25 ms, at every step.
+hold, two balls, no friction, with balls of different masses, side by side. "One by one" is the
+compiled loop of one run with its call; "kernel" those of the batch; "whole call" is
+`simulate_batch` with its checks of every scene and its trajectories, of every step, and of the last
+one only. All of them in turns. Errors are against rk8 at 0.25 ms, at every step.
 """
 
 import sys

@@ -17,9 +17,9 @@ TOLERANCES = tuple(10.0**-k for k in range(4, 14))
 """rad per step, of taylor."""
 CALLED = (
     '`Drive.advance`, as users run it, with a trajectory at its end; "compiled loop": the calls of '
-    "compiled code alone that it makes. rk8 and imex8 have a sample at each of their "
-    "steps, taylor every 5 ms. Batches: `simulate_batch`, eight runs with balls of different masses, its "
-    "compiled kernel alone and the whole call"
+    "compiled code alone that it makes. rk8 and imex8 have a sample at each of "
+    "their steps, taylor every 5 ms. Batches: `simulate_batch`, eight runs with balls of different "
+    "masses, its compiled kernel alone and the whole call"
 )
 LOOP, KERNEL, WHOLE = ", compiled loop", ", compiled kernel", ", whole call"
 
