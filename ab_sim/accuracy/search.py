@@ -29,6 +29,7 @@ from ab_sim.accuracy.deviation import Deviation, deviation, rounding
 from ab_sim.accuracy.trials import Run, Trials, Tried
 from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
+from ab_sim.dynamics.system import has_events
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import STIFF, USUAL, limiting, top_speed
 from ab_sim.integrate.limits import largest_step
@@ -99,7 +100,8 @@ class _Search:
         system = system_of(scene)
         rates = linear_rates(system, top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
-        known = [stepper for stepper in steppers().values() if stepper.priced]
+        eventful = has_events(system.effects)
+        known = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
         self._tolerant = [s for s in known if s.keeps_tolerance]
         by_step = [s for s in known if not s.keeps_tolerance]
         longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}

@@ -37,6 +37,8 @@ FEW_PARTS = 4
 """Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
 MOST_PARTS = 1024
 """Maximum number of parts of a step."""
+FOLLOWED = 0.5
+"""Largest product of a part's length and the rate of an oscillation that limits the step."""
 
 
 def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepper | None:
@@ -57,7 +59,10 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
 
 
 def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
-    longest, _ = largest_step(stepper, limiting(stepper, rates))
+    longest, what = largest_step(stepper, limiting(stepper, rates))
+    # A stable step suffices for a motion that decays, but an oscillation has to be followed.
+    if step > longest and rates[what].imag:
+        longest = min(longest, FOLLOWED / abs(rates[what]))
     return stepper.in_parts(max(1, math.ceil(step / longest)))
 
 

@@ -30,7 +30,7 @@ class FakeRuns:
 
 
 def test_each_setting_is_told_before_it_is_run() -> None:
-    runs, told = FakeRuns(stage=1e-5), []
+    runs, told = FakeRuns(stage=1e-4), []
     cheapest(
         wished("one-ball", angle=1e-5), runs, tell=lambda *now: told.append((*now, len(runs.seen)))
     )
@@ -87,13 +87,13 @@ def test_a_tolerance_is_found_that_delivers_the_accuracy() -> None:
 
 def test_stiff_drag_leads_to_the_method_that_solves_it() -> None:
     """Explicit methods are not tried if drag limits their steps by a factor of 1000."""
-    explicit = {"rk8", "tsit5", "rk4", "taylor"}
-    for coefficient, tried in ((1e5, set()), (20, explicit)):
+    for coefficient, stiff in ((1e5, True), (20, False)):
         changes = [f"effects.viscous_drag.coefficient={coefficient}", "accuracy.angle=1e-1"]
         runs = FakeRuns()
         _, work_precision = cheapest(load_scene("one-ball", [*SHORT["one-ball"], *changes]), runs)
-        assert {stepper for stepper, _ in runs.seen} <= {*tried, "imex8"}
-        assert work_precision.stepper == "imex8" and work_precision.step > 1e-4
+        names = {stepper for stepper, _ in runs.seen}
+        assert names == {"imex8"} if stiff else names >= {"rk8", "rk4"}
+        assert work_precision.stepper in names
 
 
 class Blind(FakeRuns):
@@ -171,8 +171,12 @@ def test_steps_that_diverge_are_no_candidates() -> None:
     assert work_precision.step <= 1e-3
 
 
-@pytest.mark.parametrize("name", ["weak-motor", "packed-balls", "nsc-case-1"])
-def test_all_methods_are_tried_with_events_or_without(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "tried"),
+    [("weak-motor", "tsit5"), ("packed-balls", "tsit5"), ("nsc-case-1", "taylor")],
+)
+def test_suitable_methods_are_tried_with_events_or_without(name: str, tried: str) -> None:
     runs = Tolerant(stage=1e-7)
     cheapest(wished(name, angle=1e-1), runs)
-    assert {stepper for stepper, _ in runs.seen} >= {"rk8", "imex8"}
+    names = {stepper for stepper, _ in runs.seen}
+    assert {"rk8", tried} <= names and ("taylor" in names) == (tried == "taylor")

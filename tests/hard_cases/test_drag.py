@@ -18,12 +18,12 @@ from tests.hard_cases.extremes import errors, fast, imbalance, run
 
 @pytest.mark.parametrize(
     ("factor", "stepper"),
-    [(0, "rk8"), (10, "imex8"), (100, "imex8"), (1000, "imex8")],
+    [(0, "rk8"), (10, "rk8"), (100, "imex8"), (1000, "imex8"), (10_000, "imex8")],
 )
 def test_drag_of_any_size(factor: float, stepper: str) -> None:
     drive = run(fast(effects={"viscous_drag": {"coefficient": float(factor)}}), 0.1)
     assert drive.stepper.name == stepper
-    assert ("rk8 would need steps of at most" in drive.choice.reason) == (stepper != "rk8")
+    assert ("rk8 would need steps of at most" in drive.choice.reason) == (factor > 0)
     assert imbalance(drive) < 1e-8
     balls, deck = errors(drive, "Radau" if factor else "DOP853")
     assert balls < 1e-8 and deck < 1e-8
@@ -39,7 +39,7 @@ def test_errors_fall_with_the_step_where_drag_is_stiff(factor: float) -> None:
     ]
     last = [np.append(d.observe().theta, 100 * d.observe().u) for d in runs]
     coarse, fine = (np.abs(x - last[-1]).max() for x in last[:-1])
-    assert coarse < 1e-8 and fine < coarse / 2**4, (coarse, fine)
+    assert coarse < 1e-7 and fine < coarse / 2**4, (coarse, fine)
 
 
 def test_refusal_names_settings_that_work() -> None:
