@@ -90,7 +90,7 @@ headers = sorted(path for path in (PREFIX / "include").iterdir() if path.name !=
 
 
 def built(name: str, sources: list[Path], *beside: str) -> Extension:
-    """A library, or the module."""
+    """Return a library, or the module."""
     return Extension(
         f"{NAME}.{name}",
         sources=sorted(str(path) for path in sources),

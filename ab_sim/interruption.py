@@ -1,6 +1,6 @@
 """Ctrl-C, SIGTERM and a closing terminal: exit at once, or in order if required.
 
-Python runs signal handlers in the main thread, between two of its own instructions. While LLVM
+Python runs signal handlers in the main thread, between two bytecode instructions. While LLVM
 compiles, that is seconds too late, and an exception raised there surfaces at an arbitrary place: in
 an import, or in a callback that prints it and continues. So the handlers here do nothing. Python's
 C code writes the signal's number to a socket, and a thread that reads it acts on it.

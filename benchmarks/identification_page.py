@@ -55,7 +55,7 @@ def _main(report: dict[str, Any]) -> list[str]:
             ["drives", "number", "right", f"right within {SECONDS:g} s", "CPU s, median", "most"],
             [_blind("smooth", report["drives"]), _blind("rolling friction", report["friction"])],
         ),
-        "A fit is right if each value is within six of its own standard deviations and the "
+        "A fit is right if each value is within six times its standard deviation and the "
         "residuals are as large as the noise.",
         "## Errors",
         "Relative errors of the right fits. The Cramer-Rao bound is the smallest standard "

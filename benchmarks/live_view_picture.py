@@ -1,6 +1,6 @@
 """Draws docs/live-view.png: the web viewer, in a real browser, of a drive that runs.
 
-    python benchmarks/live_view_picture.py [--scene balanced-start-up] [--at 4] [--out FILE.png]
+    python benchmarks/live_view_picture.py [--scene balanced-start-up] [--at 30] [--out FILE.png]
 
 The picture is taken once the viewer has drawn the drive, at the earliest after so many seconds of
 the run. Needs Chromium (tools/install-browser); where it is drawn by software, on a busy machine,
@@ -29,7 +29,7 @@ def main() -> None:
     )
     docs = Path(__file__).resolve().parents[1] / "docs"
     parser.add_argument("--scene", default="balanced-start-up", help="name or file")
-    parser.add_argument("--at", type=float, default=4.0, help="s of the run")
+    parser.add_argument("--at", type=float, default=30.0, help="s of the run")
     parser.add_argument("--out", type=Path, default=docs / "live-view.png")
     given = parser.parse_args()
     command = [sys.executable, "-u", "-m", "ab_sim", "live", given.scene, "--view", "web"]

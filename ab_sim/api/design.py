@@ -246,9 +246,9 @@ def robust(
         JSON of an identification: uncertainties of a fitted scene with their correlations, in
         addition to ``spread``.
     sobol : int, optional
-        Pairs of drives, a power of 2, that Sobol indices follow from, which takes so many runs more
-        for each spread or group; 0 for none. Default: what half as many runs more pay for, none
-        where that is fewer than 128 pairs.
+        Number of pairs of drives for Sobol indices, a power of 2; 0 for none. They need ``sobol``
+        additional runs for each spread or group. Default: the largest number that needs at most
+        ``runs / 2`` additional runs; none if that is fewer than 128 pairs.
     seed : int, default 0
         Seed of the random draws.
     workers : int, default 1

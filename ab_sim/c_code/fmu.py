@@ -109,7 +109,7 @@ def _rows(variables: list[Variable]) -> Iterator[str]:
 
 
 def _least(variable: Variable) -> str:
-    """Return the smallest value that is accepted, in C; commands have bounds of their own."""
+    """Return a constant's smallest accepted value in C; -INFINITY for all other variables."""
     is_constant = variable.place.startswith("drive.p.") and "min" in variable.attributes
     return variable.attributes["min"] if is_constant else "-INFINITY"
 

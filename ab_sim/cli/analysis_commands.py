@@ -23,8 +23,8 @@ class ModesOptions(NamedTuple):
     damping_ratio, null if the frequency is 0; damped_frequency, 0 if it does not oscillate; shape,
     real and imaginary part for each of the `coordinates` in their `units`, the largest being 1; its
     two eigenvalues lambda [1/s], conjugate, or real if overdamped; whirl, from 1 for a circle in
-    the spindle's direction to -1 for one against it; and sense: forward, backward, or null for to
-    and fro. Then `speed`, `rest` (the deck's rest position), and `over_speed`: the same for each
+    the spindle's direction to -1 for one against it; and sense: forward, backward, or null for back
+    and forth. Then `speed`, `rest` (the deck's rest position), and `over_speed`: the same for each
     branch over `speeds`, and critical_speeds, at which a branch's frequency is the spindle's speed.
 
     Symbols, signs and angles: docs/conventions.md

@@ -191,7 +191,7 @@ class StartUp:
         return (*own, self._dwells, self._retries, *self.observer.numbers())
 
     def restore(self, numbers: tuple[float, ...]) -> None:
-        """Go on from a state of a ``StartUp`` with the same settings.
+        """Restore a state of a ``StartUp`` with the same settings.
 
         Raises
         ------

@@ -1,6 +1,6 @@
-"""Basins: from which start angles of two balls a scene's run ends balanced.
+"""Basins of attraction: the start angles of two balls from which a scene's run ends balanced.
 
-Balls that are equal and start at the same angle never part, whatever happens: no real run is like
+Equal balls that start at the same angle never separate in a simulation. No real run behaves like
 that, so such starts are left out.
 """
 
@@ -31,9 +31,9 @@ from ab_sim.workers import Workers
 
 JUDGED_BY = ("verdict", "residual_unbalance", "final_whirl_over_e")
 SAMPLES = 1000
-"""Of a run, at least, that it is judged by."""
+"""Minimum number of samples of a run from which metrics are computed."""
 CHUNK = 32
-"""Runs that a process is given: whole sets of lanes."""
+"""Runs per work item of a process: a multiple of the lanes."""
 
 BALANCED, NOT_BALANCED, CHANGING, DIVERGED, CIRCULATING, RINGING_DOWN = 1, 0, 2, 3, 4, 5
 LEFT_OUT = -1
@@ -50,36 +50,37 @@ _LABELS = {name: label for label, name in NAMES.items()}
 
 
 class BasinEnd(NamedTuple):
-    """How a run ends."""
+    """Outcome of a run."""
 
     label: int
-    """One of ``NAMES``."""
+    """Key of ``NAMES``."""
     residual_unbalance: float | None
-    """|M0 e + sum m_i R exp(i theta_i)| / (M0 e), over the last tenth; None without a run."""
+    """Residual |M0 e + sum m_i R exp(i theta_i)| / (M0 e), over the last tenth; None without a
+    run."""
     whirl: float | None
-    """m, root mean square over the last tenth; None without a run."""
+    """Root mean square of the whirl over the last tenth [m]; None without a run."""
 
 
 @dataclass(frozen=True, repr=False)
 class Basin(Presented):
-    """Ends of a scene's run over the start angles of its first two balls; see ``ab_sim.basin``."""
+    """Outcomes of a scene's run over the start angles of two balls; see ``ab_sim.basin``."""
 
     _picture = "basin"
 
     scene: Scene
     angles: tuple[float, ...]
-    """Of either ball [rad], rising from -pi."""
+    """Start angles of either ball [rad], ascending from -pi."""
     ends: tuple[tuple[BasinEnd, ...], ...]
-    """Rows by the second ball's angle, columns by the first one's."""
+    """Outcomes; rows by the second ball's angle, columns by the first ball's."""
 
     @property
     def labels(self) -> np.ndarray:
-        """Integers, shape (angles, angles)."""
+        """Labels of the outcomes, integers of shape (angles, angles)."""
         return np.array([[end.label for end in row] for row in self.ends])
 
     @property
     def shares(self) -> dict[int, float]:
-        """Of the starts that are not left out, by label; the largest first."""
+        """Shares of the starts that are not left out, by label, the largest first."""
         labels = self.labels[self.labels != LEFT_OUT]
         found, counts = np.unique(labels, return_counts=True)
         order = np.argsort(-counts, kind="stable")
@@ -87,7 +88,7 @@ class Basin(Presented):
 
     @property
     def limit(self) -> float:
-        """Largest residual unbalance that is called balance: the scene's."""
+        """Largest residual unbalance that counts as balanced in the scene."""
         return limits_of(self.scene)[0]
 
     def _facts(self) -> dict[str, str]:
@@ -100,7 +101,7 @@ class Basin(Presented):
         }
 
     def _columns(self) -> Columns:
-        """A row for each start, those of the second ball's first angle before the others."""
+        """Return one row per start, sorted by the second ball's angle, then by the first ball's."""
         ends = [end for row in self.ends for end in row]
         return {
             "ball_0_angle": Column("rad", np.tile(self.angles, len(self.angles))),
@@ -111,7 +112,7 @@ class Basin(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """Everything as JSON-able values, SI units: see ``ab-sim stability --help``."""
+        """Return everything as JSON-able values in SI units: see ``ab-sim stability --help``."""
         return {
             "scene": self.scene.name,
             "angles": list(self.angles),
@@ -171,6 +172,7 @@ def basin(
     scene = as_scene(scene)
     _check(scene, count)
     angles = tuple(float(a) for a in np.linspace(-math.pi, math.pi, count, endpoint=False))
+    # With equal balls, exchanging them gives the same run: one half of the map is enough.
     alike = (0, 1) in set(equal_pairs(scene))
     pairs = itertools.product(range(count), range(count))
     points = [(i, j) for i, j in pairs if not alike or i <= j]
@@ -179,7 +181,7 @@ def basin(
     with Workers(workers) as each, PointCheckpoint(basin_points, scene, numbers) as kept:
 
         def run(wanted: Sequence[Point]) -> Any:
-            # Once, and not in each part of the work again.
+            # Resolved once here, not again in each part of the work.
             ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
             parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
             of_part = functools.partial(_ends, ready, count)
@@ -193,10 +195,10 @@ def basin(
 
 
 def basin_points(scene: Scene, count: int) -> dict[str, Any]:
-    """What is kept of a basin: [row, column, end] of starts, here of all.
+    """Return [row, column, outcome] of all starts, in the form that checkpoints store.
 
     Args:
-        scene, count: as of ``basin``.
+        scene, count: as in ``basin``.
     """
     points = list(itertools.product(range(count), range(count)))
     return {"points": [[*p, e] for p, e in zip(points, _ends(scene, count, points), strict=True)]}
@@ -222,7 +224,7 @@ def _check(scene: Scene, count: int) -> None:
 
 
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
-    """[name of the end, residual unbalance, whirl] of each start; names are those of ``NAMES``."""
+    """Return [name in ``NAMES``, residual unbalance, whirl] of each start."""
     found: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]
     variations = {}
     for k, point in enumerate(points):
@@ -244,7 +246,7 @@ def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
 
 
 def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
-    """Start angles of a point; None where balls would never part, or have no place."""
+    """Return the start angles of a point; None where balls would overlap or never separate."""
     row, column = point
     turn = 2.0 * math.pi / count
     angles = [-math.pi + turn * column, -math.pi + turn * row, *start_angles(scene)[2:]]
@@ -252,7 +254,7 @@ def _start(scene: Scene, count: int, point: Point) -> list[float] | None:
         return None
     try:
         changed_scene(scene, {"start.ball_angles": angles}, "basin")
-    except SceneError:  # balls that touch each other: of all else the scene itself is proof
+    except SceneError:  # overlapping balls: everything else was checked with the scene
         return None
     return angles
 

@@ -9,8 +9,8 @@ radius R,
 
 where the chord is a_i + a_j. On an oval that chord belongs to an arc that is longer than D by about
 (a_i + a_j)^3 (1/l^2 - 1/R^2) / 24 where l is the radius of curvature: by at most 2e-4 of D for the
-thesis' balls at lobe = R/50, 2 % at R/4, the largest. By so much contact is detected too late where
-l < R, too early where l > R.
+thesis' balls at lobe = R/50, 2 % at R/4, the largest. Contact is detected too late by this amount
+where l < R, too early where l > R.
 """
 
 import math

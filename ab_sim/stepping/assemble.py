@@ -1,4 +1,4 @@
-"""From a system and its machine code to a Run."""
+"""Build a Run from a system and its machine code."""
 
 import numpy as np
 
@@ -34,15 +34,15 @@ def run_of(
     discrete: np.ndarray,
     bounds: np.ndarray,
 ) -> Run:
-    """A Run, with arrays of its own.
+    """Return a Run with newly allocated work arrays.
 
     Args:
-        system: what moves.
-        code: of its kind.
-        step_address: of the stepper's emitted step.
-        step: s.
-        state: shape (states,); changes as the run goes on.
-        discrete: ``BallEvents.discrete``; likewise.
+        system: system to simulate.
+        code: machine code of its kind of scene.
+        step_address: address of the stepper's emitted step.
+        step: step length [s].
+        state: state, shape (states,); updated by the run.
+        discrete: ``BallEvents.discrete``; updated by the run.
         bounds: magnitudes that no sound run reaches, shape (states,).
     """
     balls = balls_of(system, discrete)
@@ -59,7 +59,7 @@ def run_with(
     step: float,
     state: np.ndarray,
 ) -> Run:
-    """A Run with arrays that others have, too: see ``run_of``."""
+    """Return a Run that uses the given arrays, which other runs may share: see ``run_of``."""
     model, contact = code.model, code.model.has_contact
     scene = SceneFunctions(
         prepare=code.address("prepare"),
@@ -87,7 +87,10 @@ def run_with(
 
 
 def known_of(run: Run) -> dict[str, bool]:
-    """What the driver's code may leave out: code for events takes long to make."""
+    """Return the flags that let the compiler omit parts of the driver.
+
+    Code for events takes long to compile, so a scene without them gets a driver without it.
+    """
     return {
         "has_events": run.has_events,
         "is_implicit": run.is_implicit,

@@ -11,60 +11,60 @@ from ab_sim.events.run import Run, Workspace, evaluate, take_step
 from ab_sim.stepping.implicit import implicit_step
 
 FIRST, END, START, OFFSET, LENGTH, PLACE = range(6)
-"""Columns of a step plan, a line for each step range: steps taken before it, and after it, with the
-step that a part of one ends; when its piece of the profile begins [s]; where a part begins in its
-step [s]; length of each of its steps, or of the part [s]; the first of the numbers of its place on
-the profile, as they are in ``Scene.c``."""
+"""Columns of a step plan, with one line per step range. They are: steps taken before the range;
+steps taken after it, including a step that its part completes; begin of its profile segment [s];
+offset of a part within its step [s]; length of each step, or of the part [s]; and the first of the
+numbers of the active profile segment, in the order of ``Scene.c``."""
 PLACE_UNTIL = 2
-"""Of these, counted from the last one back: when the piece of the profile ends, local time."""
+"""Position, counted from the last column, of the local time at which the segment ends."""
 STEP, TIME, ANGLE, SPEED, COMMAND, DECK = range(6)
-"""Columns of a sample: how many steps have been taken; time [s]; angle and speed of the spindle
-[rad, rad/s]; the speed asked for; the first of the deck's channels. Behind these are each ball's
-angle and rate, and a motor's torque: a *row* is a sample from ANGLE on, up to there. Sensors'
-readings, behind that, are the caller's."""
+"""Columns of a sample: steps taken; time [s]; angle and speed of the spindle [rad, rad/s];
+requested speed [rad/s]; the first of the deck's channels. Then follow each ball's angle and rate,
+and a motor's torque. A *row* is the part of a sample from ANGLE to here. The caller fills in the
+sensor readings after it."""
 TWO_PI_REST = 2.4492935982947064e-16
-"""2 pi less the floating-point number nearest to it."""
+"""Difference of 2 pi and the floating-point number nearest to it."""
 DRIFT = 1e-12
-"""How far from 1 a quaternion's square may drift before it is made a unit one again. Nothing
-depends on its length but its own digits."""
+"""Deviation of a quaternion's squared norm from 1 at which it is normalised. The equations do not
+depend on the norm; only its rounding does."""
 
 
 class EqualSteps(NamedTuple):
-    """Where steps of one length are taken.
+    """Times of consecutive steps of one length.
 
     Times are products of step and number, not sums, so that they do not depend on how a run is cut
-    up; the offset comes last, so that a piece of microseconds keeps its digits.
+    up. The offset is added last, so that a part of microseconds keeps its digits.
     """
 
     start: float
-    """When the piece of the profile begins [s]."""
+    """Begin of the profile segment [s]."""
     first: int
     """Steps taken before."""
     offset: float
-    """Of the first into its nominal step [s]."""
+    """Offset of the first step within its nominal step [s]."""
     length: float
-    """Of each [s]: the nominal one, or a part of it next to a breakpoint."""
+    """Length of each step [s]: the nominal length, or part of it next to a breakpoint."""
 
 
 def advance(
     run: Run, step_plan: Table, at: int, first: int, steps: int, command: float, samples: Table
 ) -> int:
-    """Take steps along a step plan, or up to its end, recording every one.
+    """Take steps along a step plan, at most to its end, and record each of them.
 
-    With none, only see to the branches; or, if there is room for a sample, record the state as it
-    is, without a change to anything.
+    With ``steps`` 0, update only the branches of the set-valued laws. If ``samples`` then has room,
+    record the present state instead, without changing anything.
 
     Args:
         run: the Run; its arrays change.
-        step_plan: shape (step ranges, columns as above), one after the other.
-        at: the step range that the first step lies in, or the first of its parts.
+        step_plan: consecutive step ranges, shape (step ranges, columns as above).
+        at: index of the step range that contains the first step, or the first of its parts.
         first: steps taken before.
-        steps: how many to take.
-        command: speed asked for [rad/s]; if it is no number, that of the profile.
-        samples: shape (steps, channels), or more; columns as above.
+        steps: number of steps to take.
+        command: requested speed [rad/s]; NaN for that of the profile.
+        samples: shape (steps, channels), or more lines; columns as above.
 
     Returns:
-        How many steps were taken; if the state then left its bounds -1 less as many.
+        Number n of steps taken; -1 - n if the state left its bounds in the next one.
     """
     only_record = steps == 0 and samples.shape[0] > 0
     done, sound = 0, True
@@ -82,23 +82,23 @@ def advance(
 
 
 def steps_in(line: Floats, first: int, left: int) -> tuple[int, int]:
-    """How many steps to take in a step range, and how many samples these make.
+    """Return the number of steps to take in a step range, and the number of their samples.
 
-    Part by part of a step makes the same sample, and the last one stays.
+    All parts of a step write the same sample, so that of the last part remains.
 
     Args:
-        line: of the step range.
+        line: line of the step plan.
         first: steps taken before.
-        left: how many are wanted.
+        left: number of steps still to take.
     """
     here = int(min(line[END] - first, float(left)))
     return here, max(here, 1) if left > 0 else 0
 
 
 def enter_step_range(run: Run, line: Floats, first: int, only_record: bool) -> EqualSteps:
-    """Begin the step range in a line of a step plan, with so many steps taken before."""
+    """Begin the step range of a step plan's line; ``first`` steps were taken before."""
     if line[START] != run.work.smooth[0] and not only_record:
-        # What a stepper remembers is of no use behind a kink.
+        # A stepper's memory extrapolates a smooth motion: it is not valid after a kink.
         forget(run.work.memory)
         run.work.smooth[0] = line[START]
     for j in range(PLACE, line.size):
@@ -108,7 +108,7 @@ def enter_step_range(run: Run, line: Floats, first: int, only_record: bool) -> E
 
 
 def put_labels(run: Run, samples: Table, first: int, command: float) -> None:
-    """STEP and TIME of samples, the first after so many steps; COMMAND if it is a number."""
+    """Fill in STEP and TIME of samples, the first after ``first`` steps; COMMAND unless NaN."""
     for k in range(samples.shape[0]):
         samples[k, STEP] = float(first + k)
         samples[k, TIME] = (first + k) * run.step
@@ -117,40 +117,40 @@ def put_labels(run: Run, samples: Table, first: int, command: float) -> None:
 
 
 def forget(memory: Table) -> None:
-    """What a stepper remembers."""
+    """Clear a stepper's memory."""
     for i in range(memory.shape[0]):
         for j in range(memory.shape[1]):
             memory[i, j] = 0.0
 
 
 def profile_time(run: Run, step_range: EqualSteps, done: int) -> float:
-    """Of a sample, since the segment began [s]: after so many nominal steps of a step range."""
+    """Return a sample's time since the segment began [s], after ``done`` nominal steps."""
     return (step_range.first + done) * run.step - step_range.start
 
 
 def local_time(run: Run, step_range: EqualSteps, done: int) -> float:
-    """Since the segment began [s], so many nominal steps into a step range."""
+    """Return the time since the segment began [s], ``done`` nominal steps into a step range."""
     return profile_time(run, step_range, done) + step_range.offset
 
 
 def time_after(run: Run, step_range: EqualSteps, done: int) -> float:
-    """The same, but behind so many steps of the range, which may be the one part of a step."""
+    """Return the local time [s] after ``done`` steps of a range, which may be part of a step."""
     if done > 0 and step_range.length != run.step:
         return local_time(run, step_range, done - 1) + step_range.length
     return local_time(run, step_range, done)
 
 
 def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -> int:
-    """Take steps along one step range, where the scene's constants say that it lies.
+    """Take steps along one step range, in the profile segment of the scene's constants.
 
     Args:
         run: the Run.
         step_range: the range.
-        samples: of which the rows are recorded.
-        steps: how many; with none, samples may have room for the state as it is.
+        samples: samples whose rows are recorded.
+        steps: number of steps; with 0, the present state is recorded if ``samples`` has room.
 
     Returns:
-        How many were taken; fewer than asked for if the state left its bounds.
+        Number of steps taken; fewer than requested if the state left its bounds.
     """
     work, state, length = run.work, run.state, step_range.length
     only_record = steps == 0 and samples.shape[0] > 0
@@ -158,7 +158,8 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
     put_branches(run.balls)
     for k in range(steps + 1):
         begin = time_after(run, step_range, k)
-        # The slope at the end of a step is the first stage of the next.
+        # The slope at the end of a step is the first stage of the next (FSAL). It is evaluated
+        # again if a branch is in doubt, or if unwinding has changed the state.
         if known:
             take_over_end(work)
         elif run.has_events:
@@ -188,7 +189,7 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
 
 
 def take_over_end(work: Workspace) -> None:
-    """What is known of a step's end is so of the next one's start."""
+    """Reuse the slope and event functions at a step's end as those of the next one's start."""
     for j in range(work.slope.size):
         work.slope[j] = work.slope_ahead[j]
     for slot in range(work.value.size):
@@ -199,17 +200,18 @@ def take_over_end(work: Workspace) -> None:
 
 
 def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:
-    """The row of a sample; without events also the slope at the state.
+    """Record the row of a sample; without events, compute also the slope at the state.
 
     Args:
         run: the Run.
         time: local time of the state [s].
-        profile_time: the time at which to look on the profile: the same but for rounding, or where
-            a step ends of which this is a part.
-        sample: where the row goes.
+        profile_time: time at which the profile is evaluated [s]. It equals ``time`` up to rounding,
+            except in part of a step, where it is the end of the whole step.
+        sample: sample to fill in.
     """
     c, b, balls = run.scene.c, run.balls.branches, run.balls
-    # With events the slope is the evaluation's: not a digit may depend on whether all is recorded.
+    # With events the slope comes from the evaluation, which recording must not overwrite: results
+    # must not depend on which samples are recorded.
     slope = run.work.slope_ahead if run.has_events else run.work.slope
     row = sample[ANGLE : sample.size]
     call(run.scene.finish, c, b, run.state, slope, row, time, profile_time)
@@ -220,10 +222,10 @@ def record(run: Run, time: float, profile_time: float, sample: Floats) -> None:
 
 
 def unwind(run: Run) -> bool:
-    """Count whole turns of balls and spindle apart: an angle keeps its digits for ever.
+    """Move whole turns of balls and spindle into counters, so that angles keep their precision.
 
     Returns:
-        Whether that, or a quaternion made a unit one, has changed the state.
+        Whether the state changed, by that or by normalising a quaternion.
     """
     balls, state = run.balls, run.state
     changed = run.quaternion >= 0 and normalise(state, run.quaternion)
@@ -236,7 +238,7 @@ def unwind(run: Run) -> bool:
 
 
 def normalise(state: Floats, first: int) -> bool:
-    """Make the quaternion there a unit one again; whether it was none."""
+    """Normalise the quaternion at index ``first``; return whether it changed."""
     square = square_of_quaternion(state, first)
     if abs(square - 1.0) <= DRIFT:
         return False
@@ -247,7 +249,7 @@ def normalise(state: Floats, first: int) -> bool:
 
 
 def square_of_quaternion(state: Floats, first: int) -> float:
-    """Of its length."""
+    """Return the squared norm of the quaternion at index ``first``."""
     square = 0.0
     for j in range(first, first + 4):
         square += state[j] * state[j]
@@ -255,14 +257,15 @@ def square_of_quaternion(state: Floats, first: int) -> float:
 
 
 def is_beyond_a_turn(angle: float) -> bool:
-    """Whether an angle [rad] has a whole turn in it that is to be counted apart."""
+    """Return whether an angle [rad] contains a whole turn."""
     return abs(angle) > 2.0 * math.pi
 
 
 def take_out_turns(state: Floats, at: int, discrete: IntegerTable, i: int) -> bool:
-    """Bring one angle back into -2 pi .. 2 pi, counting on line i; whether it was not there.
+    """Move an angle's whole turns to line i of ``discrete``; return whether there were any.
 
-    All turns are taken out together: a state from outside may have any number of them.
+    The angle is then in -2 pi .. 2 pi. All turns are removed at once: a state from outside may have
+    any number of them.
     """
     if not is_beyond_a_turn(state[at]):
         return False

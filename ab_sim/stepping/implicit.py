@@ -1,6 +1,6 @@
-"""A step of generalized-alpha, by Newton's method with exact derivatives: see the stepper.
+"""Step of the generalized-alpha method, solved by Newton's method with exact derivatives.
 
-From y_n, and y'_n that it remembers, a step of length h solves
+The stepper gives the method's source. From y_n, and y'_n in its memory, a step of length h solves
 
     y'_{n+am} = f(t + af h, y_{n+af})
     y'_{n+am} = y'_n + am (y'_{n+1} - y'_n),      y_{n+af} = y_n + af (y_{n+1} - y_n)
@@ -15,20 +15,21 @@ from ab_sim.compiling.kinds import Table, call
 from ab_sim.events.run import ImplicitWork, Run
 
 KEPT = 6
-"""Iterations of Newton's that a Jacobian serves."""
+"""Newton iterations per Jacobian."""
 MOST = 60
-"""Iterations after which a step is given up as not to be solved: its result is then not finite."""
+"""Maximum number of iterations; a step that needs more returns a state that is not finite."""
 CLOSE, SETTLED = 1e-14, 1e-7
-"""Shares of what a step changes: corrections as small as the first end the iteration; those below
-the second, once they no longer shrink: they are rounding."""
+"""Relative corrections at which the iteration ends, as fractions of the step's change: at once
+below ``CLOSE``; below ``SETTLED`` once they no longer shrink, because they are then rounding."""
 
 
 def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> None:
-    """One step from the state, whose slope is known, into ``trial``; local time [s]."""
+    """Take one step from the state, whose slope is known, into ``trial``; local time [s]."""
     am, af, gamma = own.mass, own.force, own.newmark
     state, past, d, at = run.state, run.work.memory[0], own.change, own.at
     equations, states = own.equations, run.state.size
     c, b = run.scene.c, run.balls.branches
+    # A cleared memory, at the start or after a kink, begins with the present slope.
     fresh = True
     for j in range(states):
         if past[j] != 0.0:
@@ -45,6 +46,8 @@ def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> N
         for j in range(states):
             at[j] = state[j] + d[j]
         call(own.slope, c, b, at, own.slope_there, own.time[0])
+        # Simplified Newton: the Jacobian costs far more than a slope, and the start is so close
+        # that an old one converges nearly as fast.
         if k % KEPT == 0:
             differentiate(own, run)
         for i in range(states):
@@ -53,11 +56,12 @@ def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> N
             equations[i, i] += 1.0
             equations[i, states] = reach * own.slope_there[i] + kept * past[i] - d[i]
         reduce(equations, states)
+        # Deck and balls are judged separately: their states differ by orders of magnitude.
         balls = run.balls.first_angle
         change = max(share_changed(own, reach, 0, balls), share_changed(own, reach, balls, states))
         for j in range(states):
             d[j] += equations[j, states]
-        # At rounding, corrections no longer shrink.
+        # Close to the solution, corrections that no longer shrink are rounding.
         if change <= CLOSE or (change < SETTLED and change > 0.5 * before):
             solved = True
             break
@@ -70,7 +74,7 @@ def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> N
 
 
 def differentiate(own: ImplicitWork, run: Run) -> None:
-    """The Jacobian at the state and time at hand."""
+    """Compute the Jacobian at ``own.at`` and ``own.time``, several columns at once."""
     states, lanes, first = run.state.size, own.along.shape[1], 0
     while first < states:
         for j in range(states + 1):
@@ -85,9 +89,9 @@ def differentiate(own: ImplicitWork, run: Run) -> None:
 
 
 def share_changed(own: ImplicitWork, reach: float, first: int, end: int) -> float:
-    """Of what the step does to the states from ``first`` to ``end``, what is being corrected.
+    """Return the correction of states ``first`` to ``end``, relative to the step's change of them.
 
-    By the largest of them, for one that stays at zero by symmetry is nothing but rounding.
+    Both are the largest over these states: one that stays at zero by symmetry is only rounding.
     """
     size, most, column = 0.0, 0.0, own.change.size
     for j in range(first, end):
@@ -97,12 +101,12 @@ def share_changed(own: ImplicitWork, reach: float, first: int, end: int) -> floa
 
 
 def reduce(table: Table, size: int) -> None:
-    """Gauss and Jordan's elimination with partial pivoting, in place.
+    """Solve linear equations by Gauss-Jordan elimination with partial pivoting, in place.
 
     Args:
-        table: the matrix, shape (size, size + 1), and the right-hand side in its last column, which
-            holds the solution at the end.
-        size: how many equations there are.
+        table: matrix with the right-hand side in its last column, shape (size, size + 1). The last
+            column holds the solution at the end.
+        size: number of equations.
     """
     for p in range(size):
         best = p

@@ -1,7 +1,8 @@
-"""Fixed steps of eight runs with events: together, but for those in which a run may have one.
+"""Fixed steps of eight runs with events, taken together unless a run may have an event.
 
-Such a step is that run's alone, by ``events.location``, and then it joins the others again. What is
-asked of all eight is not quite as sharp as what is asked of one: it may take a step alone in vain.
+A run that may have an event in a step takes that step alone, by ``events.location``, and then joins
+the others again. The test for all eight is slightly more cautious than that for one run: a run may
+take a step alone although there is no event in it.
 """
 
 from typing import NamedTuple
@@ -43,30 +44,30 @@ class LanesOverEvents(NamedTuple):
 
     lanes: LaneRuns
     has_contact: bool
-    """Whether balls meet. Which are neighbours differs from run to run, so each is asked alone."""
+    """True if balls can touch. Neighbours differ between runs, so each run is then tested alone."""
     watch: int
-    """watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
+    """Function watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
     seen: Table
-    """What it keeps, shape (numbers, 8)."""
+    """Memory of ``watch`` between steps, shape (numbers, 8)."""
     evaluate: int
-    """evaluate(c, b, t, y, k, x, motor, table), in lanes. With contact."""
+    """Function evaluate(c, b, t, y, k, x, motor, table), in lanes. With contact."""
     x: Table
-    """Shape (K, 8), as the next two what ``BallEvents`` has of one run."""
+    """``BallEvents.x`` of all runs, shape (K, 8)."""
     motor: Table
-    """Shape (3, 8)."""
+    """``BallEvents.motor`` of all runs, shape (3, 8)."""
     table: Cube
-    """Shape (12 + 2 K, n, 8)."""
+    """``BallEvents.table`` of all runs, shape (12 + 2 K, n, 8)."""
     found: Floats
-    """Other than 0 where a run may have an event in its step, shape (8,)."""
+    """Nonzero for a run that may have an event in its step, shape (8,)."""
     again: Floats
-    """Other than 0 where a run has taken its step alone: 1, or 2 if its branches
-    have to be seen to, shape (8,)."""
+    """Nonzero for a run that took its step alone, shape (8,): 1, or 2 if its branches must be
+    checked."""
     one: EightRuns
-    """Each of them alone; its state, branches and turns are copies of what lies in the lanes."""
+    """Single runs; their states, branches and turns are copies of those in the lanes."""
 
 
 def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: LaneSamples) -> None:
-    """As ``side_by_side.advance_side_by_side``, with events."""
+    """Take the steps of a plan with events: see ``side_by_side.advance_side_by_side``."""
     runs = all_runs.lanes
     c, b, times = runs.c, runs.b, runs.times
     for s in range(plan.rows.shape[0]):
@@ -78,6 +79,8 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
         for k in range(plan.rows[s, STEPS]):
             put_times(runs, plan, s, k)
             call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
+            # All runs try the step as if there were no event. Only those in which an event is
+            # possible repeat it alone, so that the common case stays vectorised.
             look(all_runs)
             if is_any(all_runs.found):
                 step_alone(all_runs)
@@ -90,7 +93,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
 
 
 def enter_alone(all_runs: LanesOverEvents) -> None:
-    """Begin a row of a plan with each run that has a step in it."""
+    """Begin a row of a plan with each run that takes part in it."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         if is_going(runs, lane):
@@ -102,7 +105,7 @@ def enter_alone(all_runs: LanesOverEvents) -> None:
 
 
 def look(all_runs: LanesOverEvents) -> None:
-    """Find out which of the runs may have an event in the step that has just been tried."""
+    """Mark the runs that may have an event in the trial step."""
     runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
     if not all_runs.has_contact:
@@ -119,7 +122,7 @@ def look(all_runs: LanesOverEvents) -> None:
 
 
 def refresh(all_runs: LanesOverEvents) -> None:
-    """What is known of states where they are."""
+    """Update the memory of ``watch`` to the present states."""
     runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     if not all_runs.has_contact:
         c, b, state, slopes = runs.c, runs.b, runs.state, runs.slopes
@@ -127,12 +130,12 @@ def refresh(all_runs: LanesOverEvents) -> None:
 
 
 def is_going(runs: LaneRuns, lane: int) -> bool:
-    """Whether a run takes the step at hand."""
+    """Return whether a run takes the current step."""
     return runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
 
 
 def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool:
-    """Whether one run may have an event in its step, from what was evaluated at all ends."""
+    """Return whether one run may have an event in its step, from its values at the step's end."""
     balls, work, times = run.balls, run.work, all_runs.lanes.times
     take_out(work.trial, all_runs.lanes.trial, lane)
     take_out(work.slope_ahead, all_runs.lanes.slopes, lane)
@@ -145,7 +148,7 @@ def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool
 
 
 def step_alone(all_runs: LanesOverEvents) -> None:
-    """Take the step anew with each run that may have an event in it."""
+    """Repeat the step with each run that may have an event in it."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         if all_runs.found[lane] != 0.0 and is_going(runs, lane):
@@ -157,7 +160,7 @@ def step_alone(all_runs: LanesOverEvents) -> None:
 
 
 def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
-    """What is known of both ends of a step that has been tried in the lanes, for one run."""
+    """Evaluate one run's event functions at both ends of the step tried in the lanes."""
     work = run.work
     take_over_from(runs, run, lane)
     evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
@@ -167,10 +170,10 @@ def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
 
 
 def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
-    """One run's step by itself, from what is known of it as a whole, into ``trial`` in the lanes.
+    """Take one run's step alone, cut at its events, and copy the result into the lanes.
 
     Returns:
-        Whether its branches hold at the step's end for certain, as of ``step_over_events``.
+        Whether its branches certainly hold at the step's end, as for ``step_over_events``.
     """
     work, times = run.work, runs.times
     known = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
@@ -181,7 +184,7 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
 
 
 def join(all_runs: LanesOverEvents) -> None:
-    """See to the branches of runs that had an event, or whose state is another one now."""
+    """Check the branches of runs that had an event, or whose state has been changed."""
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
         doubtful = all_runs.again[lane] == 2.0 or runs.said[MOVED, lane] != 0.0
@@ -193,7 +196,7 @@ def join(all_runs: LanesOverEvents) -> None:
 
 
 def is_any(flags: Floats) -> bool:
-    """Whether any of the runs' numbers is other than 0."""
+    """Return whether any run's flag is nonzero."""
     found = 0.0
     for lane in range(LANES):
         found += abs(flags[lane])
@@ -201,7 +204,7 @@ def is_any(flags: Floats) -> bool:
 
 
 def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
-    """As a single run does where it begins steps."""
+    """Check one run's branches, as a single run does before its first step."""
     take_over_from(runs, run, lane)
     put_branches(run.balls)
     time = runs.times[END, lane]
@@ -213,26 +216,26 @@ def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
 
 
 def take_over_from(runs: LaneRuns, run: Run, lane: int) -> None:
-    """One run's state and turns, from the lanes."""
+    """Copy one run's state and turns from the lanes."""
     take_out(run.state, runs.state, lane)
     for i in range(runs.turns.shape[0]):
         run.balls.discrete[i, TURNS] = int(runs.turns[i, lane])
 
 
 def take_out(values: Floats, table: Table, lane: int) -> None:
-    """One run's numbers, from the lanes."""
+    """Copy one run's numbers from the lanes."""
     for j in range(values.size):
         values[j] = table[j, lane]
 
 
 def put_in(table: Table, values: Floats, lane: int) -> None:
-    """One run's numbers, into the lanes."""
+    """Copy one run's numbers into the lanes."""
     for j in range(values.size):
         table[j, lane] = values[j]
 
 
 def go_on(all_runs: LanesOverEvents) -> None:
-    """What is known of each run's end is so of its next start."""
+    """Reuse what was evaluated at each run's step end for its next start."""
     lane = 0
     for run in all_runs.one:
         if is_going(all_runs.lanes, lane) and all_runs.again[lane] != 2.0:

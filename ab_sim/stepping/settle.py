@@ -1,4 +1,4 @@
-"""What becomes of the results of eight steps, emitted: the next states, whole turns taken out."""
+"""Emit the code that accepts the results of a step of eight runs and removes whole turns."""
 
 import math
 from collections.abc import Sequence
@@ -11,22 +11,22 @@ from ab_sim.tracing import Expression, Graph, sqrt, where
 from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, Shape, module_text
 
 SOUND, MOVED = 0, 1
-"""Lines of what is said of each run: 1 while it is within its bounds, else 0; 1 where its state is
-another one now, turns taken out or a quaternion made a unit one, else 0."""
+"""Lines of ``said``. SOUND: 1 while a run is within its bounds, else 0. MOVED: 1 if removing turns
+or normalising a quaternion has changed its state, else 0."""
 
 
 def settle_address(code: Code, layout: StateLayout, quaternion: int, lanes: int) -> int:
-    """Address of ``settle(t, y, trial, bounds, turns, said)``, in lanes.
+    """Return the address of ``settle(t, y, trial, bounds, turns, said)``, in lanes.
 
-    As ``fixed_step.unwind`` and ``location.within_bounds`` do it with one run. The length of each
-    run's step is behind t: where it is 0 the state stays. ``turns`` has a line for each ball, and
-    one for the spindle if a motor drives it; ``said`` has the lines above.
+    It does for each lane what ``fixed_step.unwind`` and ``location.within_bounds`` do for one run.
+    The length of each run's step follows t; a run with length 0 keeps its state. ``turns`` has a
+    line for each ball, and one for the spindle if a motor drives it; ``said`` has the lines above.
 
     Args:
-        code: that keeps it.
-        layout: of the state.
-        quaternion: where in it that of a deck in space lies; -1 without one.
-        lanes: runs side by side.
+        code: machine code of the kind of scene, which caches the function.
+        layout: layout of the state.
+        quaternion: index of a spatial deck's quaternion in the state; -1 without one.
+        lanes: number of runs side by side.
     """
     return code.made("settle", "settle", partial(_text, layout, quaternion, lanes))
 
@@ -58,7 +58,7 @@ def _text(layout: StateLayout, quaternion: int, lanes: int) -> str:
         turn, after[j] = unwound(after[j])
         turns.append(given(f"turns[{k}]") + turn)
         moved = where(abs(turn) > 0.0, 1.0, moved)
-    # All is read before anything is written.
+    # All values are read before any is written: outputs may overwrite inputs.
     results = [*after, *turns, where(taken, sound, given("sound")), moved]
     places = [MemorySlot("y", j) for j in range(size)]
     places += [MemorySlot("turns", k) for k in range(len(angles))]
@@ -71,7 +71,7 @@ def _text(layout: StateLayout, quaternion: int, lanes: int) -> str:
 
 
 def normalised(unit: Sequence[Expression]) -> tuple[list[Expression], Expression]:
-    """As ``fixed_step.normalise``: the quaternion, and 1 where it was no unit one."""
+    """Return the quaternion, normalised as in ``fixed_step.normalise``, and 1 where it changed."""
     square = unit[0] * unit[0]
     for q in unit[1:]:
         square = square + q * q
@@ -81,6 +81,9 @@ def normalised(unit: Sequence[Expression]) -> tuple[list[Expression], Expression
 
 
 def unwound(angle: Expression) -> tuple[Expression, Expression]:
-    """As ``fixed_step.take_out_turns``, of at most one turn in a step: the turn, and the rest."""
+    """Return the turn in an angle, at most one per step, and the rest.
+
+    The arithmetic is that of ``fixed_step.take_out_turns``.
+    """
     turn = where(abs(angle) > 2.0 * math.pi, where(angle > 0.0, 1.0, -1.0), 0.0)
     return turn, (angle - turn * (2.0 * math.pi)) - turn * TWO_PI_REST

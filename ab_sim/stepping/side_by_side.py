@@ -1,4 +1,4 @@
-"""Fixed steps of eight runs at once, each in a lane of its own."""
+"""Fixed steps of eight runs at once, one run per SIMD lane."""
 
 from typing import NamedTuple
 
@@ -8,103 +8,106 @@ from ab_sim.compiling.kinds import Cube, Floats, IntegerTable, Table, aligned, c
 from ab_sim.stepping.settle import SOUND
 
 LANES = 8
-"""Runs side by side: numbers that fill a vector of AVX-512, or two of AVX2."""
+"""Number of runs side by side: doubles in one AVX-512 vector, or in two of AVX2."""
 FIRST, STEPS, FINISHES = 0, 1, 2
-"""Columns of a plan's rows: steps taken before; steps, or 1 for the part of one; whether its
-last part ends a step, which is then recorded."""
+"""Columns of a plan's rows: steps taken before; number of steps, or 1 for part of a step; whether
+the last part completes a step, which is then recorded."""
 START, OFFSET, LENGTH = 0, 1, 2
 """Lines of the times of a row [s]: when its segment of the schedule begins, where it begins in its
 step, and the length of each of its steps or parts; 0 where a run has no further part."""
 BEGIN, TAKEN, END, ON_PROFILE = 0, 1, 2, 3
-"""Lines of ``LaneRuns.times`` [s]: when a step begins, its length, when it ends, and when its
-sample is on the profile."""
+"""Lines of ``LaneRuns.times`` [s]: begin, length and end of a step, and the time at which the
+profile is evaluated for its sample."""
 
 
 class LanePlan(NamedTuple):
-    """Where the steps of eight runs go; see ``batch.lanes.merged``."""
+    """Step plan of eight runs; see ``batch.lanes.merged``."""
 
     rows: IntegerTable
-    """Shape (rows, 3), columns as above."""
+    """Steps, shape (rows, 3), columns as above."""
     places: Cube
-    """The numbers of each run's ActiveSegment, shape (rows, numbers, 8)."""
+    """Numbers of each run's ActiveSegment, shape (rows, numbers, 8)."""
     times: Cube
-    """Shape (rows, 3, 8), lines as above."""
+    """Times [s], shape (rows, 3, 8), lines as above."""
 
 
 class LaneRuns(NamedTuple):
-    """Eight runs of a kind of scene; the last axis of each array is theirs."""
+    """Eight runs of one kind of scene; the last axis of each array runs over them.
+
+    Functions are addresses of machine code that works on all lanes.
+    """
 
     prepare: int
-    """prepare(c), in lanes, as all of these functions."""
+    """Function prepare(c)."""
     slope: int
-    """slope(c, b, t, y, k); of runs without events."""
+    """Function slope(c, b, t, y, k); used without events."""
     step: int
-    """step(c, b, t, y, k, trial); begin and length behind t."""
+    """Function step(c, b, t, y, k, trial); t is followed by begin and length."""
     settle: int
-    """settle(t, y, trial, bounds, turns, said): see ``settle``; length behind t."""
+    """Function settle(t, y, trial, bounds, turns, said): see ``settle``; the length follows t."""
     finish: int
-    """finish(c, b, t, y, k, turns, row); time and the profile's time behind t."""
+    """Function finish(c, b, t, y, k, turns, row); t is followed by time and profile time."""
     c: Table
     """Constants, shape (constants, 8)."""
     b: Table
     """Branches, shape (numbers, 8)."""
     place: int
-    """Where in c the place on the speed profile begins."""
+    """Index in c of the first number of the active profile segment."""
     step_length: float
-    """s."""
+    """Nominal step length [s]."""
     every: int
     """Steps from one recorded sample to the next."""
     bounds: Table
-    """Magnitudes that no sound run reaches, shape (states, 8)."""
+    """Magnitudes of the states beyond which a run counts as diverged, shape (states, 8)."""
     state: Table
-    """Shape (states, 8)."""
+    """States, shape (states, 8)."""
     turns: Table
-    """Taken out of the balls' angles and of a motor's spindle's, shape (n or n + 1, 8)."""
+    """Turns removed from the angles of balls and of a motor's spindle, shape (n or n + 1, 8)."""
     said: Table
-    """Shape (2, 8), lines as of ``settle``."""
+    """Flags of each run, shape (2, 8), lines as in ``settle``."""
     sound: Floats
-    """How many steps each was within its bounds, shape (8,)."""
+    """Number of steps that each run was within its bounds, shape (8,)."""
     slopes: Table
-    """Shape (states, 8)."""
+    """Slopes at the states, shape (states, 8)."""
     trial: Table
-    """Shape (states, 8)."""
+    """States at the end of the current step, shape (states, 8)."""
     row: Table
-    """Of the sample at hand, shape (numbers, 8)."""
+    """Row of the current sample, shape (numbers, 8)."""
     times: Table
-    """Shape (4, 8), lines as above."""
+    """Times of the current step, shape (4, 8), lines as above."""
 
 
 class LaneSamples(NamedTuple):
-    """Where the samples of eight runs go: flat memory, and how far its numbers are apart."""
+    """Memory for the samples of eight runs, with its strides in numbers."""
 
     numbers: Floats
     run: int
-    """From a run to the next one."""
+    """Stride from run to run."""
     sample: int
-    """From a sample to the next one."""
+    """Stride from sample to sample."""
     channel: int
-    """From a channel to the next one."""
+    """Stride from channel to channel."""
 
     @classmethod
     def by_sample(cls, samples: np.ndarray) -> "LaneSamples":
-        """In an array of shape (8, samples, channels), C-contiguous."""
+        """Use an array of shape (8, samples, channels), C-contiguous."""
         _, count, channels = samples.shape
         return cls(samples.reshape(-1), count * channels, channels, 1)
 
     @classmethod
     def by_channel(cls, samples: np.ndarray) -> "LaneSamples":
-        """In an array of shape (8, channels, samples), C-contiguous; there may be more room."""
+        """Use an array of shape (8, channels, samples or more), C-contiguous."""
         _, channels, room = samples.shape
         return cls(samples.reshape(-1), channels * room, 1, room)
 
 
 def advance_side_by_side(runs: LaneRuns, plan: LanePlan, samples: LaneSamples) -> None:
-    """Take the steps of a plan with eight runs without events, recording every so many.
+    """Take the steps of a plan with eight runs without events; record every ``every``-th.
 
     Args:
-        runs: state and turns are the last at the end.
-        plan: where they go.
-        samples: of each run; their channels are those of ``fixed_step.record``.
+        runs: runs; state and turns are those after the last step at the end.
+        plan: step plan.
+        samples: samples of each run; their channels are those of ``fixed_step.record``.
     """
     c, b, times, state = runs.c, runs.b, runs.times, runs.state
     for s in range(plan.rows.shape[0]):
@@ -130,9 +133,9 @@ def enter(runs: LaneRuns, plan: LanePlan, s: int) -> None:
 
 
 def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
-    """Times of a row's k-th step: to the bit what a single run has.
+    """Compute the times of a row's k-th step, bit for bit those of a single run.
 
-    A run whose step has ended before keeps when it did.
+    A run that takes no part in the row keeps the end of its last step.
     """
     first, times = plan.rows[s, FIRST] + k + 1, runs.times
     for lane in range(LANES):
@@ -147,21 +150,22 @@ def put_times(runs: LaneRuns, plan: LanePlan, s: int, k: int) -> None:
 
 
 def settle(runs: LaneRuns) -> None:
-    """The trial states become the states, as far as runs take the step."""
+    """Accept the trial states of the runs that take the step."""
     length, state, trial = runs.times[TAKEN:], runs.state, runs.trial
     call(runs.settle, length, state, trial, runs.bounds, runs.turns, runs.said)
 
 
 def local_time(runs: LaneRuns, plan: LanePlan, s: int, k: int, lane: int) -> float:
-    """Since the piece of the profile began [s], after so many steps of a row."""
+    """Return the time since the profile segment began [s], after k steps of a row."""
     since = (plan.rows[s, FIRST] + k) * runs.step_length - plan.times[s, START, lane]
     return since + plan.times[s, OFFSET, lane]
 
 
 def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: int) -> bool:
-    """Record what follows a row's k-th step, if it ends there and is to be; whether it was.
+    """Record the sample after a row's k-th step if it is due; return whether it was.
 
-    Fills in the slopes, too.
+    A sample is due at the end of every ``every``-th whole step. Recording also computes the
+    slopes, so that the caller need not.
     """
     if plan.rows[s, FINISHES] == 0:
         return False
@@ -177,7 +181,7 @@ def recorded(runs: LaneRuns, plan: LanePlan, samples: LaneSamples, s: int, k: in
 
 
 def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
-    """The row at hand, as each run's sample after so many steps."""
+    """Write the current row as each run's sample after ``steps`` steps."""
     first = (steps // runs.every - 1) * samples.sample
     for lane in range(LANES):
         at = first + lane * samples.run
@@ -188,7 +192,7 @@ def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
 
 
 def stacked(values: list[np.ndarray]) -> np.ndarray:
-    """Values of each lane, stacked along a last axis, aligned to a vector."""
+    """Return the values of all lanes, stacked along a last axis and aligned to a vector."""
     found = np.stack([np.asarray(value, float) for value in values], axis=-1)
     array = aligned(found.shape)
     array[:] = found

@@ -1,8 +1,8 @@
-"""Whether steps of eight runs may have events in them, emitted, of balls that do not meet.
+"""Emit a test for possible events in a step of eight runs without ball contact.
 
-``events.event_functions`` and ``events.location`` say what an event is; what is emitted here does
-the same with eight runs, and is not quite as sharp: where it says no, the scalar driver would find
-none either. Its rounding may differ, so there are margins.
+``events.event_functions`` and ``events.location`` define events. The emitted test is conservative:
+if it rules out an event, the scalar driver would find none either. Margins cover the difference in
+rounding.
 """
 
 from functools import partial
@@ -17,35 +17,35 @@ from ab_sim.tracing import Expression, Graph, Level, total, where
 from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
 
 SURE = 1e-6
-"""Part of the forces in an event function, or of a speed, that rounding is far from."""
+"""Margin far above rounding, as a fraction of the forces in an event function, or of a speed."""
 NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
 
 
 def watch_address(code: Code, lanes: int) -> int:
-    """Address of ``watch(c, b, t, y, k, seen, found)``, in lanes, at the end y of steps.
+    """Return the address of ``watch(c, b, t, y, k, seen, found)``, in lanes, at a step's end y.
 
-    Behind t are the length of each run's step and the time at its end. It fills in the slope k;
-    ``found`` with a number for each run, 0.0 where no event can have been in the step; and
-    ``seen``, which has to hold what it was filled with at the step's start: see ``size_of_seen``.
+    The length of each run's step and the time at its end follow t. The function fills in the slope
+    k, and ``found`` with a number for each run, 0.0 if the step cannot contain an event. ``seen``
+    must hold the values from the step's start and is overwritten: see ``size_of_seen``.
 
     Args:
-        code: that keeps it.
-        lanes: runs side by side.
+        code: machine code of the kind of scene, which caches the function.
+        lanes: number of runs side by side.
     """
     return code.made("watch", "watch", partial(_text, code.emission, lanes))
 
 
 def size_of_seen(code: Code) -> int:
-    """How many numbers of each run ``watch`` keeps from one step to the next."""
+    """Return the count of numbers that ``watch`` keeps of each run between steps."""
     return NUMBERS_PER_BALL * code.model.count + NUMBERS_OF_MOTOR
 
 
 class _Function(NamedTuple):
-    """An event function that is a force: see ``events.event_functions``."""
+    """Event function that is a force: see ``events.event_functions``."""
 
     value: Expression
     size: Expression
-    """Of the forces in it."""
+    """Magnitude of the forces in it, which bounds its rounding error."""
 
 
 def _text(emission: Emission, lanes: int) -> str:
@@ -96,7 +96,7 @@ def _text(emission: Emission, lanes: int) -> str:
     for doubt in doubts:
         found = found + (total(doubt) if doubt.each else doubt)
     judge = Body(into, places, bound=given)
-    # All is read before anything is written.
+    # All values are read before any is written: outputs may overwrite inputs.
     for x in (found, *(now for now, _ in kept)):
         judge.values(x)
     for now, place in kept:
@@ -106,7 +106,10 @@ def _text(emission: Emission, lanes: int) -> str:
 
 
 def _shortly_after(emission: Emission, body: Body) -> dict[str, list[str]]:
-    """Inputs as they are a moment later, as ``location.put_force_rates`` takes them."""
+    """Return the inputs a moment later, for difference quotients of forces.
+
+    ``location.put_force_rates`` uses the same ones for a single run.
+    """
     model, slope = emission.model, emission.roots["slope"]
     given = model.graph.input
     shortly = SHORTLY * given("length", Level.TIME)
@@ -119,7 +122,11 @@ def _shortly_after(emission: Emission, body: Body) -> dict[str, list[str]]:
 
 
 def _forces(emission: Emission) -> list[_Function]:
-    """LOAD, and what is left of the friction on a ball that sticks; those of a motor."""
+    """Return the event functions that are forces.
+
+    They are a ball's normal force, a sticking ball's friction reserve either way, and a motor's
+    torque reserve.
+    """
     model, table = emission.model, emission.roots["table"]
     found: list[_Function] = []
     if model.has_friction and model.count:
@@ -144,7 +151,7 @@ def _forces(emission: Emission) -> list[_Function]:
 
 
 def _sliding(emission: Emission) -> tuple[Expression, Expression] | None:
-    """Speed of balls the way they slide, and its rate."""
+    """Return the balls' speed in their direction of sliding, and its rate."""
     model = emission.model
     if not (model.has_friction and model.count):
         return None
@@ -165,19 +172,23 @@ def _sticks(emission: Emission) -> Expression:
 def _doubt_of_force(
     g0: Expression, r0: Expression, g1: Expression, r1: Expression, size: Expression
 ) -> Expression:
-    """1.0 where a force may be below zero in a step: from its values and changes at both ends."""
+    """Return 1.0 where a force may become negative within a step, else 0.0.
+
+    The bound follows from values and changes at both ends of the step.
+    """
     sure = SURE * size
     varies = abs(r0) + abs(r1)
     doubt = where(varies < DOUBT * size, varies, DOUBT * size) + sure
     low = where(_hull(g0, r0, g1, r1) > doubt, 0.0, 1.0)
     dips = where(r0 < sure, where(r1 > -sure, low, 0.0), 0.0)
     is_far = _least(g0, g1) > (1.0 + SURE) * NEAR * size
-    # Of a NaN, too, it has to be seen to.
+    # A force negative at the end, or NaN, always counts: the comparison is false for NaN. Far from
+    # zero there is no event, whatever the changes are.
     return where(g1 >= 0.0, where(is_far, 0.0, dips), 1.0)
 
 
 def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
-    """The same of a speed."""
+    """Return 1.0 where a speed may become negative within a step, else 0.0."""
     sure = SURE * (abs(r0) + abs(r1) + _least(abs(g0), abs(g1)))
     low = where(_hull(g0, r0, g1, r1) > sure, 0.0, 1.0)
     dips = where(r0 < 0.0, where(r1 > 0.0, low, 0.0), 0.0)
@@ -185,7 +196,10 @@ def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expressi
 
 
 def _hull(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
-    """No more than the least value between the ends of a cubic with these ends and changes."""
+    """Return a lower bound of the cubic with these end values and changes.
+
+    A cubic lies within the convex hull of its four Bezier ordinates.
+    """
     ends = _least(g0, g1)
     return _least(ends, _least(g0 + r0 / 3.0, g1 - r1 / 3.0))
 

@@ -1,1 +1,1 @@
-"""What effects and accuracy cost, beside other people's integrators; and basins of start angles."""
+"""Measure the CPU time of effects and of accuracy, compared with other integrators."""

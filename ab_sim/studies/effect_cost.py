@@ -1,4 +1,4 @@
-"""What each effect and sensor of a scene costs: per step with all off, each alone, the set."""
+"""Measure the CPU time per step of each effect and sensor of a scene, alone and together."""
 
 import contextlib
 import datetime
@@ -29,25 +29,27 @@ from ab_sim.scene.model import Scene
 
 BASE, ALL = "no effects", "the scene's set"
 MOST_STEPS = 10_000
-"""A run for timing is the scene's, but no longer than this."""
+"""Maximum number of steps of a timed run."""
 REPEATS = 15
 OFF_AXIS = 2.5
-"""rad. The cosine of exactly 0 takes less time than others, and where nothing moves a ball that
-starts there it stays: all balls are turned, or effects would seem to cost what cosines do."""
+"""Angle by which all balls are shifted if one starts at exactly 0 [rad].
+
+The cosine of exactly 0 takes less time than others. A ball that nothing moves would stay there, and
+an effect that moves it would seem to cost the difference."""
 
 
 @dataclass(frozen=True)
 class Variant:
-    """The scene with some of its effects and sensors."""
+    """Scene with some of its effects and sensors."""
 
     name: str
     scene: Scene
     added: tuple[str, ...] = ()
-    """Effects that had to come along, because the one in question is refused without them."""
+    """Effects that are also enabled, because the measured one is invalid without them."""
 
 
 class Quartiles(NamedTuple):
-    """Median, quartiles and least of interleaved repeats."""
+    """Median, quartiles and minimum of interleaved repeats."""
 
     median: float
     lower: float
@@ -56,32 +58,32 @@ class Quartiles(NamedTuple):
 
     @classmethod
     def of(cls, values: np.ndarray) -> "Quartiles":
-        """Of some repeats."""
+        """Compute the quartiles of repeats."""
         lower, median, upper = (float(x) for x in np.percentile(values, [25, 50, 75]))
         return cls(median, lower, upper, float(values.min()))
 
 
 @dataclass(frozen=True)
 class VariantCost:
-    """One variant, measured."""
+    """Measured cost of a variant."""
 
     name: str
     effects: tuple[str, ...]
     sensors: tuple[str, ...]
     added: tuple[str, ...]
     ns_per_step: Quartiles | None
-    """None where the variant cannot run; ``failure`` says why."""
+    """CPU time per step [ns]; None if the variant cannot run, for the reason in ``failure``."""
     ratio: Quartiles | None
-    """To the row with no effects, repeat by repeat."""
+    """Ratio to the variant without effects, repeat by repeat."""
     events_per_1000_steps: float
     first_seconds: float
-    """Until the first step was done: making the drive and its machine code."""
+    """Time until the first step is done [s]: construction of the drive and its machine code."""
     failure: str = ""
 
 
 @dataclass(frozen=True, repr=False)
 class EffectCost(Presented):
-    """What each effect of a scene costs; see ``ab_sim.effect_cost``."""
+    """Costs of a scene's effects and sensors; see ``ab_sim.effect_cost``."""
 
     _picture = "effect_cost"
 
@@ -90,7 +92,7 @@ class EffectCost(Presented):
     stepper: str
     step: float
     turned: float
-    """The balls start this much further along the race than the scene says [rad]."""
+    """Shift of the balls' start angles from those of the scene [rad]."""
     steps_per_run: int
     repeats: int
     rows: tuple[VariantCost, ...]
@@ -116,7 +118,7 @@ class EffectCost(Presented):
         }
 
     def table(self) -> dict[str, object]:
-        """As JSON-able values."""
+        """Return the results as JSON-able values."""
         table: dict[str, Any] = asdict(self)
         for row, made in zip(table["rows"], self.rows, strict=True):
             for key in ("ns_per_step", "ratio"):
@@ -125,12 +127,12 @@ class EffectCost(Presented):
         return table
 
     def report(self) -> dict[str, object]:
-        """The same, with where and when it was measured."""
+        """Return the results with machine, versions and date, as JSON-able values."""
         return {**conditions(), **self.table()}
 
 
 def conditions() -> dict[str, Any]:
-    """Machine, versions and date."""
+    """Return machine, versions and date."""
     return {
         "date": datetime.datetime.now(datetime.timezone.utc).isoformat(timespec="seconds"),
         "version": ab_sim.__version__,
@@ -159,7 +161,7 @@ def _processor() -> str:
 
 
 def off_axis(scene: Scene) -> tuple[Scene, float]:
-    """The scene with no ball starting at exactly 0, and by how much all are turned for that."""
+    """Return the scene without a ball at exactly 0, and the shift of all balls for that [rad]."""
     starts = start_angles(scene)
     if all(starts):
         return scene, 0.0
@@ -173,10 +175,11 @@ def off_axis(scene: Scene) -> tuple[Scene, float]:
 
 
 def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
-    """The scene without effects, with each alone, with its set; and with its set less one each.
+    """Return the scene without effects, with each alone, and with its set.
 
-    All with the stepper that the scene itself takes. An effect that is refused alone comes with
-    the fewest others of the scene that make it valid. Sensors count as effects do.
+    With ``leave_one_out``, the set without each effect follows. All variants use the stepper of the
+    unchanged scene. An effect that is invalid alone is combined with the fewest other effects of
+    the scene that make it valid. Sensors are treated like effects.
 
     Raises:
         SceneError: the scene cannot run at its step.
@@ -224,7 +227,7 @@ def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper:
 
 
 class _Runner:
-    """A variant, ready to be timed."""
+    """Variant with a warmed-up drive, ready to be timed."""
 
     def __init__(self, variant: Variant, steps: int) -> None:
         self.variant, self.steps = variant, steps
@@ -235,7 +238,7 @@ class _Runner:
             self.drive = Drive(variant.scene)
             self.drive.advance(1)
             self.first_seconds = time.perf_counter() - begin
-            # Other kinds of segment have kernels of their own.
+            # Other kinds of segment have other kernels: run them all, so that they are compiled.
             self.drive.advance(steps - 1)
             self.events = 1000.0 * self.drive.events / steps
         except (DivergedError, SceneError) as error:
@@ -243,7 +246,7 @@ class _Runner:
             self.failure = str(error)
 
     def time_once(self) -> None:
-        """Run from the start; the drive's own way back there is not timed."""
+        """Time one run from the start, without the drive's reset."""
         self.drive.reset()
         begin = time.thread_time_ns()
         self.drive.advance(self.steps)
@@ -266,7 +269,7 @@ def effect_cost(
     repeats : int, default 15
         Rounds in which all variants are timed in turns.
     leave_one_out : bool, default False
-        Also measure the scene's effects less each of them.
+        Also measure the scene's set of effects without each of them.
     progress : callable, optional
         Called with the present work, the finished count and the total.
 

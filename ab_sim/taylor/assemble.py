@@ -1,4 +1,4 @@
-"""From a system and its machine code to what Taylor steps are taken with."""
+"""Build the runs of Taylor's method from a system and its machine code."""
 
 import math
 
@@ -32,9 +32,9 @@ class TaylorCode:
     """Machine code of Taylor steps for a kind of scene.
 
     Args:
-        code: of the scene's equations.
-        order: of the series.
-        lanes: runs side by side.
+        code: machine code of the scene's equations.
+        order: order of the series.
+        lanes: number of runs side by side.
 
     Raises:
         SceneError: a formula has no Taylor series.
@@ -52,27 +52,27 @@ class TaylorCode:
 
 
 def taylor_code(code: Code, order: int, lanes: int) -> TaylorCode:
-    """The code for a kind of scene: the same object each time."""
+    """Return the code for a kind of scene, which ``code`` caches."""
     return code.other((TaylorCode, order, lanes), lambda: TaylorCode(code, order, lanes))
 
 
 def memory_size(system: System) -> int:
-    """Numbers of what belongs to the state."""
+    """Return the count of numbers in a run's memory, which belongs to its state."""
     return STATE + layout_of(system).size + len(system.balls)
 
 
 def lanes_of(
     system: System, code: Code, told: TaylorParameters, step: float, every: int, lanes: int
 ) -> TaylorRuns:
-    """Runs of a kind of scene, with arrays of their own that are to be filled in.
+    """Return runs of one kind of scene; their arrays are allocated, for the caller to fill in.
 
     Args:
-        system: one of the kind.
-        code: of it.
-        told: what the method is told.
-        step: of the scene [s].
+        system: any system of the kind.
+        code: machine code of the kind.
+        told: parameters of the method.
+        step: step of the scene [s].
         every: steps from one recorded sample to the next.
-        lanes: how many.
+        lanes: number of runs.
     """
     own = taylor_code(code, told.order, lanes)
     states, n = layout_of(system).size, len(system.balls)
@@ -109,13 +109,13 @@ def lanes_of(
 
 
 def run_by_taylor(run: Run, system: System, code: Code, told: TaylorParameters) -> TaylorRun:
-    """One run, whose memory has room for ``memory_size`` numbers.
+    """Return a single run, which uses the memory of ``run``, of ``memory_size`` numbers.
 
     Args:
         run: the Run.
-        system: what moves.
-        code: of its kind.
-        told: what the method is told.
+        system: system to simulate.
+        code: machine code of its kind of scene.
+        told: parameters of the method.
     """
     own, states = lanes_of(system, code, told, run.step, 1, 1), run.state.size
     memory, column = run.work.memory[0], (-1, 1)

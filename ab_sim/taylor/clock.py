@@ -1,7 +1,7 @@
-"""When runs take their steps and samples: lines of numbers, and how they change, as expressions.
+"""Times of Taylor steps and samples, and the expressions that update them.
 
-Of one run as of several in lanes; so all are in step with ``stepping.fixed_step`` to the bit, whose
-sums and products these are.
+They serve one run and several in lanes. Sums and products are those of ``stepping.fixed_step``, so
+that sample times agree with it to the last bit.
 """
 
 from typing import NamedTuple
@@ -16,37 +16,40 @@ CLOCK = (
     *("aim", "shortest", "longest", "step", "ends_steps"),
     *("place", "stride", "every"),
 )
-"""Names of the lines. Times in s since a piece of the profile began: of the sample at hand, and
-where it is on the profile; when the Taylor step at hand began, where the next one is to begin, and
-whether it does so anew, at the sample at hand; when that step ends, and the piece of the profile.
+"""Names of the lines.
 
-Of the step range at hand: when its piece of the profile begins, counted from the run's beginning;
-where it begins in its nominal step; how long each of its steps is; how many steps there were
-before; how many it has; how many of these have been taken; whether one is due, which it has in the
-Taylor step at hand; and when the next one is.
+Local times, since the profile segment began [s]: time of the current sample; the time at which the
+profile is evaluated for it; begin of the Taylor step; begin of the next one; 1 if the next one
+starts from the current sample's state instead of the series; end of the Taylor step; end of the
+profile segment.
 
-Of the run: base-2 logarithm of the tolerance; the shortest step, however large its error, and the
-longest; the scene's [s]. Of the range, too: 0 while a part of a step is taken that another one
-follows, else 1. Where samples go, in numbers: the run's first one; from a sample to the next; steps
-from one that is recorded to the next."""
+Step range: begin of its segment, from the start of the run [s]; its offset within its nominal
+step [s]; length of each step [s]; steps taken before it; number of its steps; number of these
+already taken; 1 if a sample is due in the current Taylor step; time of the next sample [s].
+
+Run: base-2 logarithm of the tolerance; shortest step, whatever its error, and longest [s]; the
+scene's step [s]; then 0 while a part of a step is taken that another part follows, else 1.
+
+Memory of the samples, in numbers: index of the run's first sample; stride between samples; steps
+from one recorded sample to the next."""
 INPUTS = (*CLOCK[:2], *(f"clock.{name}" for name in CLOCK[2:]))
-"""The same as inputs. The first two are the equations' own. The others have names that no one else
-has: all functions of a kind of scene share one graph, in which ``until`` is a place's."""
+"""Names of the lines as inputs. The equations use the first two. The others have a prefix, because
+all functions of a kind of scene share one graph, in which e.g. ``until`` is taken."""
 LOCAL, PROFILE, BEGIN, TO, ANEW, END, UNTIL = range(7)
 START, OFFSET, LENGTH, FIRST, COUNT, TAKEN, DUE, NEXT = range(7, 15)
 AIM, SHORTEST, LONGEST, STEP, ENDS_STEPS, WHERE, STRIDE, EVERY = range(15, 23)
 SOUND, SOUND_STEPS, HOW_MANY_DUE, HOW_MANY_LEFT = range(4)
 SAID = 4
-"""Lines of what is said: 1 of a run that has been within its bounds at all samples, else 0; how
-many steps it was; how many runs have a sample due, and how many have some left in their ranges, the
-same for all runs."""
+"""Number of lines of ``said``. They are: 1 if a run was within its bounds at all samples, else 0;
+number of steps for which it was; number of runs with a sample due; number of runs with samples left
+in their ranges. The last two are equal for all runs."""
 
 
 class ClockLines:
     """Lines of the clock as expressions.
 
     Args:
-        graph: that has them.
+        graph: graph that has them as inputs.
     """
 
     def __init__(self, graph: Graph) -> None:
@@ -56,24 +59,25 @@ class ClockLines:
         return self._graph.input(INPUTS[line], Level.TIME)
 
     def flag(self, condition: Expression) -> Expression:
-        """1 where a condition holds, else 0."""
+        """Return 1 where a condition holds, else 0."""
         return where(condition, self._graph.constant(1.0), 0.0)
 
 
 class DueSamples(NamedTuple):
-    """What ``due_samples`` finds."""
+    """Result of ``due_samples``."""
 
     lines: dict[int, Expression]
-    """Lines that change."""
+    """New values of the lines that change."""
     due: Expression
+    """Number of runs with a sample due."""
     left: Expression
-    """How many runs have a sample due, and how many have some left."""
+    """Number of runs with samples left."""
 
 
 def due_samples(clock: ClockLines) -> DueSamples:
-    """Mark the runs with a sample in the step at hand, go to it, and say when the next one is.
+    """Mark the runs with a sample in the current step, advance to it, and find the next one.
 
-    Where none is due, though some are left, the next step is to begin where this one ends.
+    A run with samples left, but none due, begins its next step at the end of this one.
     """
     left = clock.flag(clock[TAKEN] < clock[COUNT])
     covered = where(clock[NEXT] <= clock[END], 1.0, clock.flag(clock[END] >= clock[UNTIL]))
@@ -99,20 +103,20 @@ def due_samples(clock: ClockLines) -> DueSamples:
 def soundness(
     clock: ClockLines, sound: Expression, steps: Expression, inside: Expression
 ) -> dict[int, Expression]:
-    """Lines of what is said that change, where a run is within its bounds at a sample, or not."""
+    """Return the new lines of ``said`` at a sample; ``inside`` is 1 within the bounds, else 0."""
     still = where(clock[DUE] > 0.5, sound * inside, sound)
     return {SOUND: still, SOUND_STEPS: steps + clock[DUE] * clock[ENDS_STEPS] * still}
 
 
 def end_of_step(clock: ClockLines, length: Expression) -> Expression:
-    """When a step ends that may be so long [s]; of what is no number, with the profile's piece."""
+    """Return the end time of a step of at most ``length`` [s]; for NaN, the segment's end."""
     length = where(length < clock[SHORTEST], clock[SHORTEST], length)
     end = clock[BEGIN] + where(clock[LONGEST] < length, clock[LONGEST], length)
     return where(end < clock[UNTIL], end, clock[UNTIL])
 
 
 def recorded(clock: ClockLines) -> tuple[Expression, Expression, Expression]:
-    """Whether the sample at hand is recorded, 1 or 0; where; and after how many steps it is."""
+    """Return whether the current sample is recorded, 1 or 0; its place; its count of steps."""
     steps = clock[FIRST] + clock[TAKEN]
     which = (steps / clock[EVERY] + ROUND) - ROUND
     is_one = clock[DUE] * clock.flag(abs(which * clock[EVERY] - steps) < 0.5)

@@ -1,9 +1,8 @@
-"""Taylor steps of one run along a speed profile, the scene's steps being samples in them.
+"""Taylor steps of one run along a speed profile; the scene's fixed steps are samples of them.
 
-A step follows the last one wherever samples are asked for: where it began, and the state there,
-belong to the run's memory, and its series follows from them. So results do not depend on how a run
-is cut up. No step goes beyond the end of a piece of the profile; behind a kink, or a command, the
-next begins at the sample that was the present.
+Steps do not depend on how the calls divide a run: the begin of the current step and the state there
+are in the run's memory, and its series is computed from them. No step extends beyond the end of a
+profile segment. After a kink or a command, the next step begins at the present sample.
 """
 
 from ab_sim.compiling.kinds import Table
@@ -43,7 +42,7 @@ def advance_by_taylor(
     command: float,
     samples: Table,
 ) -> int:
-    """See ``fixed_step.advance``."""
+    """Take steps along a step plan by Taylor's method: see ``fixed_step.advance``."""
     run = one.run
     only_record = steps == 0 and samples.shape[0] > 0
     done, sound = 0, True
@@ -65,7 +64,7 @@ def advance_by_taylor(
 
 
 def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
-    """Go on with the step in memory; without one begin it at the present."""
+    """Continue the step in memory; without one, begin a step at the present state."""
     run, own = one.run, one.own
     clock, memory, balls = own.clock, run.work.memory, run.balls
     clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
@@ -79,7 +78,8 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
         clock[ANEW, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
         renew(own)
     else:
-        # The series is not in memory: it is found again.
+        # Memory has the step's begin and the state there, but no series. The same state gives the
+        # same series to the last bit.
         clock[BEGIN, 0] = memory[0, BEGAN]
         expand(own)
     clock[LOCAL, 0] = clock[BEGIN, 0]
@@ -87,7 +87,7 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
 
 
 def go_along(one: TaylorRun, samples: Table, count: int) -> int:
-    """Take the steps of a range; how many were: fewer if the state left its bounds."""
+    """Take the steps of a range; return their number, fewer if the state left its bounds."""
     run, own, balls = one.run, one.own, one.run.balls
     for done in range(count):
         next_samples(own, samples[done, ANGLE:])

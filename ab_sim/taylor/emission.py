@@ -1,4 +1,4 @@
-"""A Taylor step as machine code, of one run or of several in lanes."""
+"""Machine code of a Taylor step, for one run or for several in lanes."""
 
 from collections.abc import Sequence
 
@@ -36,28 +36,28 @@ class TaylorEmission:
     """Functions that a driver of Taylor steps calls: see ``ab_sim.taylor``.
 
     Args:
-        emission: of the equations.
-        order: of the series.
+        emission: emission of the equations.
+        order: order of the series.
     """
 
     def __init__(self, emission: Emission, order: int) -> None:
         self._emission, self._order, self._model = emission, order, emission.model
         self._clock = ClockLines(emission.model.graph)
         self.size = (order + 1) * emission.states
-        """Numbers of a series."""
+        """Count of numbers in a series."""
 
     def functions(self, lanes: int) -> list[Function]:
-        """All, of so many runs side by side."""
+        """Emit all functions for ``lanes`` runs side by side."""
         made = [self.coefficients(lanes), self.move(lanes), self.mark(lanes), self.sample(lanes)]
         if lanes > 1:
             made += [self.record(lanes, dense) for dense in (False, True)]
         return made
 
     def coefficients(self, lanes: int) -> Function:
-        """``coefficients(c, b, t, y, series)``."""
+        """Emit ``coefficients(c, b, t, y, series)``."""
         into, body = self._function("coefficients", ["y", "series"], lanes)
         body.places |= self._emission.state_places("y")
-        # The equations' time is that at which the series begins.
+        # The equations are evaluated at the time at which the series begins.
         body.places[INPUTS[LOCAL]] = MemorySlot("t", BEGIN)
         series = state_coefficients(self._model, self._order)
         orders = (self._order, self._order - 1)
@@ -78,7 +78,7 @@ class TaylorEmission:
         return into
 
     def move(self, lanes: int) -> Function:
-        """``move(c, b, t, series, reached, y, turns)``."""
+        """Emit ``move(c, b, t, series, reached, y, turns)``."""
         model, n, given = self._model, self._model.count, self._model.graph.input
         into, body = self._function("move", ["series", "reached", "y", "turns"], lanes)
         on_series = self._sums(self._clock[TO] - self._clock[BEGIN], body)
@@ -94,7 +94,7 @@ class TaylorEmission:
             body.places["turns"] = MemorySlot("turns", 0)
             results = [*state, given("turns", each=True) + turn]
         results = lowered(results)
-        # All is read before anything is written.
+        # All values are read before any is written: outputs may overwrite inputs.
         for x in (*results, self._clock[TO]):
             body.values(x)
         self._emission.store_slope(body, results[: len(state)], "y")
@@ -105,7 +105,7 @@ class TaylorEmission:
         return into
 
     def mark(self, lanes: int) -> Function:
-        """``mark(c, b, t, said)``."""
+        """Emit ``mark(c, b, t, said)``."""
         into, body = self._function("mark", ["said"], lanes)
         found = due_samples(self._clock)
         for x in (*found.lines.values(), found.due, found.left):
@@ -117,7 +117,7 @@ class TaylorEmission:
         return into
 
     def sample(self, lanes: int) -> Function:
-        """``sample(c, b, t, series, turns, bounds, reached, said, row)``."""
+        """Emit ``sample(c, b, t, series, turns, bounds, reached, said, row)``."""
         pointers = ["series", "turns", "bounds", "reached", "said", "row"]
         into, body = self._function("sample", pointers, lanes)
         sums = lowered(self._sums(self._clock[LOCAL] - self._clock[BEGIN], body))
@@ -131,9 +131,9 @@ class TaylorEmission:
         return into
 
     def record(self, lanes: int, dense: bool) -> Function:
-        """``record(c, b, t, row, samples, nowhere, channel)``, of lanes.
+        """Emit ``record(c, b, t, row, samples, nowhere, channel)``, for lanes.
 
-        With ``dense``, ``record_dense``: of samples whose channels are side by side.
+        With ``dense``, emit ``record_dense``, for samples whose channels are contiguous.
         """
         channels, pointers = self._emission.row_channels, ["row", "samples", "nowhere"]
         into, body = self._function("record_dense" if dense else "record", pointers, lanes)
@@ -147,6 +147,7 @@ class TaylorEmission:
         at = into.put(f"fptosi {kind(lanes)} {body.values(place)[0]} to {of_ints}")
         chosen = into.put(f"fcmp ogt {kind(lanes)} {body.values(is_one)[0]}, zeroinitializer")
         pointers, apart_each = [], []
+        # A lane without a sample to record writes to ``nowhere``, so that no branch is needed.
         for lane in range(lanes):
             one = into.put(f"extractelement {of_ints} {at}, i32 {lane}")
             here = into.put(f"getelementptr double, ptr %samples, i64 {one}")
@@ -168,7 +169,7 @@ class TaylorEmission:
         return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
 
     def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
-        """Write whether a state is within its bounds."""
+        """Store whether a state is within its bounds."""
         inside = self._model.lifted(1.0)
         for x, bound in zip(state, self._named("bounds", body), strict=True):
             beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
@@ -185,13 +186,17 @@ class TaylorEmission:
             body.store(x, MemorySlot("said", line))
 
     def _slot(self, name: str, k: int) -> MemorySlot:
-        """Where coefficient k of a state is in a series, of balls side by side."""
+        """Return the place of a state's coefficient k in a series; balls' are contiguous."""
         first = self._emission.state_places("series")[name].at
         between = self._model.count if name in OF_EACH_BALL else 1
         return MemorySlot("series", first * (self._order + 1) + k * between)
 
     def _sums(self, offset: Expression, body: Body) -> list[Expression]:
-        """States so long after a series' beginning: even and odd powers apart, from the last on."""
+        """Return the states at ``offset`` from a series' beginning.
+
+        Even and odd powers are summed separately by Horner's scheme: two shorter chains of
+        dependent operations instead of one.
+        """
         given, found, square = self._model.graph.input, [], offset * offset
         for name in self._model.state_names:
             series = []
@@ -203,7 +208,7 @@ class TaylorEmission:
         return found
 
     def _named(self, pointer: str, body: Body) -> list[Expression]:
-        """States behind a pointer."""
+        """Return the states to which a pointer refers."""
         given, found = self._model.graph.input, []
         for name, place in self._emission.state_places(pointer).items():
             body.places[f"{pointer}.{name}"] = place

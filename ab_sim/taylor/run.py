@@ -1,4 +1,4 @@
-"""What Taylor steps are taken with: functions, and arrays of one run or of several side by side."""
+"""Functions and arrays for Taylor steps of one run, or of several side by side."""
 
 from typing import NamedTuple
 
@@ -18,73 +18,79 @@ from ab_sim.taylor.clock import (
 )
 
 VALID, BEGAN, STATE = 0, 1, 2
-"""Numbers of ``Workspace.memory``: 1 if the others mean something; when the step began; the first
-of the state there, behind which are the turns taken out of it."""
+"""Indices in ``Workspace.memory``: flag, 1 if the memory is valid; begin of the step [s]; the first
+number of the state there, followed by the turns removed from it."""
 
 
 class TaylorRuns(NamedTuple):
-    """Runs along one profile each; the last axis of each array is theirs."""
+    """Runs along one profile each; the last axis of each array runs over them.
+
+    Functions are addresses of machine code.
+    """
 
     prepare: int
-    """prepare(c)."""
+    """Function prepare(c)."""
     coefficients: int
     move: int
     mark: int
     sample: int
     record: int
     record_dense: int
-    """See ``ab_sim.taylor``; the last two of runs side by side, else 0."""
+    """Functions of ``ab_sim.taylor``; the last two are 0 for a single run."""
     c: Table
     """Constants, shape (constants, runs)."""
     b: Table
-    """Branches of set-valued laws, of which there are none."""
+    """Branches of set-valued laws; none are used."""
     place: int
-    """Where in c the place on the speed profile begins."""
+    """Index in c of the first number of the active profile segment."""
     clock: Table
-    """Lines as of ``clock``, shape (lines, runs)."""
+    """Lines of ``ab_sim.taylor.clock``, shape (lines, runs)."""
     y: Table
     """State at the step's beginning, shape (states, runs)."""
     turns: Table
-    """Taken out of the balls' angles until then, shape (n, runs)."""
+    """Turns removed from the balls' angles until then, shape (n, runs)."""
     series: Floats
-    """Coefficients of the state there."""
+    """Taylor coefficients of the state at the step's beginning."""
     state: Table
-    """At the sample at hand, shape (states, runs)."""
+    """State at the current sample, shape (states, runs)."""
     bounds: Table
-    """Magnitudes that no sound run reaches, shape (states, runs)."""
+    """Magnitudes of the states beyond which a run counts as diverged, shape (states, runs)."""
     said: Table
-    """Shape (SAID, runs), lines as of ``clock``."""
+    """Flags and counts of each run, shape (SAID, runs), lines of ``ab_sim.taylor.clock``."""
     row: Table
-    """Of the sample at hand, shape (numbers, runs)."""
+    """Row of the current sample, shape (numbers, runs)."""
     nowhere: Floats
-    """Where what is not recorded goes."""
+    """Memory for samples that are not recorded, so that recording needs no branch."""
     sound: Floats
-    """Its line SOUND_STEPS."""
+    """Line SOUND_STEPS of ``said``."""
 
 
 class TaylorRun(NamedTuple):
-    """One run of a drive."""
+    """Single run of a drive."""
 
     run: Run
     own: TaylorRuns
-    """Of the one; its state and its turns are views of ``run``'s memory."""
+    """Arrays of this run; its state and turns are views of ``run``'s memory."""
 
 
 def renew(own: TaylorRuns) -> None:
-    """Begin a step where each run is to: at TO, or anew; runs whose TO is BEGIN keep theirs."""
+    """Begin each run's next step at TO; a run whose TO equals BEGIN keeps its step.
+
+    The state comes from the series, or from the current sample where ANEW is set.
+    """
     call(own.move, own.c, own.b, own.clock, own.series, own.state, own.y, own.turns)
     expand(own)
 
 
 def expand(own: TaylorRuns) -> None:
-    """Find the series of each run where its step begins, and how far it goes."""
+    """Compute the series of each run at its step's beginning, and the step's end."""
     call(own.coefficients, own.c, own.b, own.clock, own.y, own.series)
 
 
 def aim(own: TaylorRuns, lane: int) -> None:
-    """Say when the first sample of a run's range is: as ``fixed_step.time_after`` does.
+    """Set the time of the first sample of a run's range, as in ``fixed_step.time_after``.
 
-    A run without a step of its own there has the sample that it had.
+    A run without a step in the range keeps its current sample.
     """
     clock = own.clock
     first, step, length = clock[FIRST, lane], clock[STEP, lane], clock[LENGTH, lane]
@@ -98,16 +104,18 @@ def aim(own: TaylorRuns, lane: int) -> None:
 
 
 def next_samples(own: TaylorRuns, row: Floats) -> bool:
-    """States and rows at the next sample of each run that has one in its step at hand.
+    """Compute state and row at the next sample of each run that has one in its current step.
 
     Args:
         own: the runs; those with a sample are marked on their clock.
-        row: where rows go.
+        row: rows to fill in.
 
     Returns:
-        Whether there are any; if not, all samples of the range have been taken.
+        Whether any run had a sample; if not, all samples of the range have been taken.
     """
     c, b, clock, said = own.c, own.b, own.clock, own.said
+    # Samples within the current steps need no new series. Only when no run has one left does each
+    # run take its next step.
     while True:
         call(own.mark, c, b, clock, said)
         if said[HOW_MANY_DUE, 0] > 0.0:

@@ -1,9 +1,9 @@
-"""A motion's Taylor coefficients, as expressions: from a model's equations by recurrences.
+"""Taylor coefficients of a motion, as expressions, from a model's equations by recurrences.
 
-The equations of motion are not solved for their accelerations first. Of each order they are linear
-in the accelerations' coefficients of that order, with the matrix that they have at the beginning:
-``arrowhead.solve`` solves them, and what it makes of the matrix is the same for all orders. So no
-inverse needs a series of its own, and a product of series is taken for each term only.
+The equations of motion are not solved for the accelerations symbolically. At each order they are
+linear in the accelerations' coefficients of that order, with the mass matrix at the step's
+beginning. ``arrowhead.solve`` solves them, and its elimination is shared by all orders. So no
+series of an inverse is needed, only one product of series per term.
 """
 
 from collections.abc import Sequence
@@ -17,11 +17,13 @@ from ab_sim.tracing.power_series import PowerSeries
 
 
 def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
-    """Coefficients 0 to ``order`` of each state, in the states' order; of the balls, one for all.
+    """Return coefficients 0 to ``order`` of each state, in the states' order.
+
+    A state that each ball has is one expression for all balls.
 
     Args:
-        model: without events.
-        order: of the series.
+        model: model without events.
+        order: order of the series.
 
     Raises:
         NotAnalyticError: a formula has no Taylor series.
@@ -40,22 +42,23 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
 
 
 MM = 1e-3
-"""m."""
+"""Millimetre [m]."""
 
 
 def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: int) -> Expression:
-    """Square of how large coefficient k is, in balls' angles, and in the deck's place and turns.
+    """Return the squared norm of coefficient k, over balls' angles and the deck's position.
 
-    Displacement counts over the race's radius, without balls in mm.
+    The deck's displacement is divided by the race's radius, without balls by 1 mm; its rotations
+    count as they are.
 
     Args:
         model: see ``state_coefficients``.
-        coefficients: as from there.
-        k: which.
+        coefficients: result of ``state_coefficients``.
+        k: order of the coefficient.
     """
     n = model.count
     length = n / over_balls(n, model.balls.race_curvature) if n else MM
-    # Without a speed only what is a place or a turn has a scale.
+    # At speed 0 only displacements and rotations have a scale other than 0.
     scales = model.deck.scale(length, 0.0)
     angles = coefficients[model.states][k]
     size = over_balls(n, angles * angles)
@@ -67,7 +70,7 @@ def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: 
 
 
 class _Equations:
-    """The equations of motion, with accelerations as unknowns of their own."""
+    """Equations of motion, with accelerations as unknowns that have series themselves."""
 
     def __init__(self, model: Model) -> None:
         self._model, graph, lifted = model, model.graph, model.lifted
@@ -77,7 +80,7 @@ class _Equations:
         self._path = graph.input("path", each=True)
         x = [*self._x, lifted(al)]
         self.unsolved = Evaluated(spindle, torques, on, arrow, Solved(x, self._path))
-        """What the equations say of a state, before they are solved."""
+        """Equations at a state, before they are solved for the accelerations."""
         self._block = [
             [lifted(arrow.block[min(r, q)][max(r, q)]) for q in range(free)] for r in range(free)
         ]
@@ -86,14 +89,16 @@ class _Equations:
         self._path_force = lifted(arrow.path_force + arrow.coupling[free] * al)
 
     def solve(self, series: PowerSeries, k: int) -> None:
-        """Give coefficient k of the accelerations, whose lower ones are known."""
+        """Solve for coefficient k of the accelerations; the lower ones are known."""
         model, of = self._model, series.coefficient
         zero = model.graph.constant(0.0)
 
         def known(a: Expression, b: Expression) -> Expression:
-            """Of coefficient k of a b, but for a's first times b's last."""
+            """Return coefficient k of the product a b without the term a_0 b_k."""
             return series.product(a, b, k, 1) if k else zero
 
+        # Cauchy products: the unknown b_k is multiplied by a_0 only, so all other terms go to the
+        # right-hand side and the matrix is that of order 0.
         force: list[Number] = []
         for row, own, coupling in zip(self._block, self._force, self._coupling, strict=True):
             total = of(own, k)

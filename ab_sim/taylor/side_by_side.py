@@ -1,7 +1,7 @@
-"""Taylor steps of eight runs at once, each in a lane of its own, with steps of its own length.
+"""Taylor steps of eight runs at once, one run per SIMD lane, each with its own step lengths.
 
-Lanes take their steps together, and their samples, as far as they have any in these; so a run lags
-behind others that take longer steps, and waits for no more than the end of a row of the plan.
+Lanes take steps together, then all samples that fall within these steps. A run with longer steps
+therefore gets ahead of the others. Runs wait for each other only at the end of a row of the plan.
 """
 
 from ab_sim.compiling.kinds import Floats, call
@@ -27,11 +27,11 @@ from ab_sim.taylor.clock import (
 from ab_sim.taylor.run import TaylorRuns, aim, next_samples, renew
 
 PAGE = 512
-"""Numbers in a page of memory."""
+"""Doubles per page of memory."""
 
 
 def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: LaneSamples) -> None:
-    """See ``stepping.side_by_side.advance_side_by_side``."""
+    """Take Taylor steps along a plan: see ``stepping.side_by_side.advance_side_by_side``."""
     clock = runs.clock
     touch(samples.numbers)
     for lane in range(runs.sound.size):
@@ -45,16 +45,17 @@ def advance_by_taylor_side_by_side(runs: TaylorRuns, plan: LanePlan, samples: La
 
 
 def touch(numbers: Floats) -> None:
-    """Write to each page of fresh memory, which the operating system makes when it is first used.
+    """Write to each page of new memory, which the operating system maps at its first use.
 
-    All at once: amid the steps each would throw their code and series out of the caches.
+    This is done beforehand, because page faults between steps would evict code and series from the
+    caches.
     """
     for k in range(0, numbers.size, PAGE):
         numbers[k] = 0.0
 
 
 def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
-    """Begin a row of a plan: with the steps at hand, or anew where another piece begins."""
+    """Begin a row of a plan: continue the current steps, or restart where a segment begins."""
     clock, last = runs.clock, plan.places.shape[1]
     any_anew = False
     for lane in range(runs.sound.size):
@@ -82,7 +83,7 @@ def enter(runs: TaylorRuns, plan: LanePlan, s: int) -> None:
 
 
 def record(runs: TaylorRuns, samples: LaneSamples) -> None:
-    """The rows at hand, as samples of the runs that have one due."""
+    """Write the current rows as samples of the runs that have one due."""
     c, b, clock, row, channel = runs.c, runs.b, runs.clock, runs.row, float(samples.channel)
     if samples.channel == 1:
         call(runs.record_dense, c, b, clock, row, samples.numbers, runs.nowhere, channel)

@@ -1,28 +1,29 @@
-"""How long a Taylor step may be, in LLVM's language: from its last two coefficients.
+"""Emit LLVM code for the length of a Taylor step, from its last two coefficients.
 
-So long that either term is as large as the tolerance: Jorba and Zou (2005), Exp. Math. 14, 99-117,
-3.2. Logarithms and powers are good to a few thousandths, enough for a length, and have the same
-bits on every machine, in lanes or not.
+The length is the largest at which both terms are within the tolerance: Jorba and Zou (2005), Exp.
+Math. 14, 99-117, 3.2. Logarithms and powers are accurate to a few thousandths, which is enough for
+a length, and give the same bits on every machine, in lanes or not.
 """
 
 from ab_sim.tracing.llvm_text import Function, kind, literal
 
 SHORTEST, LONGEST = -60.0, 10.0
-"""Base-2 logarithms of lengths [s]."""
+"""Base-2 logarithms of the shortest and longest length [s]."""
 _FRACTION, _ONE = 0xFFFFFFFFFFFFF, 0x3FF0000000000000
-"""Bits of a double: its fraction; those of 1.0."""
+"""Bit mask of a double's fraction, and the bits of 1.0."""
 
 
 def step_length(into: Function, aim: str, squares: dict[int, str]) -> str:
-    """The name of a step's length [s].
+    """Emit the length of a step [s] and return its name.
 
     Args:
-        into: the function.
+        into: function to extend.
         aim: name of the tolerance's base-2 logarithm.
-        squares: by order names of the squares of how large that coefficient is.
+        squares: names of the squared norms of coefficients, by order.
     """
     lanes = into.shape.lanes
     of, logarithms = kind(lanes), []
+    # |coefficient| length^order = tolerance, solved for the length in logarithms.
     for order, square in squares.items():
         half = literal(-0.5, lanes)
         missing = into.call("fma", lanes, half, _log2(into, square), aim)
@@ -34,7 +35,7 @@ def step_length(into: Function, aim: str, squares: dict[int, str]) -> str:
 
 
 def _log2(into: Function, x: str) -> str:
-    """Of what is not negative; of 0 it is very small."""
+    """Emit the base-2 logarithm of a number that is not negative; for 0 it is about -1023."""
     lanes = into.shape.lanes
     of, bits_of = kind(lanes), kind(lanes, "i64")
     bits = into.put(f"bitcast {of} {x} to {bits_of}")
@@ -50,7 +51,7 @@ def _log2(into: Function, x: str) -> str:
 
 
 def _exp2(into: Function, x: str) -> str:
-    """Within bounds; of what is no number the longest."""
+    """Emit 2 to the power x, with x limited to SHORTEST .. LONGEST; for NaN to LONGEST."""
     lanes = into.shape.lanes
     of, bits_of = kind(lanes), kind(lanes, "i64")
     x = _less(into, x, literal(LONGEST, lanes))

@@ -253,7 +253,7 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
     ):
         assert words in done.stdout, words
     plain = ab_sim("check", "no-ball", "--set", "profile.target_speed=1910 rpm")
-    assert "s for the deck's whirl at 200.01 rad/s" in plain.stdout
+    assert "s for the deck's whirl at 200.015 rad/s" in plain.stdout
 
 
 def test_divergence_exits_with_3(tmp_path: Path) -> None:

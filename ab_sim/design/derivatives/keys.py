@@ -20,10 +20,11 @@ from ab_sim.scene.registry import effect_classes
 MOVING = ("rotor", "deck", "mounts", "race", "balls", "effects", "start", "profile")
 """Sections whose numbers act on the motion."""
 
-
 ANGLES = "start.ball_angles"
 IN_SPACE = ("rotor.height", "race.height")
 """Keys without a meaning for a deck that moves in the plane of the disc."""
+MOTOR_INTEGRAL = "start.motor_integral"
+"""Key without a meaning in a scene without a motor."""
 
 
 class RealKey(NamedTuple):
@@ -77,7 +78,8 @@ def real_keys(scene: Scene) -> list[RealKey]:
         RealKey(key, value, _unit(key.split(".")))
         for section in MOVING
         for key, value in _inside(section, raw.get(section))
-        if scene.deck is not None or key not in IN_SPACE
+        if (scene.deck is not None or key not in IN_SPACE)
+        and (key != MOTOR_INTEGRAL or "motor" in scene.effects)
     ]
     if scene.start.ball_angles is None:
         angles = enumerate(start_angles(scene))

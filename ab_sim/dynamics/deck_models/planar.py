@@ -65,7 +65,7 @@ def rates_of(system: System, top_speed: float) -> dict[str, complex]:
     poles = poles_of(effects, body, mass)[:, 0]
     turning = poles + 1j * np.where(poles.imag >= 0, top_speed, -top_speed)
     fastest = complex(turning[np.abs(turning).argmax()])
-    return {f"the deck's whirl at {top_speed:.5g} rad/s": fastest}
+    return {f"the deck's whirl at {top_speed:.6g} rad/s": fastest}
 
 
 def poles_of(effects: tuple[object, ...], body: Planar, mass: Any) -> np.ndarray:

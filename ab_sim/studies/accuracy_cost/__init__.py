@@ -1,4 +1,4 @@
-"""What an accuracy costs for one scene: a work-precision study of all steppers and of peers.
+"""Work-precision study of one scene, with all steppers and with other packages' integrators.
 
     cost = accuracy_cost(load_scene("thesis-hold", ["effects.rolling_friction="]))
     cost.cheapest(1e-9)  # the SettingCost with the least CPU time at that error in ball angle

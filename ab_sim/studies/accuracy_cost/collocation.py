@@ -1,10 +1,11 @@
-"""Gauss' collocation with eight nodes, order 16: the reference of scenes without events.
+"""Gauss collocation with eight nodes, order 16: the reference of scenes without events.
 
     Y_i = y + h sum_j a_ij f(t + c_j h, Y_j),       y+ = y + h sum_j b_j f(t + c_j h, Y_j)
 
-Implicit, of another family than all methods that are judged by it; the package's rk8 and SciPy's
-DOP853 share their coefficients. Iterated to rounding; increments are summed with compensation
-(Kahan), so that rounding does not pile up over the steps. Butcher (1964), Math. Comp. 18, 50-64.
+The method is implicit, of another family than all methods that it judges; the package's rk8 and
+SciPy's DOP853 share their coefficients. The stages are iterated to rounding. Increments are summed
+with Kahan's compensation, so that rounding does not accumulate over the steps. Butcher (1964),
+Math. Comp. 18, 50-64.
 """
 
 import math
@@ -22,15 +23,15 @@ from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
 
 NODES, ITERATIONS = 8, 60
 LONGEST = 1e-3
-"""s."""
+"""Longest step [s]."""
 REACH = 1.0
-"""Step times the fastest rate: the iteration converges within some 20 rounds."""
+"""Maximum of step times fastest rate, at which the iteration converges in about 20 rounds."""
 SETTLED = 3e-16
-"""The iteration ends at changes of this share of each state's magnitude."""
+"""Change at which the iteration ends, relative to each state's magnitude."""
 
 
 class CollocationCoefficients(NamedTuple):
-    """The method's coefficients."""
+    """Coefficients of the method."""
 
     c: np.ndarray
     a: np.ndarray
@@ -38,7 +39,7 @@ class CollocationCoefficients(NamedTuple):
 
 
 class CollocationSteps(NamedTuple):
-    """What steps are taken with."""
+    """Equations, coefficients and work arrays for steps."""
 
     field: Field
     c: Floats
@@ -47,58 +48,58 @@ class CollocationSteps(NamedTuple):
     scale: Floats
     """Magnitudes of the states, shape (states,)."""
     rest: Floats
-    """What of the state is too small to be in it, shape (states,)."""
+    """Kahan compensation of the state, shape (states,)."""
     slopes: Table
-    """At the nodes, shape (nodes, states)."""
+    """Slopes at the nodes, shape (nodes, states)."""
     ahead: Table
-    """The next ones."""
+    """Slopes of the next iteration, shape (nodes, states)."""
     trial: Floats
-    """A state."""
+    """State at a node, shape (states,)."""
 
 
 class Clock(NamedTuple):
-    """When steps are taken."""
+    """Times of consecutive steps."""
 
     begin: float
     """Local time [s]."""
     length: float
-    """Of each [s]."""
+    """Length of each step [s]."""
     steps: int
 
 
 def lagrange(nodes: np.ndarray, at: np.ndarray) -> np.ndarray:
-    """l_j(at_a): what the polynomial through data on ``nodes`` is there, shape (at, nodes)."""
+    """Return the Lagrange basis l_j on ``nodes`` at the points ``at``, shape (at, nodes)."""
     rows = [[np.prod([(t - y) / (x - y) for y in nodes if y != x]) for x in nodes] for t in at]
     return np.array(rows)
 
 
 def integration(nodes: np.ndarray) -> np.ndarray:
-    """Q_mj, the integral of l_j from 0 to c_m, by Gauss' quadrature: exact but for rounding.
+    """Return Q_mj, the integral of l_j from 0 to c_m, by Gauss quadrature, exact up to rounding.
 
-    Coefficients of 1, x, x^2 .. would cost four digits at eight nodes.
+    Integrating in the monomial basis would lose four digits at eight nodes.
     """
     x, w = legendre.leggauss((len(nodes) + 1) // 2)
     return np.array([c / 2.0 * (w @ lagrange(nodes, c * (x + 1.0) / 2.0)) for c in nodes])
 
 
 def gauss_nodes(count: int = NODES) -> CollocationCoefficients:
-    """Of the method with so many nodes."""
+    """Return the coefficients of the method with ``count`` nodes."""
     x, w = legendre.leggauss(count)
     c = (x + 1.0) / 2.0
     return CollocationCoefficients(c, integration(c), w / 2.0)
 
 
 def step_for(f: RightHandSide) -> float:
-    """How long its steps may be for the iteration to converge [s]."""
+    """Return the longest step at which the iteration converges [s]."""
     rates = linear_rates(f.system, f.scene.spindle.max_speed).values()
     return min([LONGEST, *(REACH / abs(rate) for rate in rates if rate)])
 
 
 def collocate(f: RightHandSide, longest: float) -> np.ndarray:
-    """States at the sample times, shape (samples, states).
+    """Return the states at the sample times, shape (samples, states).
 
     Args:
-        f: the scene.
+        f: right-hand side of the scene.
         longest: longest step [s].
 
     Raises:
@@ -125,12 +126,12 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
 
 
 def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
-    """Take steps; ``own.rest`` is what of the state is too small to be in it.
+    """Take steps; update ``state`` and its compensation ``own.rest``.
 
     Args:
-        own: the equations, the method, and room to work in.
-        clock: when, how long, and how many.
-        state: changes.
+        own: equations, method and work arrays.
+        clock: begin, length and number of the steps.
+        state: state, overwritten.
 
     Returns:
         Whether the iterations converged.
@@ -143,6 +144,8 @@ def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
         for i in range(count):
             for j in range(states):
                 slopes[i, j] = trial[j]
+        # Fixed-point iteration of all stages from the slope at the step's start. It converges
+        # because ``step_for`` limits the step by the fastest rate.
         settled, change = False, math.inf
         for _ in range(ITERATIONS):
             change = 0.0
@@ -156,7 +159,7 @@ def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
                 call(field.slope, field.c, field.b, trial, ahead[i], at)
                 for j in range(states):
                     moved = abs(ahead[i, j] - slopes[i, j]) * clock.length / own.scale[j]
-                    # Written so that a NaN is a change.
+                    # Negated comparison, so that a NaN counts as a change.
                     if not moved <= change:
                         change = moved
             for i in range(count):
@@ -167,7 +170,7 @@ def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
                 break
             if not change < 1e9:
                 break
-        # Rounding may keep the last digits from settling.
+        # Rounding may keep the last digits from settling: accept changes up to 100 times as large.
         if not settled and not change <= 100.0 * SETTLED:
             return False
         for j in range(states):

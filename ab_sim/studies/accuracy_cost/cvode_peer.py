@@ -13,7 +13,7 @@ MOST_STEPS = 10**7
 
 
 def cvode_solvers() -> dict[str, LegSolver]:
-    """CVODE's two families of methods.
+    """Return CVODE's two families of methods.
 
     Raises:
         ImportError: scikit-sundae is not installed.

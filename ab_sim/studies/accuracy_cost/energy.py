@@ -1,4 +1,4 @@
-"""How well a run closes its energy balance."""
+"""Error of a run's energy balance."""
 
 from typing import NamedTuple
 
@@ -10,7 +10,7 @@ from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 INSTANTS = 200
-"""About so many samples of a run are looked at; each takes some Python."""
+"""Approximate number of samples evaluated per run; each takes some Python."""
 
 
 class RunEnergies(NamedTuple):
@@ -19,9 +19,9 @@ class RunEnergies(NamedTuple):
     energies: list[EnergyBalance]
 
     def error(self) -> float:
-        """Largest |stored - at start - motor work + dissipated|, relative.
+        """Return the largest relative |stored - at start - motor work + dissipated|.
 
-        To the largest energy that was stored, put in by the motor, or dissipated until then.
+        It is relative to the largest energy that was stored, supplied or dissipated until then.
         """
         table = np.array(self.energies)
         stored, start, work, dissipated = table.T
@@ -31,7 +31,7 @@ class RunEnergies(NamedTuple):
 
 
 def energy_balance_refusal(scene: Scene) -> str:
-    """Why no energy balance can be kept of a scene; empty where one can."""
+    """Return the reason why a scene has no energy balance; empty if it has one."""
     try:
         Drive(scene, energy_balance=True)
     except SceneError as error:

@@ -1,4 +1,4 @@
-"""Which methods a scene is studied with, at which settings; and which are left out, and why."""
+"""Methods and settings for a scene's study, and the reasons for omitted ones."""
 
 import importlib.util
 from collections.abc import Callable, Iterator, Sequence
@@ -23,14 +23,14 @@ from ab_sim.studies.accuracy_cost.tolerance import ByTolerance, LegSolver
 
 TOLERANCES = (1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-13)
 FINER = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6)
-"""Steps below those asked for, for a stepper that stiffness keeps off these [s]."""
+"""Shorter steps than requested [s], for a stepper that is unstable at the requested ones."""
 LEAST_STEPS = 3
 EXTRA = "not installed; pip install 'ab_sim[peers]'"
 
 Setting = tuple[str, Callable[[], MeasuredMethod]]
-"""What it is, for people, and what makes it."""
+"""Name of a setting, and its factory."""
 Family = tuple[str, Sequence[Setting]]
-"""A method, with its settings from coarse to fine."""
+"""Name of a method, and its settings from coarse to fine."""
 
 
 def all_families(
@@ -41,11 +41,11 @@ def all_families(
     steps: Sequence[float],
     tolerances: Sequence[float],
 ) -> tuple[list[Family], list[OmittedMethod]]:
-    """All methods for a scene, and those it cannot be studied with.
+    """Return all methods for a scene, and those that cannot run it.
 
     Args:
         scene: the scene.
-        sampling: when runs are compared.
+        sampling: times at which runs are compared.
         f: the scene as a right-hand side; None if it has events.
         with_energy_balance: whether it can keep an energy balance.
         steps: steps to try [s].
@@ -69,7 +69,7 @@ def all_families(
 
 
 def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterator[Family]:
-    """Every registered stepper."""
+    """Yield every registered stepper with its settings."""
     own = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
     ladder = sorted({*steps, *own}, reverse=True)
     for name in steppers():
@@ -89,7 +89,7 @@ def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterat
 
 
 def _longest(scene: Scene, stepper: str, step: float) -> float:
-    """The longest step that a stepper may take in a scene [s]."""
+    """Return the longest step that a stepper may take in a scene [s]."""
     for shorter in (step, *FINER):
         made = with_solver(scene, stepper, shorter)
         try:
@@ -105,13 +105,13 @@ def _by_tolerance(
     tolerances: Sequence[float],
     missing: list[OmittedMethod],
 ) -> list[Family]:
-    """SciPy's integrators and CVODE."""
+    """Return SciPy's integrators and CVODE."""
     solvers: dict[str, LegSolver] = dict(SCIPY)
     try:
         solvers.update(cvode_solvers())
     except ImportError:
         missing.append(OmittedMethod("CVODE", f"scikit-sundae is {EXTRA}"))
-    # Compiled once, when the first of them asks for it.
+    # Compiled once, when the first method needs it.
     booked = (
         lru_cache(partial(RightHandSide, f.scene, f.sampling, True))
         if with_energy_balance

@@ -1,4 +1,4 @@
-"""What the study needs of a method, whoever wrote it."""
+"""Interface that the study requires of a method."""
 
 from typing import Any, Protocol
 
@@ -7,34 +7,34 @@ from ab_sim.errors import AbSimError
 
 
 class FailedError(AbSimError):
-    """A method could not finish the run; the text says how, and becomes a row of the table."""
+    """Failure of a method to finish the run; the message appears in the method's row."""
 
 
 class MeasuredMethod(Protocol):
-    """One method at one setting, on one scene."""
+    """Method at one setting, on one scene."""
 
     name: str
     peer: bool
-    """Whether it is not the package's."""
+    """True if the method is another package's."""
     step: float | None
-    """s; None for methods that choose it."""
+    """Step [s]; None for methods that choose it."""
     tolerance: float | None
-    """Relative; None for methods with a fixed step."""
+    """Relative tolerance; None for methods with a fixed step."""
     evaluations: int | None
-    """Of the right-hand side in the last run; None where unknown."""
+    """Evaluations of the right-hand side in the last run; None if unknown."""
 
     def prepare(self) -> None:
-        """What is not timed: back to the start."""
+        """Return to the start; this is not timed."""
 
     def run(self) -> Any:
-        """What is timed: all steps, with samples kept.
+        """Take all steps and keep samples; this is timed.
 
         Raises:
-            FailedError: it could not finish.
+            FailedError: the method could not finish.
         """
 
     def samples(self, kept: Any) -> Samples:
-        """What ``run`` returned, as samples."""
+        """Convert the result of ``run`` to samples."""
 
     def energy_error(self) -> float | None:
-        """Error of the energy balance, in a run of its own; None where none is kept."""
+        """Return the energy balance's error, from a separate run; None without a balance."""

@@ -1,9 +1,10 @@
-"""The scene as a MuJoCo model, which comes with the extra ``peers``.
+"""Scene as a MuJoCo model; MuJoCo comes with the extra ``peers``.
 
-Deck on two slides with springs and dampers; on it the rotor on a hinge, carrying the unbalance; on
-that each ball on a hinge of its own, a point mass at the race's radius. Two things are not bodies:
+The deck is on two slides with springs and dampers. The rotor with the unbalance is on a hinge on
+the deck. Each ball is a point mass at the race's radius, on a separate hinge on the rotor. Two
+parts are not bodies:
 
-- the spindle follows the profile because its hinge has so much inertia that nothing else moves it;
+- the spindle follows the profile because its hinge's inertia is too large for anything to move it;
 - the spin of a ball that rolls without slipping is, with I/a^2 along the race, an inertia
   (I/a^2) R^2 on the ball's hinge and a torque (I/a) R al.
 """
@@ -26,13 +27,13 @@ from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 KNOWN = {"suspension", "viscous_drag", "spindle_acceleration", "ball_spin"}
 IMMOVABLE = 1e15
-"""The spindle's inertia over the rotor's and balls' own: beyond what a double can tell."""
+"""Ratio of the spindle's inertia to that of rotor and balls: their effect is below rounding."""
 LEAST = 1e-14
-"""kg m^2, close to the least inertia MuJoCo takes; masses are scaled for balls to have about 1."""
+"""Inertia close to MuJoCo's minimum [kg m^2]; masses are scaled so that a ball has about 1."""
 
 
 def mujoco_refusal(scene: Scene) -> str:
-    """Why MuJoCo cannot represent a scene; empty where it can."""
+    """Return the reason why MuJoCo cannot represent a scene; empty if it can."""
     if scene.deck is not None:
         return "its model here is of a deck in the plane"
     others = [name for name in scene.effects if name not in KNOWN]
@@ -48,7 +49,7 @@ def mujoco_refusal(scene: Scene) -> str:
 
 
 class MuJoCo:
-    """MuJoCo's RK4 at a step.
+    """MuJoCo's RK4 at one step.
 
     Raises:
         ImportError: MuJoCo is not installed.
@@ -67,7 +68,8 @@ class MuJoCo:
         if why:
             raise SceneError(f"MuJoCo cannot represent {scene.name}: {why}")
         self.mujoco: Any = mujoco
-        # It would print, and write a log into the working directory; failures are told by us.
+        # By default MuJoCo prints, and writes a log into the working directory. Failures are
+        # reported here instead.
         mujoco.set_mju_user_warning(lambda text: None)
         self.scene, self.sampling = scene, sampling
         self.step: float | None = step
@@ -97,7 +99,7 @@ class MuJoCo:
         suspension = scene.effects.get("suspension")
         k, c = (suspension.stiffness, suspension.damping) if suspension else (0.0, 0.0)
         rotor = scene.eccentric_mass
-        # Every moving body must have a mass; where all of it is eccentric, next to none is left.
+        # Every moving body must have a mass; if all of it is eccentric, the rest gets a tiny one.
         deck = max(scene.total_mass - scene.balls.total_mass - rotor, 1e-14 * scene.total_mass)
         inertia = f'diaginertia="{least} {least} {least}"'
         slide = f'type="slide" stiffness="{unit * k!r}" damping="{unit * c!r}"'
@@ -119,7 +121,7 @@ class MuJoCo:
         </body></worldbody></mujoco>"""
 
     def prepare(self) -> None:
-        """Back to the start."""
+        """Return to the start."""
         self.mujoco.mj_resetData(self.model, self.data)
         self.data.qpos[2] = self.scene.start.angle
         self.data.qpos[3:] = start_angles(self.scene)
@@ -130,7 +132,7 @@ class MuJoCo:
         self.data.qvel[3:] = start.ball_rates or 0.0
 
     def run(self) -> np.ndarray:
-        """Positions of all joints at the sample times; its steps end at every breakpoint."""
+        """Return the positions of all joints at the sample times; steps end at breakpoints."""
         kept: list[np.ndarray] = []
         now, times = 0.0, self.sampling.times
         for piece in self.profile.segments:
@@ -160,9 +162,9 @@ class MuJoCo:
         return float(until)
 
     def samples(self, kept: np.ndarray) -> Samples:
-        """Its slides are the deck's displacement, its hinges the balls' angles."""
+        """Return samples: slides are the deck's displacement, hinges the balls' angles."""
         return Samples(kept[:, :2], kept[:, 3:])
 
     def energy_error(self) -> float | None:
-        """It keeps no energy balance of the motor's work and of losses."""
+        """Return None: MuJoCo keeps no balance of the motor's work and of losses."""
         return None

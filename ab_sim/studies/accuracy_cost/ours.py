@@ -1,4 +1,4 @@
-"""The package's steppers, as a user runs them: through Drive."""
+"""Steppers of this package, run through Drive as by a user."""
 
 import math
 
@@ -14,7 +14,7 @@ from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 
 class OwnStepper:
-    """A stepper at a step.
+    """Stepper at one step.
 
     Raises:
         SceneError: the scene refuses the step, e.g. beyond the stability limit.
@@ -38,11 +38,11 @@ class OwnStepper:
         return self.drive.events
 
     def prepare(self) -> None:
-        """Back to the start."""
+        """Return to the start."""
         self.drive.reset()
 
     def run(self) -> Trajectory:
-        """All steps; every one is recorded, as in use, and those at the reference's are kept."""
+        """Take and record all steps, as in normal use; keep those at the reference's times."""
         every = self.each // math.gcd(self.each, self.sampling.parts)
         try:
             return self.drive.advance(self.sampling.number * self.each, every)
@@ -50,11 +50,11 @@ class OwnStepper:
             raise FailedError(f"diverged: {error}") from error
 
     def samples(self, kept: Trajectory) -> Samples:
-        """Position and ball angles."""
+        """Return deck position and ball angles."""
         return Samples.of(kept)
 
     def energy_error(self) -> float | None:
-        """In a run of its own, because the energy balance takes time."""
+        """Return the energy balance's error, from a separate run because it takes time."""
         drive = Drive(self.scene, energy_balance=True)
         every = -(-self.sampling.number // INSTANTS)
         energies = []

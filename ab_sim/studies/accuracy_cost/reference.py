@@ -1,9 +1,9 @@
-"""What all runs of a scene are compared with, and how far that itself may be wrong.
+"""Reference solution of a scene, and its uncertainty.
 
-Two makers who share nothing but the equations would have to be wrong alike for that to be too
-little. Without events there are such: collocation and SciPy. With events both are the package's own
-and a mistake in the laws of friction and contact, or in where events are found, would be in both:
-those are compared with a simulator of its own in the package's tests, not here.
+The uncertainty is the difference of two solutions. Without events they come from collocation and
+SciPy, which share only the equations, so a common error is unlikely. With events both use this
+package's code, and an error in the laws of friction and contact, or in the event location, would
+be in both. The package's tests compare those with an independent simulator.
 """
 
 import math
@@ -24,40 +24,42 @@ from ab_sim.studies.accuracy_cost.tolerance import ByTolerance
 
 TIGHT, TIGHT_STIFF = 2.5e-14, 1e-10
 MOST_COLLOCATED = 1_500_000
-"""Collocation steps; beyond that the drag is stiff enough for SciPy's implicit method."""
+"""Maximum number of collocation steps; stiffer scenes use SciPy's implicit method."""
 SHORT = (5e-5, 2e-5, 1e-5, 5e-6, 2e-6, 1e-6, 5e-7, 2e-7, 1e-7)
-"""Steps for references with events [s]; the longest that is stable is taken."""
+"""Steps for references with events [s]; the longest stable one is used."""
 MOST_STEPS = 10_000_000
 EQUATIONS = ("equations of motion",)
 OURS = (*EQUATIONS, "laws of friction and contact", "steppers", "location of events")
 
 
 class Reference(NamedTuple):
-    """A run to compare with."""
+    """Reference solution."""
 
     text: str
-    """What it is, for people."""
+    """Description for the user."""
     shares: tuple[str, ...]
-    """What it has in common with the package's methods that it judges: with ``EQUATIONS`` alone it
-    is independent of them."""
+    """Code shared with the package's methods; with ``EQUATIONS`` alone the reference is independent
+    of them."""
     uncertainty: Deviation
-    """How far its two makers are apart, at most over the run (at its end, one instant, they may
-    agree by chance); and no less than rounding."""
+    """Largest difference of the two solutions over the run, at least the rounding error. The end
+    alone would not do: at one instant they may agree by chance."""
     first: Samples
     second: Samples
     judged_by_second: tuple[str, ...]
-    """Methods that the second is for, because the first was made with them."""
+    """Methods compared with the second solution, because they computed the first."""
 
     def samples_for(self, method: str) -> Samples:
-        """The run that a method is compared with: never one it made itself."""
+        """Return the solution for a method, never one that the method computed."""
         return self.second if method in self.judged_by_second else self.first
 
 
 def smooth_reference(f: RightHandSide) -> Reference:
-    """Of a scene without events: Gauss' collocation beside DOP853; if very stiff, Radau, LSODA.
+    """Return the reference of a scene without events.
+
+    The two solutions are by Gauss collocation and DOP853; for very stiff scenes by Radau and LSODA.
 
     Raises:
-        InputError: both could not be made.
+        InputError: the two solutions could not be computed.
     """
     f = f.sampled(f.sampling.finest)
     step = min(step_for(f), f.sampling.period)
@@ -93,16 +95,16 @@ def _by_tolerance(f: RightHandSide, name: str, tolerance: float) -> Samples:
 
 
 def event_reference(scene: Scene, sampling: SampleTimes) -> Reference:
-    """Of a scene with events: rk8 at a short step, and tsit5 for rk8 itself.
+    """Return the reference of a scene with events: rk8 at a short step, and tsit5 to judge rk8.
 
-    Nobody else here locates events, so both use the package's code for that, and share its
-    equations; they differ in method, steps, and in where events fall within steps.
+    The other packages here do not locate events, so both solutions use this package's equations
+    and event location. They differ in method, steps, and the position of events within steps.
 
     Raises:
-        InputError: no step is short enough, or one of them diverged.
+        InputError: no step is short enough, or a solution diverged.
     """
     made: dict[str, tuple[float, Samples]] = {}
-    # Steps that differ: with equal ones, even rounding errors would be alike.
+    # The steps differ: with equal ones, even rounding errors would be alike.
     below = math.inf
     for name in (RK8.name, TSIT5.name):
         run, step = _shortest(scene, sampling, name, below)

@@ -1,4 +1,4 @@
-"""What a study found."""
+"""Results of a study."""
 
 import importlib.metadata
 from dataclasses import dataclass, fields
@@ -11,14 +11,14 @@ from ab_sim.studies.effect_cost import Quartiles, conditions
 
 
 class ErrorBound(NamedTuple):
-    """An error, or what it is at most, where the reference itself is no better."""
+    """Error, or its upper bound if it is within the reference's uncertainty."""
 
     value: float
     at_most: bool
 
     @classmethod
     def of(cls, error: float, uncertainty: float) -> "ErrorBound":
-        """An error that was seen against a reference of that uncertainty."""
+        """Create the bound from an error against a reference with this uncertainty."""
         return cls(max(error, uncertainty), error <= uncertainty)
 
     def __str__(self) -> str:
@@ -26,55 +26,55 @@ class ErrorBound(NamedTuple):
 
 
 class RunErrors(NamedTuple):
-    """Of one run, over the run and at its end."""
+    """Errors of one run, over the run and at its end."""
 
     angle: ErrorBound
-    """Of any ball's angle, over the run [rad]."""
+    """Largest error of any ball's angle, over the run [rad]."""
     whirl: ErrorBound
-    """Of the deck's displacement, over the run [e]."""
+    """Largest error of the deck's displacement, over the run [e]."""
     angle_end: ErrorBound
-    """As ``angle``, at the end."""
+    """Error of the balls' angles at the end [rad]."""
     whirl_end: ErrorBound
-    """As ``whirl``, at the end."""
+    """Error of the deck's displacement at the end [e]."""
     energy: float | None
-    """Of the energy balance over the run, relative; None where no energy balance is kept."""
+    """Relative error of the energy balance over the run; None without a balance."""
 
     @classmethod
     def of(cls, found: Deviation, uncertainty: Deviation, energy: float | None) -> "RunErrors":
-        """From what was seen."""
+        """Create the errors from a run's deviation."""
         angle, whirl, angle_end, whirl_end = map(ErrorBound.of, found, uncertainty)
         return cls(angle, whirl, angle_end, whirl_end, energy)
 
 
 class SettingCost(NamedTuple):
-    """One method at one setting."""
+    """Cost and errors of a method at one setting."""
 
     method: str
     peer: bool
-    """Whether it is not the package's."""
+    """True if the method is another package's."""
     step: float | None
-    """s; None for methods that choose their steps by a tolerance."""
+    """Step [s]; None for methods that choose their steps by a tolerance."""
     tolerance: float | None
-    """Relative; None for fixed steps."""
+    """Relative tolerance; None for fixed steps."""
     errors: RunErrors | None
-    """None where it failed."""
+    """Errors; None if the method failed."""
     cpu: Quartiles | None
-    """CPU seconds per simulated second, which is the fraction of one core that real time takes."""
+    """CPU seconds per simulated second: the fraction of a core that a run in real time takes."""
     repeats: int
-    """Runs timed; fewer than asked for where one takes long."""
+    """Number of timed runs; fewer than requested if a run takes long."""
     evaluations: float | None
-    """Of the right-hand side per simulated second, for peers that count them."""
+    """Evaluations of the right-hand side per simulated second, for peers that count them."""
     failure: str = ""
 
     @property
     def setting(self) -> str:
-        """Step or tolerance, for people."""
+        """Step or tolerance as text."""
         if self.step is not None:
             return f"{1e3 * self.step:g} ms"
         return f"rtol {self.tolerance:g}"
 
     def report(self) -> dict[str, Any]:
-        """As JSON-able values."""
+        """Return the row as JSON-able values."""
         errors = None
         if self.errors is not None:
             bounds = {
@@ -87,7 +87,7 @@ class SettingCost(NamedTuple):
 
 
 class OmittedMethod(NamedTuple):
-    """A method, or a setting of it, that was not measured."""
+    """Method, or one of its settings, that was not measured."""
 
     method: str
     reason: str
@@ -95,7 +95,7 @@ class OmittedMethod(NamedTuple):
 
 @dataclass(frozen=True, repr=False)
 class AccuracyCost(Presented):
-    """The study of one scene; see ``ab_sim.accuracy_cost``."""
+    """Study of one scene; see ``ab_sim.accuracy_cost``."""
 
     _picture = "accuracy_cost"
 
@@ -103,24 +103,23 @@ class AccuracyCost(Presented):
     effects: tuple[str, ...]
     balls: int
     duration: float
-    """What was simulated and compared [s]."""
+    """Time that was simulated and compared [s]."""
     period: float
-    """Between samples of peers that were compared [s]; also of steppers, whose steps do not end at
-    the reference's other instants."""
+    """Period of the compared samples of peers [s], and of steppers whose steps do not end at the
+    reference's other instants."""
     reference_period: float
-    """Between instants of the reference [s]: steppers are compared at those at which a step ends.
-    """
+    """Period of the reference's samples [s]; steppers are compared at those where a step ends."""
     unit_length: float
-    """m, of errors in whirl: e, or the race's radius for a rotor without unbalance."""
+    """Unit of errors in whirl [m]: e, or the race's radius for a rotor without unbalance."""
     unit: str
-    """Its symbol, e or R."""
+    """Symbol of ``unit_length``, e or R."""
     as_scene_says: str
-    """The stepper that the scene itself takes, and its step."""
+    """Stepper of the unchanged scene, and its step."""
     reference: str
     reference_shares: tuple[str, ...]
-    """What the reference has in common with the package's methods."""
+    """Code that the reference shares with the package's methods."""
     uncertainty: Deviation
-    """Of the reference: of its integration, not of the equations."""
+    """Uncertainty of the reference's integration, not of the equations."""
     repeats: int
     rows: tuple[SettingCost, ...]
     omitted: tuple[OmittedMethod, ...]
@@ -128,20 +127,20 @@ class AccuracyCost(Presented):
 
     @property
     def independent(self) -> bool:
-        """Whether the reference has no more than the equations in common with what it judges."""
+        """True if the reference shares only the equations with the methods it judges."""
         return self.reference_shares == EQUATIONS
 
     def by_error(self) -> list[SettingCost]:
-        """All that ran, the most accurate first, and among equals the cheapest."""
+        """Return all rows that ran, sorted by error, then by CPU time."""
         return sorted((row for row in self.rows if row.errors and row.cpu), key=self._order)
 
     def error_of(self, row: SettingCost) -> float:
-        """What rows are compared by: the ball angle's largest error, without balls the whirl's."""
+        """Return the error by which rows are compared: of ball angles, without balls of whirl."""
         assert row.errors is not None
         return (row.errors.angle if self.balls else row.errors.whirl).value
 
     def front(self) -> list[SettingCost]:
-        """Rows that no other one beats at both error and time, the most accurate first."""
+        """Return the Pareto front of error and CPU time, the most accurate row first."""
         best: list[SettingCost] = []
         for row in self.by_error():
             assert row.cpu is not None
@@ -150,11 +149,11 @@ class AccuracyCost(Presented):
         return best
 
     def cheapest(self, error: float, peer: bool | None = None) -> SettingCost | None:
-        """The row with the least CPU time that has at most this error; None if there is none.
+        """Return the row with the least CPU time and at most this error; None if there is none.
 
         Args:
-            error: rad, or in whirl [e] without balls.
-            peer: only peers, or only the package's; None for both.
+            error: error in ball angle [rad]; without balls in whirl [e].
+            peer: True for peers only, False for this package's methods only, None for both.
         """
         good = [
             row
@@ -189,7 +188,7 @@ class AccuracyCost(Presented):
         }
 
     def report(self) -> dict[str, object]:
-        """As JSON-able values, with where and when it was measured."""
+        """Return the study as JSON-able values, with machine, versions and date."""
         where = conditions()
         where["versions"].update(peer_versions())
         return {
@@ -211,7 +210,7 @@ def _median(row: SettingCost) -> float:
 
 
 def peer_versions() -> dict[str, str]:
-    """Versions of the peers that are installed."""
+    """Return the versions of the installed peers."""
     found = {}
     for name in ("scipy", "scikit-sundae", "mujoco"):
         try:

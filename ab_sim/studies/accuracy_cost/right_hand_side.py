@@ -1,7 +1,7 @@
-"""The package's equations as f(t, y), for integrators that are not the package's.
+"""Equations of this package as f(t, y), for other packages' integrators.
 
-The only module here that knows how the equations are called. A scene's speed profile is cut
-into legs at its breakpoints, so that f is smooth within each; integrators start anew at each.
+This is the only module of the study that calls the equations. A scene's speed profile is cut into
+legs at its breakpoints, so that f is smooth within each leg. Integrators restart at each leg.
 """
 
 import copy
@@ -22,40 +22,40 @@ from ab_sim.studies.accuracy_cost.energy import RunEnergies
 from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 SAME_INSTANT = 1e-12
-"""s."""
+"""Difference up to which two times count as equal [s]."""
 
 
 class SmoothInterval(NamedTuple):
-    """A stretch of time in which f is smooth."""
+    """Time interval in which f is smooth."""
 
     grid: np.ndarray
-    """Times [s]: its begin, the sample times within, its end."""
+    """Times [s]: begin, sample times within, and end."""
     keep: np.ndarray
-    """Which of them are sample times, as indices."""
+    """Indices of the sample times in ``grid``."""
     place: ActiveSegment
     start: float
-    """When the segment begins [s]: local time is counted from it."""
+    """Begin of the profile segment [s]: the origin of local time."""
     field: VectorField
-    """The equations there."""
+    """Equations in the interval."""
 
     def f(self, t: float, y: np.ndarray) -> np.ndarray:
-        """The slope, a new array."""
+        """Return the slope as a new array."""
         out = np.empty(len(y))
         self.fill(t, y, out)
         return out
 
     def fill(self, t: float, y: np.ndarray, out: np.ndarray) -> None:
-        """The slope into ``out``; y may be a column of an array."""
+        """Write the slope into ``out``; y may be a column of an array."""
         self.field.fill(t, np.ascontiguousarray(y), out)
 
 
 class RightHandSide:
-    """A scene without events as f(t, y), leg by leg.
+    """Scene without events as f(t, y), leg by leg.
 
     Args:
-        scene: what to simulate.
-        sampling: when samples are kept.
-        energy_balance: also the two states of the energy balance.
+        scene: scene to simulate.
+        sampling: sample times.
+        energy_balance: whether to add the two states of the energy balance.
     """
 
     def __init__(self, scene: Scene, sampling: SampleTimes, energy_balance: bool = False) -> None:
@@ -68,7 +68,7 @@ class RightHandSide:
         self.legs = tuple(self._legs())
 
     def sampled(self, sampling: SampleTimes) -> "RightHandSide":
-        """The same at other sample times."""
+        """Return the same right-hand side with other sample times."""
         other = copy.copy(self)
         other.sampling = sampling
         other.legs = tuple(other._legs())
@@ -76,7 +76,7 @@ class RightHandSide:
 
     @property
     def scale(self) -> np.ndarray:
-        """Magnitudes from which absolute tolerances are made, shape (states,)."""
+        """Magnitudes of the states for absolute tolerances, shape (states,)."""
         layout, speed = layout_of(self.system), self.scene.spindle.max_speed
         length = self.scene.whirl_unit[0]
         energy = 0.5 * self.scene.total_mass * (length * speed) ** 2
@@ -86,7 +86,7 @@ class RightHandSide:
         return scale
 
     def samples(self, states: np.ndarray) -> Samples:
-        """States at the sample times, shape (samples, states), as samples."""
+        """Convert states at the sample times, shape (samples, states), to samples."""
         layout, deck_model = layout_of(self.system), self.system.deck_model
         psi = self.profile.angles(np.asarray(self.sampling.times))
         position = deck_model.place(states[:, layout.deck], psi)
@@ -94,7 +94,7 @@ class RightHandSide:
         return Samples(position, states[:, layout.angles] + turns)
 
     def energy_error(self, states: np.ndarray) -> float:
-        """Of a run with an energy balance, from its states at the sample times."""
+        """Return a run's error of the energy balance, from its states at the sample times."""
         before = self._stored(self.start, 0.0)
         return RunEnergies(
             [

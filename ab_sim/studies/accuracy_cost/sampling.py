@@ -1,4 +1,4 @@
-"""When runs are compared."""
+"""Times at which runs are compared."""
 
 import math
 from typing import NamedTuple
@@ -10,52 +10,51 @@ from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
 LADDER = (0.1e-3, 0.2e-3, 0.5e-3, 1e-3, 2e-3, 2.5e-3, 5e-3, 10e-3)
-"""Steps that every stepper is tried at [s]; all divide the longest."""
+"""Steps at which every stepper is measured [s]; all divide the longest."""
 LEAST_SAMPLES = 20
 DENSE = 0.5e-3
-"""Steps that are not shorter are compared at the end of each of them [s]: just after a jump of the
-spindle's acceleration, errors of long steps peak for some milliseconds."""
+"""Shortest step after whose every end runs are compared [s]. Just after a jump of the spindle's
+acceleration, errors of long steps peak for some milliseconds."""
 
 
 class SampleTimes(NamedTuple):
-    """Sample times: whole multiples of a period, so that every run has a step that ends there."""
+    """Sample times, whole multiples of a period, so that every run has a step that ends there."""
 
     period: float
-    """s."""
+    """Period [s]."""
     number: int
     parts: int = 1
-    """The reference has samples at so many parts of each period; steppers, at those of them at
-    which a step ends."""
+    """Number of reference samples per period. Steppers have samples at those where a step ends."""
 
     @property
     def times(self) -> np.ndarray:
-        """s, shape (number,); the start, where all runs agree, is not among them."""
+        """Times [s], shape (number,), without the start, where all runs agree."""
         return np.arange(1, self.number + 1) * self.period
 
     @property
     def end(self) -> float:
-        """The last of them [s]."""
+        """Last sample time [s]."""
         return self.number * self.period
 
     @property
     def finest(self) -> "SampleTimes":
-        """The reference's: a sample at each of the parts."""
+        """Sample times of the reference, ``parts`` in each period."""
         return SampleTimes(self.period / self.parts, self.number * self.parts)
 
     def per_period(self, step: float) -> int:
-        """How many steps make a period; 0 if it is not a whole number."""
+        """Return the number of steps per period; 0 if it is not whole."""
         period, one = nanoseconds(self.period), nanoseconds(step)
         return period // one if period % one == 0 else 0
 
 
 def sampling_of(scene: Scene) -> SampleTimes:
-    """The common sample times of a scene.
+    """Return the common sample times of a scene.
 
-    The period is the ladder's longest step, or the least multiple of it that the scene's own step
-    divides, if that leaves enough samples; a shorter step of the ladder for a short scene. Its
-    parts are such that all steps down to ``DENSE``, of the ladder and the scene's own, end at one,
-    as long as that does not make too many. Where the duration is not a multiple of the period, the
-    comparison ends at the last one before.
+    The period is the smallest multiple of the ladder's longest step that the scene's step divides,
+    or that longest step itself if too few samples would remain. A short scene uses a shorter step
+    of the ladder. All steps down to ``DENSE``, of the ladder and of the scene, end at one of the
+    period's parts, unless that needs too many parts. If the duration is not a multiple of the
+    period, the comparison ends at the last whole period.
 
     Raises:
         InputError: the duration is too short to compare anything.
@@ -84,5 +83,5 @@ def _parts(sampling: SampleTimes, steps: list[float]) -> int:
 
 
 def nanoseconds(time: float) -> int:
-    """The nearest whole number of nanoseconds: steps are compared exactly, not as floats."""
+    """Return the nearest whole number of nanoseconds, for exact comparison of steps."""
     return round(time * 1e9)

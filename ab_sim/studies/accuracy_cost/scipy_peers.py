@@ -1,4 +1,4 @@
-"""SciPy's integrators."""
+"""Integrators of SciPy."""
 
 import warnings
 from functools import partial
@@ -12,7 +12,7 @@ from ab_sim.studies.accuracy_cost.right_hand_side import SmoothInterval
 from ab_sim.studies.accuracy_cost.tolerance import IntervalOutcome, LegSolver
 
 MOST_STEPS = 10**7
-# Their hints do not know compiled functions, nor methods that are named at run time.
+# SciPy's type hints cover neither compiled functions nor methods named at run time.
 _SOLVE_IVP: Any = solve_ivp
 _ODEINT: Any = odeint
 
@@ -38,9 +38,10 @@ def _solve_ivp(
 def lsoda(
     leg: SmoothInterval, state: np.ndarray, relative: float, absolute: np.ndarray
 ) -> IntervalOutcome:
-    """LSODA through ``odeint``: its loop is compiled, where solve_ivp's is Python and 3 x slower.
+    """Integrate a leg by LSODA through ``odeint``.
 
-    It integrates past the leg's end and interpolates: f continues smoothly there.
+    Its loop is compiled; that of solve_ivp is Python and 3 x slower. LSODA integrates past the
+    leg's end and interpolates: f continues smoothly there.
     """
     with warnings.catch_warnings():
         warnings.simplefilter("error", ODEintWarning)

@@ -1,4 +1,4 @@
-"""The study: all methods of a scene, their errors first, then their times, interleaved."""
+"""Run the study: first the errors of all methods, then their interleaved timings."""
 
 import math
 import time
@@ -27,15 +27,15 @@ from ab_sim.studies.effect_cost import Quartiles
 REPEATS = 9
 
 NEAR = 3.0
-"""A method's settings go on until its error is this near to the reference's uncertainty."""
+"""Ratio of error to the reference's uncertainty below which no finer settings are run."""
 LONG_RUN = 3.0
-"""s of CPU time: beyond it, finer settings of a method are left out."""
+"""CPU time of a run beyond which finer settings of the method are left out [s]."""
 TIME_FOR_ONE = 6.0
-"""s of CPU time that repeats of one setting may take."""
+"""CPU time for the repeats of one setting [s]."""
 
 
 class _Candidate:
-    """A method at a setting, with what was seen of it."""
+    """Method at one setting, with its measurements."""
 
     def __init__(
         self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int
@@ -108,7 +108,7 @@ def accuracy_cost(
     if repeats < 1:
         raise InputError(f"repeats = {repeats}: must be at least 1")
     tell = progress or (lambda what, done, total: None)
-    # What it asks for is one of the settings.
+    # A requested accuracy is resolved to a step first; the study measures that step too.
     resolved, _ = resolve_accuracy(as_scene(scene), tell=progress)
     scene = resolved.planned
     choice = choose_stepper(scene, system_of(scene))
@@ -153,7 +153,7 @@ def accuracy_cost(
 
 
 class _Study:
-    """What is known while the study goes on."""
+    """Study in progress."""
 
     def __init__(
         self,
@@ -191,7 +191,7 @@ class _Study:
             )
 
     def _run(self, method: MeasuredMethod) -> str:
-        """Errors of one setting; says why finer ones would be of no use, if they would not."""
+        """Measure one setting's errors; return the reason to omit finer ones, or empty text."""
         try:
             method.prepare()
             begin = time.thread_time()
@@ -219,7 +219,7 @@ class _Study:
         return deviation(samples, self.reference.samples_for(name), self.scene.whirl_unit[0])
 
     def timed(self, tell: Progress) -> list[SettingCost]:
-        """All that ran, timed in turns; and what failed."""
+        """Time all settings in turns; return their rows and those of failed settings."""
         for turn in range(self.repeats):
             tell("measuring", turn, self.repeats)
             count = len(self.candidates)
@@ -245,5 +245,5 @@ class _Study:
 
 
 def _reason(error: SceneError) -> str:
-    """Of a refused step: the text less the step itself, so that steps share it."""
+    """Return the reason for a refused step without the step, so that steps share the text."""
     return str(error).split(" s: ", 1)[-1].split("; or leave")[0]

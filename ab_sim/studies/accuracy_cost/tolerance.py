@@ -1,4 +1,4 @@
-"""Integrators that are given a tolerance and choose their steps."""
+"""Integrators that choose their steps by a tolerance."""
 
 from collections.abc import Callable
 from typing import NamedTuple
@@ -10,31 +10,34 @@ from ab_sim.studies.accuracy_cost.methods import FailedError
 from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide, SmoothInterval
 
 ABSOLUTE = 0.01
-"""Absolute tolerances are this share of the relative one, times each state's magnitude."""
+"""Ratio of the absolute tolerance to the relative one times the state's magnitude."""
 
 
 class IntervalOutcome(NamedTuple):
-    """One leg, integrated."""
+    """Result of integrating one leg."""
 
     states: np.ndarray
-    """At the leg's grid, shape (times, states)."""
+    """States on the leg's grid, shape (times, states)."""
     evaluations: int
 
 
 LegSolver = Callable[[SmoothInterval, np.ndarray, float, np.ndarray], IntervalOutcome]
-"""From a leg, the state at its begin, relative and absolute tolerances; raises FailedError."""
+"""Function of a leg, the state at its begin, and relative and absolute tolerances.
+
+It raises FailedError if it cannot finish.
+"""
 
 
 class ByTolerance:
-    """One integrator at one relative tolerance.
+    """Integrator at one relative tolerance.
 
     Args:
-        f: the scene.
-        with_energy_balance: makes the scene with an energy balance; called only for
-            ``energy_error``. None where no energy balance can be kept.
-        name: of the integrator.
-        solver: integrates a leg.
-        tolerance: relative.
+        f: right-hand side of the scene.
+        with_energy_balance: factory of the right-hand side with an energy balance, called only by
+            ``energy_error``; None if the scene has no energy balance.
+        name: name of the integrator.
+        solver: function that integrates a leg.
+        tolerance: relative tolerance.
     """
 
     peer: bool = True
@@ -54,18 +57,18 @@ class ByTolerance:
         self.evaluations: int | None = None
 
     def prepare(self) -> None:
-        """Nothing is kept from run to run."""
+        """Do nothing: no state is kept between runs."""
 
     def run(self) -> np.ndarray:
-        """States at the sample times."""
+        """Return the states at the sample times."""
         return self._run(self.f)
 
     def samples(self, kept: np.ndarray) -> Samples:
-        """Those states as samples."""
+        """Convert the states to samples."""
         return self.f.samples(kept)
 
     def energy_error(self) -> float | None:
-        """With the energy balance's states integrated along."""
+        """Return the energy balance's error, from a run that integrates its states too."""
         if self.with_energy_balance is None:
             return None
         f = self.with_energy_balance()
@@ -85,7 +88,7 @@ class ByTolerance:
             states, more = self.solver(leg, state, relative, absolute)
             if not np.isfinite(states).all():
                 raise FailedError("diverged: states that are not finite")
-            # Of a transposed array: code reads what lies side by side in memory.
+            # Solvers may return a transposed array, but compiled code reads contiguous memory.
             state = np.ascontiguousarray(states[-1])
             kept.append(states[leg.keep])
             evaluations += more

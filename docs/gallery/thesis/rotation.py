@@ -133,7 +133,7 @@ def _ends_picture(folder: Path, number: str, held: int, drag: Ends, eccentricity
             axes.axhline(odd, color="0.6", lw=0.8, ls="--", zorder=0)
     what = "with a hold of 0.5 s" if held else "without a variable-speed period"
     caption = (
-        f"Figures {first} to {third}: {what}; dashed: opposite to the unbalance; {second} goes on "
-        "above"
+        f"Figures {first} to {third}: {what}; dashed: opposite to the unbalance; {second} "
+        "continues above the plotted range"
     )
     return written(figure, folder, number, caption)

@@ -90,7 +90,7 @@ def _rows(
         (
             str(number),
             eta,
-            "stable states but for r11 and r = 0",
+            "stable states except r11 and r = 0",
             "none",
             ", ".join(others) or "none",
         )
