@@ -130,10 +130,11 @@ def main() -> None:
         print(json.dumps(measure(*json.loads(sys.argv[-1]), reference)))
         return
     asked = arguments("Cost of each stepper at given errors.", 3).parse_args()
-    rows = []
+    # Order 2 reaches none of the errors in reasonable time.
+    rows, names = [], [name for name in steppers() if name != "generalized-alpha"]
     for case in SCENES:
         reference = in_new_process((case, "rk8", 1))["angles"]
-        for stepper in steppers():
+        for stepper in names:
             row = in_new_process((case, stepper, asked.repeats), reference)
             if row:  # else refused at all settings
                 rows.append({"scene": case, "stepper": stepper, **row})
