@@ -178,7 +178,7 @@ def figure(report: dict[str, Any], path: Path) -> None:
     axes.invert_yaxis()
     axes.set_xlabel("simulated seconds per CPU second, one core")
     axes.margins(x=0.15)
-    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.09), ncols=3)
+    axes.legend(fontsize=8, loc="upper center", bbox_to_anchor=(0.4, -0.14), ncols=3)
     try:
         made.savefig(path, dpi=120)
     finally:
