@@ -138,7 +138,8 @@ def main() -> None:
             row = in_new_process((case, stepper, asked.repeats), reference)
             if row:  # else refused at all settings
                 rows.append({"scene": case, "stepper": stepper, **row})
-    report = {**conditions(), "runs": RUNS, "repeats": asked.repeats, "rows": rows}
+    report = {**conditions(), "clock": "CPU time of the process", "runs": RUNS}
+    report |= {"repeats": asked.repeats, "rows": rows}
     write_json(report, str(asked.out / "stepper-table.json"))
     head = ["scene", "stepper", "first [s]", *(f"{e:g} rad [ms]" for e in ERRORS), "batch [s]"]
     print(table(head, [cells(row) for row in rows]))
