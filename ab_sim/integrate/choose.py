@@ -126,6 +126,8 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
                 f"auto: {USUAL} would need steps of at most {most:g} s for {what}, whose rate is "
                 f"{abs(rates[what]):.4g} 1/s"
             )
+            if stepper.parts > 1:
+                reason += f"; takes each step in {stepper.parts} parts"
     _check_suits(stepper, scene, system)
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)

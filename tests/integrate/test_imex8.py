@@ -58,7 +58,9 @@ class TestAutomatic:
     """Steps that ``auto`` takes where ``rk8`` is unstable."""
 
     def test_choice(self, scene: Any, effects: Any, name: str, parts: int | None) -> None:
-        stepper = Drive(stiff(scene, effects)).stepper
+        choice = Drive(stiff(scene, effects)).choice
+        stepper = choice.stepper
+        assert (f"in {stepper.parts} parts" in choice.reason) == (name == "rk8")
         assert stepper.name == name
         assert stepper.parts == parts if parts else stepper.parts > 1
 
