@@ -189,7 +189,7 @@ def _beside_notes(found: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterat
     for state, more in zip(found.branches, beside, strict=True):
         if state.stable is None:
             yield (
-                f"{state.label}: undecided, the largest growth rate is 0 but for rounding; of "
+                f"{state.label}: undecided, the largest growth rate is 0 except for rounding; of "
                 f"motions disturbed along each coordinate {answers[more['comes_back']]}"
             )
     for state, more in zip(found.branches, beside, strict=True):

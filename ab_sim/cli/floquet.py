@@ -171,7 +171,7 @@ def _notes(scene: Scene, found: list[Stability]) -> Iterator[str]:
                 "are 1 there; give it one"
             )
         else:
-            yield "undecided: the largest multiplier is 1 but for rounding; run the scene to see"
+            yield "undecided: the largest multiplier is 1 except for rounding; run the scene to see"
 
 
 def _borders(followed: Followed) -> Iterator[str]:

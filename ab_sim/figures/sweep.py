@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -23,6 +24,9 @@ MARKS = {
     FAILED: ("x", "#1a1a1a"),
 }
 """Markers of runs that did not settle."""
+BALANCES = {Verdict.BALANCED.value: "white", Verdict.RINGING_DOWN.value: "#9a9a9a"}
+"""Faces of the dots of runs that balance, on maps."""
+NO_VALUE = "#d9d9d9"
 LINE, BEST = "#2b6ca3", "#b3007d"
 WIDE = 30.0
 """Ratio of largest to least value of a positive metric from which its axis is logarithmic."""
@@ -80,6 +84,7 @@ def _maps(found: Sweep) -> ResultFigure:
     for axes, metric in zip(panels, metrics, strict=False):
         values = found.shown(metric).astype(float)
         colours = _draw_map(found, axes, (x, y), values)
+        _mark_balanced(found, axes, x, y)
         _mark_others(found, axes, x, y)
         _mark_best(found, metric, axes, x, y)
         axes.set_title(found.titled(metric), fontsize=10)
@@ -91,14 +96,16 @@ def _maps(found: Sweep) -> ResultFigure:
         _scale_axis(found, across, axes, names_x, "x", place + columns >= len(metrics))
         _scale_axis(found, up, axes, names_y, "y", place % columns == 0)
     figure.suptitle(_title(found), fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
+    gaps = any(not np.isfinite(found.shown(metric).astype(float)).all() for metric in metrics)
+    handles = [*_legend(found, dots=True), *([_no_value()] if gaps else [])]
+    figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9)
     return figure
 
 
 def _draw_map(
     found: Sweep, axes: Axes, places: tuple[np.ndarray, np.ndarray], values: np.ndarray
 ) -> ScalarMappable | None:
-    """Draw a grid's values as areas with contours, or a design's as points; None without values."""
+    """Draw a grid's values as areas, or a design's as points; None without values."""
     (x, y), there = places, np.isfinite(values)
     if not there.any():
         axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
@@ -113,11 +120,7 @@ def _draw_map(
     areas = axes.pcolormesh(
         across, up, grid, norm=norm, cmap="viridis", shading="nearest", rasterized=True
     )
-    axes.set_facecolor("#d9d9d9")
-    if min(grid.shape) > 2 and np.ptp(values[there]) > 0:
-        levels = _levels(norm)
-        lines = axes.contour(across, up, grid, levels=levels, colors="white", linewidths=0.7)
-        axes.clabel(lines, fmt="%.3g", fontsize=7)
+    axes.set_facecolor(NO_VALUE)
     return areas
 
 
@@ -141,6 +144,7 @@ def _pairs(found: Sweep) -> ResultFigure:
             continue
         (x, names_x), (y, names_y) = (_places(found, k) for k in (keys[column], keys[row + 1]))
         axes.scatter(x[order], y[order], c=values[order], s=10, norm=norm, cmap="viridis")
+        _mark_balanced(found, axes, x, y)
         _mark_others(found, axes, x, y)
         _mark_best(found, metric, axes, x, y)
         _scale_axis(found, keys[column], axes, names_x, "x", row == count - 1)
@@ -151,7 +155,9 @@ def _pairs(found: Sweep) -> ResultFigure:
         f"; {', '.join(found.keys[MOST_KEYS:])} not drawn" if len(found.keys) > len(keys) else ""
     )
     figure.suptitle(_title(found) + left_out, fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
+    figure.legend(
+        handles=_legend(found, dots=True), loc="outside lower center", ncols=4, fontsize=9
+    )
     return figure
 
 
@@ -186,18 +192,33 @@ def _is_log(values: np.ndarray) -> bool:
     return bool(evenness[1] < evenness[0])
 
 
+def _mark_balanced(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+    for outcome in BALANCES:
+        chosen = found[OUTCOME] == outcome
+        axes.plot(x[chosen], y[chosen], ms=_size(y), mew=0.6, **_style(outcome))
+
+
 def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Mark runs that did not settle; those without a value are lines across the panel."""
-    size = min(4.0, max(1.0, 80.0 / math.sqrt(len(y))))
-    for outcome, (marker, colour) in MARKS.items():
+    for outcome, (_, colour) in MARKS.items():
         chosen = found[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
-        face = "none" if marker == "o" else colour
-        axes.plot(
-            x[valued], y[valued], ls="", marker=marker, ms=size, mfc=face, mec=colour, zorder=3
-        )
+        axes.plot(x[valued], y[valued], ms=_size(y), zorder=3, **_style(outcome))
         for place in x[chosen & ~np.isfinite(y)]:
             axes.axvline(place, color=colour, lw=1.0, alpha=0.35, zorder=0)
+
+
+def _size(places: np.ndarray) -> float:
+    """Return the size of markers for that many runs [pt]."""
+    return min(4.0, max(1.0, 80.0 / math.sqrt(len(places))))
+
+
+def _style(outcome: str) -> dict[str, Any]:
+    """Return the style of the marker of an outcome in ``MARKS`` or ``BALANCES``."""
+    if outcome in BALANCES:
+        return {"ls": "", "marker": "o", "mfc": BALANCES[outcome], "mec": "black"}
+    marker, colour = MARKS[outcome]
+    return {"ls": "", "marker": marker, "mfc": "none" if marker == "o" else colour, "mec": colour}
 
 
 def _mark_best(found: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
@@ -210,14 +231,27 @@ def _mark_best(found: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarr
         )
 
 
-def _legend(found: Sweep) -> list[Line2D]:
-    """Return legend entries for the outcomes that occur, with their counts."""
+def _legend(found: Sweep, dots: bool = False) -> list[Line2D]:
+    """Return legend entries for the outcomes that occur, with their counts.
+
+    Args:
+        found: the sweep.
+        dots: whether runs that balance have dots, as on maps.
+    """
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
     for outcome, count in found.outcomes.items():
-        marker, colour = MARKS.get(outcome, ("s", LINE))
-        face, said = "none" if marker == "o" else colour, f"{outcome}: {count}"
-        handles.append(Line2D([], [], ls="", marker=marker, mfc=face, mec=colour, label=said))
+        label = f"{outcome}: {count}"
+        if outcome in MARKS or (dots and outcome in BALANCES):
+            handles.append(Line2D([], [], label=label, **_style(outcome)))
+        elif dots:
+            handles.append(Line2D([], [], ls="", label=f"no mark: {label}"))
+        else:
+            handles.append(Line2D([], [], ls="", marker="s", color=LINE, label=label))
     return handles
+
+
+def _no_value() -> Line2D:
+    return Line2D([], [], ls="", marker="s", ms=9, mfc=NO_VALUE, mec="black", label="no value")
 
 
 def _norm(values: np.ndarray) -> Normalize:
@@ -228,11 +262,6 @@ def _norm(values: np.ndarray) -> Normalize:
 
 def _is_wide(values: np.ndarray) -> bool:
     return bool(values.min() > 0 and values.max() > WIDE * values.min())
-
-
-def _levels(norm: Normalize) -> np.ndarray:
-    shares = np.linspace(0.0, 1.0, 6)[1:-1]
-    return np.unique(np.asarray(norm.inverse(shares), float))
 
 
 def _title(found: Sweep) -> str:

@@ -29,6 +29,8 @@ ACQUAINTED = 0.5
 does not within 0.1 s of a request, as on a busy machine, Fast DDS drops the answer."""
 ANSWER = 10.0
 """Time for an answer that takes no work [s]."""
+GLANCE = 0.05
+"""Time to wait for a message [s]."""
 PARAMETERS = {
     "list_parameters": ListParameters,
     "get_parameters": GetParameters,
@@ -239,9 +241,10 @@ class Caller:
         while not condition():
             if self._stopping.is_set():
                 raise Interrupted("interrupted")
-            if (left := end - time.monotonic()) <= 0:
+            if time.monotonic() >= end:
                 return False
-            self._executor.spin_once(timeout_sec=min(left, 0.05))
+            # with another time-out rclpy would begin again with the first subscription
+            self._executor.spin_once(timeout_sec=GLANCE)
         return True
 
 

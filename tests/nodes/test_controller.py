@@ -170,11 +170,12 @@ def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     assert session.call(f"{node}/abort")[0]
     session.until(lambda: status_of(session) == "aborted", "it is aborted")
     assert session.call(f"{node}/start")[0]
+    # Of all that is heard in turn: once the profile is done, speeds are sent again.
+    session.until(lambda: session.value(node, "sends") == "a trajectory", "it says so")
     session.until(lambda: status_of(session) == "done", "the other one is done")
     session.until(lambda: speed_of(session) == 8.0, "and its speed is held")
     statuses = [text_of(m) for m in session.heard["profile_controller/status"]]
     assert statuses[-2].startswith("running: segment 1 of 1, from 0 to 8 rad/s")
-    session.until(lambda: session.value(node, "sends") == "a trajectory", "it says so")
 
 
 def test_a_profile_that_the_drive_cannot_follow_is_aborted(session: Fleet) -> None:
