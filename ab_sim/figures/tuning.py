@@ -124,7 +124,14 @@ def _legend(found: Tuning) -> list[Line2D]:
         if (count := int(np.count_nonzero(chosen)))
     ]
     if hollow := int(np.count_nonzero(_not_balanced(found) & valued)):
-        ring = {"marker": "o", "ls": "", "mfc": "white", "mec": LINE, "mew": 1.4, "ms": 5}
+        ring: dict[str, Any] = {
+            "marker": "o",
+            "ls": "",
+            "mfc": "white",
+            "mec": LINE,
+            "mew": 1.4,
+            "ms": 5,
+        }
         handles.append(Line2D([], [], **ring, label=f"white inside: not balanced: {hollow}"))
     if nothing := int(np.count_nonzero(~valued & ~ends)):
         text = f"without a value, e.g. not balanced; at the upper edge: {nothing}"
