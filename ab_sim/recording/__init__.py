@@ -27,11 +27,11 @@ entity                  contents                                             sho
                         of accelerations; where not every step is kept
                         ``channels:left_out``, how many were left out up to
                         each one
-``/plot``, ``/state``   derived: angles in degrees, driving forces, tilt,    plots
-                        r.m.s., orders and spectra of the vibration; state
-                        of the spindle
-``/top``, ``/space``    derived: the drawings, in mm, at most 100 times a    top view, 3-D
-                        second                                               view
+``/plot``, ``/state``   derived: r.m.s., orders and spectra of the           plots
+                        vibration; state of the spindle
+``/above``, ``/space``  derived: the drawings, in mm, at most 100 times a    top view, 3-D
+                        second; with ``/above/rotor`` angles in degrees,     view, plots
+                        driving forces, tilt
 ``/about``              explanation of the pictures                          text
 ``/run/NAME``           values of `Recording.scalar`                         plot
 ``/events/SOURCE``      entries of `Recording.event`                         text log

@@ -22,8 +22,8 @@ from ab_sim.recording.vectors import Arrows
 
 Parts = Iterator[tuple[str, Any]]  # entities and their data
 
-ROTOR = "/top/rotor"
-"""Entity of the rotor."""
+ROTOR = "/above/rotor"
+"""Entity of the rotor; it sorts before that of the samples, whose curves Rerun draws on top."""
 _SIDE = 1.35
 """Half the width of the picture, relative to the race's radius."""
 _TOP, _BOTTOM = -1.55, 1.8
@@ -48,7 +48,7 @@ class TopView:
         r, widest = self.race, max(self.radii, default=0.0)
         c, mark = 0.1 * r, 0.88 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
-        yield "/top/rest", rr.LineStrips2D(cross, colors=GREY, radii=0.006 * r)
+        yield "/above/rest", rr.LineStrips2D(cross, colors=GREY, radii=0.006 * r)
         yield f"{ROTOR}/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
         unbalance = rr.Points2D([[mark, 0]], colors=UNBALANCE, radii=0.05 * r)
         yield f"{ROTOR}/unbalance", unbalance
@@ -116,7 +116,7 @@ class TopView:
         return rrb.Spatial2DView(
             name="Top view",
             origin=ROTOR,
-            contents=["$origin/**", "/top/rest"],
+            contents=["$origin/**", "/above/rest"],
             visual_bounds=rrb.VisualBounds2D(x_range=sides, y_range=height),
         )
 

@@ -21,13 +21,13 @@ def test_top_view_is_to_scale_with_y_upwards(tmp_path: Path) -> None:
     names, samples = run(3, step=PERIOD)
     col = {name: samples[:, names.index(name)] for name in names}
     record(tmp_path / "run.rrd", names, samples)
-    shaft = np.array(cells(tmp_path / "run.rrd", "/top/rotor", "Transform3D:translation"))[:, 0]
+    shaft = np.array(cells(tmp_path / "run.rrd", "/above/rotor", "Transform3D:translation"))[:, 0]
     np.testing.assert_allclose(shaft[:, 0], 1e3 * col["x"], rtol=1e-6)
     np.testing.assert_allclose(shaft[:, 1], -1e3 * col["y"], rtol=1e-6)  # Rerun's y is down
-    turn = np.array(cells(tmp_path / "run.rrd", "/top/rotor", "Transform3D:quaternion"))[:, 0]
+    turn = np.array(cells(tmp_path / "run.rrd", "/above/rotor", "Transform3D:quaternion"))[:, 0]
     direction = np.exp(2j * np.arctan2(turn[:, 2], turn[:, 3]))
     np.testing.assert_allclose(direction, np.exp(-1j * col["angle"]), atol=1e-6)
-    balls = np.array(cells(tmp_path / "run.rrd", "/top/rotor", "Points2D:positions"))
+    balls = np.array(cells(tmp_path / "run.rrd", "/above/rotor", "Points2D:positions"))
     for ball in range(2):
         theta = col[f"ball_{ball}_angle"]
         expected = 10.0 * np.column_stack([np.cos(theta), -np.sin(theta)])
@@ -102,11 +102,11 @@ def test_every_ball_is_drawn_in_its_size_within_the_race(tmp_path: Path) -> None
     samples[:, names.index("ball_1_angle")] = 7.0 + np.array([0.3, 0.1, 0.0])
     with Recording(path, description=describe(ball_radii=[1e-3, 2e-3])) as recording:
         recording.block(names, samples)
-    apart, near, together = cells(path, "/top/rotor", "Points2D:radii")
+    apart, near, together = cells(path, "/above/rotor", "Points2D:radii")
     assert apart == pytest.approx([1.0, 2.0])
     assert together == pytest.approx([1.0, 0.62])
     assert near[0] == 1.0 and together[1] < near[1] < apart[1]
-    wall = np.array(still(path, "/top/rotor/race", "LineStrips2D:strips")[0])
+    wall = np.array(still(path, "/above/rotor/race", "LineStrips2D:strips")[0])
     np.testing.assert_allclose(np.hypot(*wall.T), 12.0, rtol=1e-6)
 
 

@@ -87,8 +87,8 @@ def test_arrows_are_the_unbalances_and_their_sum(
     file: Path, seen: Trajectory, scene: Scene
 ) -> None:
     """From above with y downwards; the ball's arrow begins at the tip of the rotor's."""
-    vectors = np.array(cells(file, "/top/rotor", "Arrows2D:vectors")) * [1.0, -1.0]
-    origins = np.array(cells(file, "/top/rotor", "Arrows2D:origins")) * [1.0, -1.0]
+    vectors = np.array(cells(file, "/above/rotor", "Arrows2D:vectors")) * [1.0, -1.0]
+    origins = np.array(cells(file, "/above/rotor", "Arrows2D:origins")) * [1.0, -1.0]
     m, R = scene.balls.masses[0], scene.race.radius
     rotor = scene.eccentric_mass * scene.rotor.eccentricity
     theta = seen.ball_angles
@@ -105,7 +105,7 @@ def test_arrows_are_the_unbalances_and_their_sum(
 
 
 def test_balls_on_the_rings_leave_no_unbalance(file: Path, scene: Scene) -> None:
-    rings = still(file, "/top/rotor/balanced", "LineStrips2D:strips")
+    rings = still(file, "/above/rotor/balanced", "LineStrips2D:strips")
     centres = np.array([np.mean(ring[:-1], axis=0) for ring in rings]) * [1e-3, -1e-3]
     assert np.hypot(*centres.T) == pytest.approx(scene.race.radius, rel=1e-6)
     rotor = scene.eccentric_mass * scene.rotor.eccentricity

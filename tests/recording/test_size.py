@@ -55,5 +55,5 @@ def test_pictures_that_wait_come_in_the_end(run: Trajectory, tmp_path: Path) -> 
             for start in range(0, ROWS, 100):
                 recording.block(run.channels, run.samples[start : start + 100])
                 recording.flush(pictures=pictures)
-        frames.append(cells(path, "/top/rotor", "Transform3D:translation"))
+        frames.append(cells(path, "/above/rotor", "Transform3D:translation"))
     assert frames[0] == frames[1] and len(frames[0]) == ROWS // 10 + 1
