@@ -155,7 +155,7 @@ def _health(
     states = rrb.StateTimelineView(
         origin="/",
         contents=["/state/**", "/health/**"],
-        name="Phase of the run, states of nodes",
+        name="Phase of the run (v: variable speed), nodes",
         time_view=rrb.TimeAxis(link="LinkToGlobal"),
     )
     return rrb.Grid(states, *plots, _events(), name="Health")

@@ -26,6 +26,8 @@ PHASES: Mapping[str, Colour] = {
     "steady": GREY,
     "slowing down": PURPLE,
 }
+LABELS = ("still", "up", "v", "steady", "down")
+"""Labels of the phases, short enough for half a second of a run."""
 
 Sent = tuple[str, Array, Any]
 
@@ -57,7 +59,7 @@ class SpindlePhase:
             "/state/spindle",
             rr.StateConfiguration(
                 values=list(PHASES),
-                labels=["variable" if name == PERIOD else name for name in PHASES],
+                labels=LABELS,
                 colors=list(PHASES.values()),
             ),
         )

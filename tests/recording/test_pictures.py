@@ -259,7 +259,7 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
         "In space",
         "Top view",
         "Spindle speed [rad/s]",
-        "Phase of the run, states of nodes",
+        "Phase of the run (v: variable speed), nodes",
         "Whirl, log10 of W/e: -1 is 0.1, 0 is 1",
         "Ball angles from the unbalance [deg]",
         "Driving force on the balls, forward positive [N]",
