@@ -10,6 +10,7 @@ from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
+from ab_sim.reports.identification import QUANTILE
 from tests.identification import drives
 
 DECK = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]
@@ -74,6 +75,7 @@ def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
         values[1] = end
         rise = 2.0 * (minimise(own, values, [0, 2], 30, last=True).cost - fit.cost)
         assert rise == pytest.approx(1.96**2, rel=0.05)
+        assert rise == pytest.approx(QUANTILE, rel=0.05), "the page's line of 95 %"
 
 
 def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:
