@@ -175,14 +175,12 @@ def with_effect(seed: int) -> dict[str, Any]:
     }
 
 
-def judged(
-    blind: Blind, recordings: list[Measured], seed: int, true: dict[str, float]
-) -> dict[str, Any]:
+def judged(blind: Blind, recordings: list[Measured], seed: int) -> dict[str, Any]:
     """Fit, and compare the values with the true ones."""
     begin = time.process_time()
-    question = Question(tuple(true), seed=seed, propose=False)
+    question = Question(tuple(blind.true), seed=seed, propose=False)
     found = run_identification(blind.guess, recordings, question)
-    values = [(found[key], value) for key, value in true.items()]
+    values = [(found[key], value) for key, value in blind.true.items()]
     errors = {each.name: each.value / value - 1.0 for each, value in values}
     widths = {each.name: abs(each.value - value) / (0.5 * (each.high - each.low))
               for each, value in values}  # fmt: skip
@@ -195,8 +193,6 @@ def judged(
         "errors": errors,
         "intervals_off": widths,
         "z": [each.worst for each in found.whiteness],
-        "notes": list(found.notes),
-        "runs": found.runs,
         "seconds": time.process_time() - begin,
     }
 
@@ -209,7 +205,7 @@ def ringing(seed: int) -> dict[str, Any]:
         try:
             measured = table_of(blind, drawn, seed, Path(folder) / "bare.parquet")
             found["doubt"] = bool(measured.doubt)
-            return {**found, **judged(blind, [measured], seed, blind.true)}
+            return {**found, **judged(blind, [measured], seed)}
         except InputError as error:
             return {**found, "refused": str(error)}
 
@@ -218,24 +214,7 @@ def far_start(seed: int) -> dict[str, Any]:
     """Fit a pair of recordings from start values that are far off."""
     blind, zero_known = blind_drive(seed, False, far=True), seed % 2 == 0
     recordings = recordings_of(blind.scene, seed, zero_known)
-    return {"zero_known": zero_known, **judged(blind, recordings, seed, blind.true)}
-
-
-def _short(found: dict[str, Any]) -> str:
-    """What became of one, in a line."""
-    told = (
-        "right",
-        "seconds",
-        "verdict",
-        "z",
-        "effect",
-        "change",
-        "flagged",
-        "named",
-        "refused",
-        "errors",
-    )
-    return ", ".join(f"{key} {found[key]}" for key in told if key in found)
+    return {"zero_known": zero_known, **judged(blind, recordings, seed)}
 
 
 def main() -> None:
@@ -269,14 +248,13 @@ def main() -> None:
             continue
         report[name] = []
         report["dates"][name] = report["conditions"]["date"][:16]
-        first = 0 if name == "effects" else told.seed
-        for seed in range(first, first + count):
+        for seed in range(told.seed, told.seed + count):
             case = before.get((name, seed)) or {"part": name, **work(seed)}
             if told.lines and (name, seed) not in before:
-                with told.lines.open("a") as file_of_lines:
-                    file_of_lines.write(json.dumps(case) + "\n")
+                with told.lines.open("a") as cases:
+                    cases.write(json.dumps(case) + "\n")
             report[name].append(case)
-            console.print(name, seed, _short(case))
+            console.print(case)
         write_json(report, str(file))
     write_page(told.out)
 

@@ -45,13 +45,7 @@ class Blind(NamedTuple):
 
 
 def blind_drive(seed: int, friction: bool, far: bool = False) -> Blind:
-    """Return a random drive of two balls, run up through its critical speed.
-
-    Args:
-        seed: seed of the drive.
-        friction: whether its balls have rolling friction.
-        far: whether each start value is off by ``FAR`` instead of up to ``OFF``.
-    """
+    """Return a random drive of two balls, run up through its critical speed."""
     numbers = np.random.default_rng([seed, 20261125])
 
     def between(low: float, high: float) -> float:
@@ -93,9 +87,7 @@ def blind_drive(seed: int, friction: bool, far: bool = False) -> Blind:
         factors = 1.0 + numbers.choice([-1.0, 1.0], len(true)) * numbers.uniform(*FAR, len(true))
     else:
         factors = np.exp(numbers.uniform(-OFF, OFF, len(true)))
-    guess = {
-        key: value * by for (key, value), by in zip(true.items(), factors.tolist(), strict=True)
-    }
+    guess = dict(zip(true, (factors * np.array(list(true.values()))).tolist(), strict=True))
     return Blind(_scene(raw, true), _scene(raw, guess), true, angles)
 
 
@@ -152,12 +144,12 @@ def ringing_drive(seed: int) -> tuple[Blind, dict[str, Any]]:
         "axes": int(numbers.integers(1, 3)),
         "kind": (DISPLACEMENT, ACCELERATION)[int(numbers.integers(2))],
     }
-    lasts = drawn["final"] * critical / drawn["acceleration"] + HELD
+    speed, acceleration = drawn["final"] * critical, drawn["acceleration"]
     changes = {
         "spindle.max_acceleration": 500.0,
-        "profile.acceleration": drawn["acceleration"],
-        "profile.target_speed": drawn["final"] * critical,
-        "duration": round(lasts, 2),
+        "profile.acceleration": acceleration,
+        "profile.target_speed": speed,
+        "duration": round(speed / acceleration + HELD, 2),
         "balls.mass": blind.true["balls.mass"],
     }
     true = {
@@ -172,11 +164,7 @@ def ringing_drive(seed: int) -> tuple[Blind, dict[str, Any]]:
 
 
 def table_of(blind: Blind, drawn: dict[str, Any], seed: int, file: Path) -> Measured:
-    """Write a recording without balls as a table of speed and signals, and read it.
-
-    Raises:
-        InputError: the recording is refused before any fit.
-    """
+    """Write a recording without balls as a table of speed and signals, and read it."""
     run, numbers = (
         run_scene(without_balls(blind.scene)).trajectory,
         np.random.default_rng([seed, 9]),
