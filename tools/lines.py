@@ -22,7 +22,7 @@ FORMER = "8c8862e"
 """The last core with numba."""
 NEW = (
     *("equations", "tracing", "dynamics", "kernels", "compiling"),
-    *("events", "stepping", "collocation", "taylor", "integrate"),
+    *("events", "stepping", "taylor", "integrate"),
 )
 OLD = ("dynamics", "integrate")
 """Folders of the cores; ``numbers`` was in ``dynamics``."""
@@ -75,11 +75,11 @@ PURPOSES = [
         "stepping",
     ),
     Purpose(
-        "collocation, with steps left to another stepper at events",
+        "implicit drag; in the former core collocation",
         "integrate/hand_over integrate/iteration integrate/left_out integrate/linear_motion "
         "integrate/response_tables integrate/responses integrate/span integrate/span_lengths "
         "integrate/steppers/collocation",
-        "collocation integrate/steppers/collocation",
+        "integrate/steppers/imex8",
     ),
     Purpose(
         "generalized-alpha",
