@@ -108,9 +108,10 @@ def _blind(name: str, drives: Sequence[dict[str, Any]]) -> list[str]:
 
 def _searches(ringing: list[dict[str, Any]], far: list[dict[str, Any]]) -> list[str]:
     """Return the part on recordings that look wrong, and on far starts."""
-    bare = "without balls; damping ratio 0.001 to 0.1, run-up of 10 to 400 rad/s² to 0.7 to 2.5"
     kinds = {
-        f"{bare} times the critical speed, one or two axes, displacement or acceleration": ringing,
+        "without balls; damping ratio 0.001 to 0.1, run-up of 10 to 400 rad/s² to 0.7 to 2.5 times "
+        "the critical speed, one or two axes, displacement or acceleration; start values up to "
+        "35 % off": ringing,
         "with and without balls; start values 20 to 60 % off":
             [each for each in far if each["zero_known"]],
         "the same, zero of the encoder unknown": [each for each in far if not each["zero_known"]],

@@ -31,6 +31,8 @@ PROFILE_STEPS = 6
 """Number of iterations of the other parameters at each point of a profile."""
 PROFILE_POINTS = 8
 """Largest number of profile points on each side."""
+HIGH = 10.0
+"""Ratio of a point's rise to the rise at the end of the interval above which it is too far off."""
 
 
 class Estimate(NamedTuple):
@@ -211,18 +213,33 @@ def _end(
     now = values
 
     def look(place: float, begin: np.ndarray) -> tuple[float, np.ndarray]:
-        moved = _moved(problem, begin, free, covariance, j, place - float(begin[j]))
-        moved[j] = place
-        found = minimise(problem, moved, others, PROFILE_STEPS)
+        # The parabola misleads where it has no curvature, as between balls that start together.
+        starts = [
+            _moved(problem, begin, free, covariance, j, place - float(begin[j])),
+            begin,
+            values,
+        ]
+        starts = [each.copy() for each in starts]
+        for each in starts:
+            each[j] = place
+        found = minimise(problem, min(starts, key=problem.cost), others, PROFILE_STEPS)
         return max(2.0 * (found.cost - best), 0.0), found.values
 
     def end_between(near: float, less: float, far: float, more: float) -> float:
-        middle = _root(near, less, far, more, rise)
-        there, _ = look(middle, now)
-        points.append((middle, there))
-        if there < rise:
-            return _root(middle, there, far, more, rise)
-        return _root(near, less, middle, there, rise)
+        for _ in range(PROFILE_POINTS):
+            # Far above the rise, the profile is no parabola: halve the bracket.
+            middle = _root(near, less, far, more, rise)
+            if more > HIGH * rise:
+                middle = 0.5 * (near + far)
+            there, _ = look(middle, now)
+            points.append((middle, there))
+            if there < rise:
+                near, less = middle, there
+            else:
+                far, more = middle, there
+            if more <= HIGH * rise:
+                break
+        return _root(near, less, far, more, rise)
 
     for _ in range(PROFILE_POINTS):
         place = at + way * step

@@ -78,6 +78,22 @@ def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
         assert rise == pytest.approx(QUANTILE, rel=0.05), "the page's line of 95 %"
 
 
+def test_balls_that_start_together_leave_the_other_intervals() -> None:
+    """Equal balls may be exchanged: next to each other, their distance has no curvature."""
+    drive = drives.scene({"start.ball_angles": [0.7, 0.703]})
+    measured = drives.measured(drive)
+    common = fitted_parameters(drive, [DECK[0], "balls.mass"], {})
+    own = Problem(drive, common, [measured], [0.01 * measured.rms])
+    start, free = np.array([1000.0, 5.5e-4, 0.7015, 0.7015]), range(4)
+    fit = minimise(own, start, free, 60, last=True)
+    found = intervals_of(own, fit.values, free, quiet).estimates
+    # With the start of one of the balls known.
+    regular = intervals_of(own, fit.values, range(3), quiet, profiles=False).estimates
+    for each, other in zip(found[:2], regular[:2], strict=True):
+        assert each.low < other.value < each.high
+        assert each.high - each.low == pytest.approx(other.high - other.low, rel=0.5), each.name
+
+
 def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:
     own = problem(1000.0, {})
     (bare,) = own.recordings
