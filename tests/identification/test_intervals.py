@@ -91,7 +91,7 @@ def test_balls_that_start_together_leave_the_other_intervals() -> None:
     regular = intervals_of(own, fit.values, range(3), quiet, profiles=False).estimates
     for each, other in zip(found[:2], regular[:2], strict=True):
         assert each.low < other.value < each.high
-        assert each.high - each.low == pytest.approx(other.high - other.low, rel=0.5), each.name
+        assert each.high - each.low == pytest.approx(other.high - other.low, rel=0.2), each.name
 
 
 def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:
