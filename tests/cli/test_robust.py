@@ -36,6 +36,7 @@ def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert (
         "8 pairs of drives, and took 24 runs more" in done.stdout and "Traceback" not in done.stderr
     )
+    assert "use --sobol 128 or more" in " ".join(done.stdout.split())
     report = json.loads((tmp_path / "s.json").read_text())
     found = package.open_sweep(tmp_path / "s.parquet")
     assert report["runs"]["peak_whirl_over_e"] == found["peak_whirl_over_e"].tolist()
