@@ -1,10 +1,11 @@
 """Real nodes in processes of their own, on a DDS domain of the test's, watched by a real node."""
 
+import math
 import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,21 @@ from tests.forked.node import ForkedNode
 Process = subprocess.Popen[bytes] | ForkedNode
 DEADLINE = 120.0
 """s; generous: a node may have to compile its kernel first."""
+ACQUAINTED = 0.5
+"""Time for a server that this process has discovered to discover it, too [s]. If it does not within
+0.1 s of a request, as on a busy machine, Fast DDS drops the answer."""
+SERVICES: dict[str, dict[str, Any]] = {
+    "drive_sim": {
+        "pause": SetBool,
+        "reset": Trigger,
+        "set_parameters_atomically": SetParametersAtomically,
+        "step": Trigger,
+    },
+    "profile_controller": {"abort": Trigger, "start": Trigger},
+}
+"""Services that many tests call: their clients are discovered while the nodes start."""
+GLANCE = 0.05
+"""Time between two checks of deadline and processes [s]."""
 EACH_CHANGE = Qos(100, latched=True)
 """Of what is said at changes: of two that come before a busy test looks, none is passed over."""
 
@@ -33,7 +49,7 @@ class Fleet:
     """Starts, watches and ends nodes; every wait is on a condition with a deadline."""
 
     def __init__(self, domain: int, logs: Path) -> None:
-        self._environment = {
+        self.environment = {
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -53,6 +69,11 @@ class Fleet:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._publishers: dict[str, Any] = {}
+        self._clients: dict[str, Any] = {}
+        """Clients by service."""
+        self._ready: dict[str, float] = {}
+        """Times at which clients were ready first, by service."""
+        self._looked = 0.0
         self.listen(topics.DIAGNOSTICS)
 
     def listen(self, topic: Topic) -> list[Any]:
@@ -74,15 +95,19 @@ class Fleet:
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
         module, arguments = f"ab_sim.nodes.{executable}", ["--ros-args", *settings]
+        self._forget_services(node)
         log = self._log_file(node)
-        self.processes[node] = ForkedNode(module, arguments, self._environment, log)
+        self.processes[node] = ForkedNode(module, arguments, self.environment, log)
+        for service, kind in SERVICES.get(executable, {}).items():
+            self._create_client(kind, f"{node}/{service}")
         return self.processes[node]
 
     def start_process(self, name: str, *command: str | Path) -> Process:
         """Start any program on the fleet's domain; it is watched and ended like a node."""
+        self._forget_services(name)
         with self._log_file(name).open("wb") as log:
             self.processes[name] = subprocess.Popen(
-                command, env=self._environment, stdout=log, stderr=subprocess.STDOUT
+                command, env=self.environment, stdout=log, stderr=subprocess.STDOUT
             )
         return self.processes[name]
 
@@ -95,22 +120,38 @@ class Fleet:
         self.until(lambda: words in self.log(node), f"{node} prints {words!r}")
 
     def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
-        """Listen until a condition is true; its value."""
+        """Listen until a condition is true; return its value.
+
+        By then, all messages that have arrived are heard. Fast DDS delivers the messages of one
+        process in the order in which they were published, so that a message or an answer for which
+        a test has waited comes after everything that its sender had published before.
+        """
         end = time.monotonic() + deadline
         while not (value := condition()):
-            dead = {n: p.poll() for n, p in self.processes.items() if p.poll() not in (None, 0)}
-            assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
-            assert time.monotonic() < end, f"not within {deadline} s: {what}; {self._tails()}"
-            self._executor.spin_once(timeout_sec=0.05)
+            if (now := time.monotonic()) - self._looked > GLANCE:
+                self._looked = now
+                assert now < end, f"not within {deadline} s: {what}; {self._tails()}"
+                dead = {n: c for n, p in self.processes.items() if (c := p.poll())}
+                assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
+                self._look_at_clients()
+            self._executor.spin_once(timeout_sec=GLANCE)
+        self._catch_up()
         return value
 
     def health(self, node: str) -> Health | None:
         """The newest health of a node."""
+        return next(self._newest_first(node), None)
+
+    def healths(self, node: str) -> list[Health]:
+        """Return each health of a node, oldest first.
+
+        A value that a node reports only for a moment is looked for here.
+        """
+        return [*self._newest_first(node)][::-1]
+
+    def _newest_first(self, node: str) -> Iterator[Health]:
         for message in reversed(self.heard["/diagnostics"]):
-            for health in Health.all_of(message):
-                if health.node == f"/{node}":
-                    return health
-        return None
+            yield from (each for each in Health.all_of(message) if each.node == f"/{node}")
 
     def value(self, node: str, key: str) -> str:
         """A value of a node's newest health, empty before the first."""
@@ -144,23 +185,38 @@ class Fleet:
 
     def ask(self, kind: Any, service: str, request: Any) -> Any:
         """Call a service of any kind; its response."""
-        client = self.node.create_client(kind, service)
-        try:
-            self.until(client.service_is_ready, f"service {service}")
-            self.acquainted()
-            future = client.call_async(request)
-            self.until(future.done, f"answer of {service}")
-            return future.result()
-        finally:
-            self.node.destroy_client(client)
+        future = self.client(kind, service).call_async(request)
+        self.until(future.done, f"answer of {service}")
+        return future.result()
+
+    def client(self, kind: Any, service: str) -> Any:
+        """Return a client of a service, after it and its server have discovered each other."""
+        self._create_client(kind, service)
+        self.until(lambda: self._is_acquainted(service), f"service {service}")
+        return self._clients[service]
+
+    def _create_client(self, kind: Any, service: str) -> None:
+        if service not in self._clients:
+            self._clients[service] = self.node.create_client(kind, service)
+
+    def _look_at_clients(self) -> None:
+        for service in self._clients.keys() - self._ready.keys():
+            if self._clients[service].service_is_ready():
+                self._ready[service] = time.monotonic()
+
+    def _is_acquainted(self, service: str) -> bool:
+        self._look_at_clients()
+        return time.monotonic() - self._ready.get(service, math.inf) > ACQUAINTED
+
+    def _forget_services(self, node: str) -> None:
+        """Destroy the clients of a node that starts or ends: its services are others then."""
+        for service in [s for s in self._clients if s.startswith(f"{node}/")]:
+            self.node.destroy_client(self._clients.pop(service))
+            self._ready.pop(service, None)
 
     def acquainted(self) -> None:
-        """Let a server that we know find us, too.
-
-        If it does not know us within 0.1 s of a request, as on a busy machine, Fast DDS drops the
-        answer.
-        """
-        known = time.monotonic() + 0.5
+        """Let a server that this process knows discover it, too."""
+        known = time.monotonic() + ACQUAINTED
         self.until(lambda: time.monotonic() > known, "the server knows its client")
 
     def command(self, *speeds: float) -> None:
@@ -193,13 +249,13 @@ class Fleet:
 
     def _end_of(self, node: str, what: str, deadline: float) -> int:
         process = self.processes.pop(node)  # it may end with any code
+        self._forget_services(node)
         try:
             self.until(lambda: process.poll() is not None, what, deadline)
         finally:
             process.kill()
         heard = time.monotonic() + 0.2
         self.until(lambda: time.monotonic() > heard, "what it said last is heard")
-        self._catch_up()
         return process.wait()
 
     def _catch_up(self) -> None:

@@ -4,6 +4,7 @@ import signal
 import sys
 
 import pytest
+from std_srvs.srv import Trigger
 
 from ab_msgs_py import JointSample, topics
 from tests.nodes.fleet import Fleet
@@ -17,6 +18,7 @@ def stalled(fleet: Fleet, seconds: str) -> None:
     program = [sys.executable, "-m", MODULE, seconds, "--ros-args", "-p", "scene:=thesis-hold"]
     fleet.start_process("drive_sim", *program)
     fleet.until(lambda: fleet.value("drive_sim", "led by"), "it is up")
+    fleet.client(Trigger, "drive_sim/emergency_stop")  # discovery takes as long as some steps
     fleet.command(SPEED)
     fleet.reads("drive_sim", STALLS)
 
