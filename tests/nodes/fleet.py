@@ -5,7 +5,7 @@ import os
 import signal
 import subprocess
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -59,6 +59,8 @@ class Fleet:
         self._logs = logs
         self.processes: dict[str, Process] = {}
         self.heard: dict[str, list[Any]] = {}
+        self.healths: list[Health] = []
+        """Each health of all nodes, oldest first."""
         self._context = rclpy.Context()
         rclpy.init(
             context=self._context,
@@ -74,7 +76,9 @@ class Fleet:
         self._ready: dict[str, float] = {}
         """Times at which clients were ready first, by service."""
         self._looked = 0.0
-        self.listen(topics.DIAGNOSTICS)
+        topics.DIAGNOSTICS.subscription(
+            self.node, lambda message: self.healths.extend(Health.all_of(message))
+        )
 
     def listen(self, topic: Topic) -> list[Any]:
         """Every message of a topic from now on."""
@@ -84,22 +88,30 @@ class Fleet:
         topic.subscription(self.node, heard.append)
         return heard
 
-    def start(self, node: str, **parameters: Any) -> Process:
-        """Start a node with parameters; ``left/drive_sim`` in a namespace, with a clock there.
+    def start(self, node: str, module: str = "", *words: str, **parameters: Any) -> Process:
+        """Start a node in a forked process.
 
-        Its process is forked; those of `ab-sim demo` and `live`, and of scripts that are installed,
-        begin from nothing.
+        The nodes of `ab-sim demo` and `live`, and installed scripts, have processes of their own.
+
+        Args:
+            node: name; ``left/drive_sim`` in a namespace, with a clock there.
+            module: module whose ``main`` is the node; default: that of ``ab_sim.nodes``.
+            words: arguments before those of ROS.
+            parameters: parameters of the node.
         """
         settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
         namespace, _, executable = node.rpartition("/")
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
-        module, arguments = f"ab_sim.nodes.{executable}", ["--ros-args", *settings]
+        module, arguments = (
+            module or f"ab_sim.nodes.{executable}",
+            [*words, "--ros-args", *settings],
+        )
         self._forget_services(node)
         log = self._log_file(node)
         self.processes[node] = ForkedNode(module, arguments, self.environment, log)
         for service, kind in SERVICES.get(executable, {}).items():
-            self._create_client(kind, f"{node}/{service}")
+            self.meet(kind, f"{node}/{service}")
         return self.processes[node]
 
     def start_process(self, name: str, *command: str | Path) -> Process:
@@ -122,12 +134,15 @@ class Fleet:
     def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
         """Listen until a condition is true; return its value.
 
-        By then, all messages that have arrived are heard. Fast DDS delivers the messages of one
-        process in the order in which they were published, so that a message or an answer for which
-        a test has waited comes after everything that its sender had published before.
+        It is judged when all messages that have arrived are heard. Fast DDS delivers the messages
+        of one process in the order in which they were published, so that a message or an answer for
+        which a test has waited comes after everything that its sender had published before.
         """
         end = time.monotonic() + deadline
-        while not (value := condition()):
+        while True:
+            self._catch_up()
+            if value := condition():
+                return value
             if (now := time.monotonic()) - self._looked > GLANCE:
                 self._looked = now
                 assert now < end, f"not within {deadline} s: {what}; {self._tails()}"
@@ -135,23 +150,17 @@ class Fleet:
                 assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
                 self._look_at_clients()
             self._executor.spin_once(timeout_sec=GLANCE)
-        self._catch_up()
-        return value
 
     def health(self, node: str) -> Health | None:
         """The newest health of a node."""
-        return next(self._newest_first(node), None)
+        return next((each for each in reversed(self.healths) if each.node == f"/{node}"), None)
 
-    def healths(self, node: str) -> list[Health]:
+    def healths_of(self, node: str) -> list[Health]:
         """Return each health of a node, oldest first.
 
         A value that a node reports only for a moment is looked for here.
         """
-        return [*self._newest_first(node)][::-1]
-
-    def _newest_first(self, node: str) -> Iterator[Health]:
-        for message in reversed(self.heard["/diagnostics"]):
-            yield from (each for each in Health.all_of(message) if each.node == f"/{node}")
+        return [each for each in self.healths if each.node == f"/{node}"]
 
     def value(self, node: str, key: str) -> str:
         """A value of a node's newest health, empty before the first."""
@@ -191,11 +200,12 @@ class Fleet:
 
     def client(self, kind: Any, service: str) -> Any:
         """Return a client of a service, after it and its server have discovered each other."""
-        self._create_client(kind, service)
+        self.meet(kind, service)
         self.until(lambda: self._is_acquainted(service), f"service {service}")
         return self._clients[service]
 
-    def _create_client(self, kind: Any, service: str) -> None:
+    def meet(self, kind: Any, service: str) -> None:
+        """Create the client of a service, which takes time to be discovered by the server."""
         if service not in self._clients:
             self._clients[service] = self.node.create_client(kind, service)
 

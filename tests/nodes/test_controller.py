@@ -185,11 +185,11 @@ def test_another_profile_is_for_the_next_start(session: Fleet) -> None:
     assert status_of(session).startswith("running: segment 1 of 2"), "the present one goes on"
     assert session.call(f"{node}/abort")[0]
     session.until(lambda: status_of(session) == "aborted", "it is aborted")
-    session.heard["/diagnostics"].clear()
+    session.healths.clear()
     assert session.call(f"{node}/start")[0]
     # Once the profile is done, speeds are sent again.
     session.until(
-        lambda: "a trajectory" in [each.values["sends"] for each in session.healths(node)],
+        lambda: "a trajectory" in [each.values["sends"] for each in session.healths_of(node)],
         "it says so",
     )
     session.until(lambda: status_of(session) == "done", "the other one is done")
