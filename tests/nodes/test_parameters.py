@@ -103,7 +103,7 @@ def test_a_bad_parameter_ends_a_node_with_one_message(
     ("unit", "words"), [("1", "a number from 1 to 2000"), ("1/s", "a number from 1 to 2000 1/s")]
 )
 def test_a_ratio_is_told_without_a_unit(unit: str, words: str) -> None:
-    assert ParameterSpec("rate", 250.0, unit, (1.0, 2000.0)).allowed_text == words
+    assert ParameterSpec("rate", 250.0, "", unit, (1.0, 2000.0)).allowed_text == words
 
 
 @pytest.mark.parametrize(
