@@ -251,17 +251,17 @@ class Fleet:
     def stop(self, node: str, number: int = signal.SIGINT) -> int:
         """Send a signal and wait for the end; the exit code."""
         self.processes[node].send_signal(number)
-        return self._end_of(node, f"{node} ends", 20.0)
+        return self._end_of(node, f"{node} ends")
 
     def ended(self, node: str) -> int:
         """Wait until a node ends by itself; the exit code."""
-        return self._end_of(node, f"{node} ends by itself", DEADLINE)
+        return self._end_of(node, f"{node} ends by itself")
 
-    def _end_of(self, node: str, what: str, deadline: float) -> int:
+    def _end_of(self, node: str, what: str) -> int:
         process = self.processes.pop(node)  # it may end with any code
         self._forget_services(node)
         try:
-            self.until(lambda: process.poll() is not None, what, deadline)
+            self.until(lambda: process.poll() is not None, what)
         finally:
             process.kill()
         heard = time.monotonic() + 0.2

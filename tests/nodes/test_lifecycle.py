@@ -222,7 +222,8 @@ def test_it_leaves_while_a_request_compiles(fleet: Fleet) -> None:
     fleet.start("drive_sim", MODULE, "1", scene="no-ball")
     fleet.until(lambda: fleet.value("drive_sim", "scene"), "it runs")
     before = compiles(fleet)
-    assert before and fleet.set("drive_sim", scene="thesis-hold")[0]
+    # A scene that the process from which nodes are forked has not run.
+    assert before and fleet.set("drive_sim", scene="nsc-case-1")[0]
     client = fleet.node.create_client(Trigger, "drive_sim/load_scene")
     fleet.until(client.service_is_ready, "the service")
     client.call_async(Trigger.Request())

@@ -241,7 +241,7 @@ def test_of_two_drives_in_one_place_one_is_recorded(fleet: "Fleet", tmp_path: Pa
     fleet.stop("drive_sim")
     assert fleet.stop("recorder") == 0
     files = sorted(tmp_path.glob("run*.rrd"))
-    assert 2 <= len(files) <= 10
+    assert 2 <= len(files) < number(fleet, "messages malformed") / 5, "not one for each turn"
     assert all(read_recording(file).complete for file in files)
 
 
