@@ -26,7 +26,7 @@ _MODES = {mode.value: mode for mode in TimeMode}
 
 
 DRIVE_PARAMETERS = [
-    ParameterSpec(*row, fixed=fixed)
+    ParameterSpec(*row)._replace(fixed=fixed)
     for fixed, rows in (
         (True, (
             ("autostart", True,

@@ -17,9 +17,9 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
+from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.inbox import Inbox
-from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import (
     PARAMETERS,
     Parameters,
@@ -44,7 +44,7 @@ SILENCE = 5.0
 NONE = "none"
 """Value of the parameter ``view``: no viewer."""
 RECORDER_PARAMETERS = [
-    ParameterSpec(*row, fixed=True)
+    ParameterSpec(*row)._replace(fixed=True)
     for row in (
         ("path", "", ".rrd file; empty: recordings/<date>_<time>.rrd"),
         ("view", NONE,
@@ -63,7 +63,7 @@ RECORDER_PARAMETERS = [
 """All parameters of the node."""
 
 
-class Recorder(PlainLog):
+class Recorder(BaseNode):
     """Collects messages in callbacks, and writes them in batches from the main thread.
 
     An inbox of bounded length lies between the two. A disk that is too slow causes the oldest

@@ -13,12 +13,12 @@ from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands
 from ab_sim.nodes.drive_settings import TimeMode, mode_of, real_time_of, rules_of, tolerance_of
+from ab_sim.nodes.durations import StageTimer
 from ab_sim.nodes.fault_publisher import FaultPublisher
 from ab_sim.nodes.managed_node import ManagedNode
 from ab_sim.nodes.outputs import Outputs
 from ab_sim.nodes.parameters import Parameters, Values
 from ab_sim.nodes.prepared_drive import PreparedDrive, Rates
-from ab_sim.nodes.stage_timer import StageTimer
 
 INACTIVE = "inactive: time stands still until the node is activated"
 
