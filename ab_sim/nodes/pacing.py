@@ -1,4 +1,4 @@
-"""What is due by the steady clock: integration steps, or ticks; without ROS or a clock."""
+"""Steps and ticks that are due by the steady clock; without ROS or a clock."""
 
 import math
 from dataclasses import dataclass

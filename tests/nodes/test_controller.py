@@ -15,7 +15,7 @@ from tests.cli.tool import ab_sim
 from tests.domains import own_domain
 from tests.nodes.fleet import Fleet
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 CONTROLLER = "profile_controller"
 SHAKEN = """

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
     from tests.nodes.fleet import Fleet
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 
 def number(fleet: "Fleet", key: str) -> int:

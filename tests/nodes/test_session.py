@@ -14,7 +14,7 @@ from ab_msgs_py.samples import description_of, nanoseconds_of
 from ab_msgs_py.services import Stepped, answer_of, trigger_request
 from tests.nodes.fleet import Fleet
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 WAKE_NS = 4_000_000
 

@@ -15,7 +15,7 @@ from ab_sim.scene import check_scene, find_scene
 from tests.nodes.fleet import Fleet
 from tests.recording.runs import cells
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 
 @pytest.fixture

@@ -16,7 +16,7 @@ from ab_msgs_py.services import Stepped
 from ab_sim.recording import read_recording
 from tests.nodes.fleet import Fleet
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 STEP, WAKE = 1e-3, 4e-3
 LIMIT, SLOPE, COAST = 0.02, 50.0, 10.0
