@@ -40,7 +40,7 @@ SERVICES: dict[str, dict[str, Any]] = {
 }
 """Services that many tests call: their clients are discovered while the nodes start."""
 GLANCE = 0.05
-"""Time between two checks of deadline and processes [s]."""
+"""Longest wait for a message, and time between two looks at processes and clients [s]."""
 EACH_CHANGE = Qos(100, latched=True)
 """Of what is said at changes: of two that come before a busy test looks, none is passed over."""
 
@@ -103,13 +103,13 @@ class Fleet:
         namespace, _, executable = node.rpartition("/")
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
-        module, arguments = (
+        self._forget_services(node)
+        self.processes[node] = ForkedNode(
             module or f"ab_sim.nodes.{executable}",
             [*words, "--ros-args", *settings],
+            self.environment,
+            self._log_file(node),
         )
-        self._forget_services(node)
-        log = self._log_file(node)
-        self.processes[node] = ForkedNode(module, arguments, self.environment, log)
         for service, kind in SERVICES.get(executable, {}).items():
             self.meet(kind, f"{node}/{service}")
         return self.processes[node]
@@ -143,9 +143,11 @@ class Fleet:
             self._catch_up()
             if value := condition():
                 return value
-            if (now := time.monotonic()) - self._looked > GLANCE:
+            assert (now := time.monotonic()) < end, (
+                f"not within {deadline} s: {what}; {self._tails()}"
+            )
+            if now - self._looked > GLANCE:
                 self._looked = now
-                assert now < end, f"not within {deadline} s: {what}; {self._tails()}"
                 dead = {n: c for n, p in self.processes.items() if (c := p.poll())}
                 assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
                 self._look_at_clients()
