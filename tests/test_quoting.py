@@ -114,9 +114,9 @@ def test_in_a_nodes_log(domain: int) -> None:
     pytest.importorskip("rclpy", reason="needs ROS 2")
     program = (
         "from ab_sim.nodes.arguments import init_ros\n"
-        "from ab_sim.nodes.log import PlainLog\n"
+        "from ab_sim.nodes.base_node import BaseNode\n"
         "init_ros(['talker'])\n"
-        "log = PlainLog('talker').get_logger()\n"
+        "log = BaseNode('talker').get_logger()\n"
         "for say in (log.info, log.warning, log.error):\n"
         "    say(say.__name__ + chr(27) + '[31m')\n"
     )

@@ -16,12 +16,12 @@ from rosbags.interfaces import Qos, QosDurability, QosReliability
 
 from ab_msgs_py import topics
 from ab_msgs_py.ros_messages import class_of
-from ab_msgs_py.services import PAUSE, Answer, serve_switch
+from ab_msgs_py.services import PAUSE, Answer
 from ab_sim.bags import Bag
 from ab_sim.bags.contract import topic_by_name
 from ab_sim.bags.importing import choose_namespace
 from ab_sim.errors import InputError, Interrupted
-from ab_sim.nodes.log import PlainLog
+from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.process import run_node
 
 DISCOVERY = 1.0
@@ -35,7 +35,7 @@ Progress = Callable[[int, int], None]
 """Callback that receives the finished and the total seconds of the bag."""
 
 
-class BagReplay(PlainLog):
+class BagReplay(BaseNode):
     """Publishes a bag's messages unchanged, each topic with its recorded quality of service.
 
     A message is published when the elapsed time equals its time on the bag's clock, divided by the
@@ -69,7 +69,7 @@ class BagReplay(PlainLog):
             self._topics[name] = self.create_publisher(made, name, _profile(name, topic.qos))
         if not self._topics:
             raise InputError(f"{bag.path}: nothing to replay: {self.left_out or 'no topics'}")
-        serve_switch(self, PAUSE, self.pause)
+        self.offer_switch(PAUSE, self.pause)
 
     def pause(self, pause: bool) -> Answer:
         """Pause or resume."""

@@ -15,7 +15,7 @@ from ab_msgs_py.samples import nanoseconds_of
 from ab_msgs_py.topic import Topic, arrived
 from ab_sim.errors import CommandError, exact
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
-from ab_sim.nodes.duration_histogram import DurationHistogram
+from ab_sim.nodes.durations import DurationHistogram
 
 AT_ONCE = 1000
 """Largest number of commands read at a wake-up, in about 4 ms; the others wait in the queue."""

@@ -11,7 +11,7 @@ from ab_sim.nodes.adaptive_course import AdaptiveCourse
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.spindle import SpeedSchedule
-from ab_sim.spindle.course import Course, Hears
+from ab_sim.spindle.course import Course, ProfileInputs
 from ab_sim.spindle.segments_course import SegmentsCourse, waits_for_vibration
 
 PERIODS_AGREE = 1e-9
@@ -61,15 +61,17 @@ class PlannedCourse:
         return SpeedSchedule.asked(self._asked.profile, self._asked.first)
 
     @property
-    def hears(self) -> Hears:
+    def inputs(self) -> ProfileInputs:
         """Topics that the profile needs."""
         profile, scene = self._asked.profile, self._asked.scene
         if isinstance(profile, AdaptiveProfile):
             name = profile.sensor
             probe = scene is not None and name in scene.probes
             alike = () if scene is None else scene.probes if probe else scene.sensors
-            return Hears(sensor=name, first_sensor=name == next(iter(alike), name), probe=probe)
-        return Hears(vibration=waits_for_vibration(self._asked))
+            return ProfileInputs(
+                sensor=name, first_sensor=name == next(iter(alike), name), probe=probe
+            )
+        return ProfileInputs(vibration=waits_for_vibration(self._asked))
 
     @property
     def made_of(self) -> dict[str, Any]:

@@ -1,15 +1,14 @@
 """The services that control `drive_sim`, with the meaning of ROS's simulation_interfaces."""
 
-import functools
 import time
 from collections.abc import Callable
 
 from ab_msgs_py import services
-from ab_msgs_py.services import Answer, Stepped, serve_switch, serve_trigger
+from ab_msgs_py.services import Answer, Stepped
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import Fault, faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
-from ab_sim.errors import AbSimError, CommandError, InputError
+from ab_sim.errors import CommandError, InputError
 from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.drive_node import DriveNode
 from ab_sim.nodes.drive_settings import TimeMode
@@ -24,19 +23,6 @@ PROMPTLY = 0.2
 """s that ~/emergency_stop waits for steps that are under way."""
 
 
-def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
-    """Convert an AbSimError to a refusing answer, so that it does not end the node."""
-
-    @functools.wraps(act)
-    def answer(*given: bool) -> Answer:
-        try:
-            return act(*given)
-        except AbSimError as error:
-            return False, str(error)
-
-    return answer
-
-
 class DriveControl:
     """Serves the services of a node; all are refused while it is not active.
 
@@ -47,9 +33,9 @@ class DriveControl:
     def __init__(self, node: DriveNode) -> None:
         self._node = node
         # Served by the main loop, because another service may take long.
-        stop = serve_trigger(node, services.EMERGENCY_STOP, _answered(self.emergency_stop))
+        stop = node.offer(services.EMERGENCY_STOP, self.emergency_stop)
         node.by_loop.append(stop)
-        serve_switch(node, services.PAUSE, _answered(self.pause))
+        node.offer_switch(services.PAUSE, self.pause)
         for name, act in (
             (services.STEP, self.step),
             (services.RESET, self.reset),
@@ -63,7 +49,7 @@ class DriveControl:
             (services.RESTORE_SNAPSHOT, self.restore_snapshot),
             (services.RESET_EMERGENCY_STOP, self.reset_emergency_stop),
         ):
-            serve_trigger(node, name, _answered(act))
+            node.offer(name, act)
 
     def pause(self, pause: bool) -> Answer:
         """Pause or resume; simulated time is stopped in a pause."""

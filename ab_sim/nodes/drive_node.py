@@ -16,14 +16,13 @@ from ab_sim.drive.faults.fault import faults_of
 from ab_sim.errors import AbSimError, CommandError, Interrupted
 from ab_sim.nodes.commands import not_called
 from ab_sim.nodes.drive_health import PERIOD
-from ab_sim.nodes.drive_settings import drive_settings, fixed_settings, tolerance_of
+from ab_sim.nodes.drive_settings import DRIVE_PARAMETERS, rates_of, tolerance_of
 from ab_sim.nodes.fair_lock import FairLock
 from ab_sim.nodes.managed_node import GLANCE, ManagedNode, Say
 from ab_sim.nodes.outputs import Outputs
-from ab_sim.nodes.parameters import close_parameters, path_of
+from ab_sim.nodes.parameters import Parameters, Values, path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
 from ab_sim.nodes.session import INACTIVE, Session
-from ab_sim.nodes.settings import Values
 from ab_sim.nodes.stall_guard import StallGuard
 from ab_sim.output_file import REPORT, check_ending
 from ab_sim.scene import Scene
@@ -39,12 +38,13 @@ class DriveNode(ManagedNode):
 
     def __init__(self) -> None:
         super().__init__("drive_sim", EMERGENCY_STOP)
-        self._fixed = fixed_settings(self)
-        self.settings = drive_settings(self)
-        close_parameters(self)
+        self.settings = Parameters(self, DRIVE_PARAMETERS)
+        values = self.settings.values
+        self._rates = rates_of(values)
         self._turn = FairLock()
-        scene, fixed = self.settings.values["scene"], self._fixed
-        self._outputs = Outputs(self, scene, fixed.hardware, fixed.clock)
+        self._outputs = Outputs(
+            self, values["scene"], values["hardware_id"], values["publish_clock"]
+        )
         self._session: Session | None = None
         self._state = Level.OK, UNCONFIGURED
         self._reported = 0.0
@@ -93,7 +93,7 @@ class DriveNode(ManagedNode):
     def prepare(self, scene: Scene, values: Values, say: Say) -> PreparedDrive:
         """Prepare a scene's drive, which may take long; the present one continues meanwhile."""
         tolerance = tolerance_of(values)
-        return PreparedDrive(scene, self._fixed.rates, values["error_checks"], tolerance, say)
+        return PreparedDrive(scene, self._rates, values["error_checks"], tolerance, say)
 
     def scene_of(self, values: Values) -> Scene:
         """Return the scene that settings name.
@@ -101,7 +101,7 @@ class DriveNode(ManagedNode):
         Raises:
             SceneError, InputError: the scene does not exist or cannot be run.
         """
-        return scene_of(values["scene"], values["changes"], self._fixed.rates)
+        return scene_of(values["scene"], values["changes"], self._rates)
 
     def configure(self) -> None:
         """Load the scene of the parameters and compile its kernels."""
@@ -113,7 +113,7 @@ class DriveNode(ManagedNode):
             self.get_logger().info(f"{doing}: kernels that are new take a while to compile")
             prepared = self.run_in_thread(lambda say: self.prepare(scene, values, say), doing)
             with self._turn:
-                self._session = Session(self, self._outputs, self._fixed, self.settings, prepared)
+                self._session = Session(self, self._outputs, self._rates, self.settings, prepared)
         except AbSimError as error:
             self._tell(Level.ERROR, f"unconfigured: {error}")
             raise
@@ -151,7 +151,7 @@ class DriveNode(ManagedNode):
             AbSimError: the automatic start failed.
         """
         self.stopping = stopping
-        if self._fixed.autostart:
+        if self.settings.values["autostart"]:
             with contextlib.suppress(Interrupted):
                 self.start_up()
         # With autostart, services are offered after the start.

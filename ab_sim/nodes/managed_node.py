@@ -20,7 +20,7 @@ from rclpy.service import Service
 
 from ab_msgs_py.services import CHANGE_STATE, answer_waiting
 from ab_sim.errors import AbSimError, Interrupted
-from ab_sim.nodes.log import PlainLog
+from ab_sim.nodes.base_node import BaseNode
 
 GLANCE = 0.05
 """Time between two checks for requests when the loop is idle [s]."""
@@ -30,7 +30,7 @@ Result = TypeVar("Result")
 Say = Callable[[str], Any]
 
 
-class ManagedNode(PlainLog, LifecycleNode):
+class ManagedNode(BaseNode, LifecycleNode):
     """Base class; subclasses implement ``configure``, ``activate``, ``deactivate`` and ``cleanup``.
 
     An AbSimError refuses the transition and is logged; any other exception ends the node.

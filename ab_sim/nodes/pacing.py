@@ -1,14 +1,16 @@
-"""Number of integration steps that are due by the steady clock; without ROS or a clock."""
+"""Steps and ticks that are due by the steady clock; without ROS or a clock."""
 
 import math
 from dataclasses import dataclass
 
 from ab_sim.errors import InputError
-from ab_sim.nodes.duration_histogram import DurationHistogram
+from ab_sim.nodes.durations import DurationHistogram
 
 WARM_UP = 25
 """Wake-ups after each start that are not counted in the usual lateness. Losses count from the
 first."""
+STILL = 0.1
+"""Time without a tick beyond which there is a warning [s]."""
 
 
 @dataclass
@@ -151,3 +153,39 @@ class Pacer:
     def _count(self, dropped: int, lateness: float = 0.0, overrun: bool = False) -> None:
         self.total.count(dropped, lateness, overrun)
         self._recent.count(dropped, lateness, overrun)
+
+
+class Ticker:
+    """Says when a tick is due. Ticks stay on their grid; of several that are due, one is made.
+
+    Args:
+        period: between two ticks [s].
+        now: the time [s].
+    """
+
+    def __init__(self, period: float, now: float) -> None:
+        self.period = period
+        self.lost = 0
+        """Ticks that were not made in time: a later one stood for them."""
+        self._origin, self._next, self._last, self._gap = now, 1, now, 0.0
+
+    def wait(self, now: float) -> float:
+        """Time until the next tick [s]."""
+        return max(self._origin + self._next * self.period - now, 0.0)
+
+    def due(self, now: float) -> bool:
+        """Return whether a tick is due now; a due tick counts as made."""
+        passed = math.floor((now - self._origin) / self.period + 1e-9)
+        if passed < self._next:
+            return False
+        self.lost += passed - self._next
+        self._next = passed + 1
+        self._gap, self._last = max(self._gap, now - self._last), now
+        return True
+
+    def warning(self) -> str:
+        """Text on the longest time without a tick since the last call; empty if it was short."""
+        gap, self._gap = self._gap, 0.0
+        if gap <= max(STILL, 2.0 * self.period):
+            return ""
+        return f"no tick for {gap:.3g} s: this process was kept from running"

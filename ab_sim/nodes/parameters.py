@@ -1,19 +1,26 @@
-"""Parameters with descriptors: meaning, unit, range, and whether they may change later."""
+"""Parameters of a node as a table: meaning, unit, range, and whether they may change later."""
 
 import os
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
 
-from rcl_interfaces.msg import FloatingPointRange, IntegerRange, ParameterDescriptor
+from rcl_interfaces.msg import (
+    FloatingPointRange,
+    IntegerRange,
+    ParameterDescriptor,
+    SetParametersResult,
+)
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ab_sim.errors import InputError, nearest
+from ab_sim.errors import AbSimError, InputError, nearest
 from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.scene.units import NO_UNIT
 
+Values = Mapping[str, Any]
+"""Values of parameters by name."""
 _DEFAULTS: WeakKeyDictionary[Node, dict[str, Any]] = WeakKeyDictionary()
 """Defaults of the parameters that each node has declared, by name; ROS does not keep them."""
 _ROS_DEFAULTS = {"use_sim_time": False, "start_type_description_service": True}
@@ -21,16 +28,20 @@ _ROS_DEFAULTS = {"use_sim_time": False, "start_type_description_service": True}
 
 
 class ParameterSpec(NamedTuple):
-    """Name, type, unit and allowed values of a parameter."""
+    """Name, type, meaning, unit and allowed values of a parameter."""
 
     name: str
     default: Any
     """Default value, which sets the type. An int is accepted for a float, a text for a list of
     texts."""
+    meaning: str
+    """One line for people."""
     unit: str = ""
     allowed: tuple[float, float] | None = None
     """Least and greatest allowed value."""
     choices: Sequence[str] = ()
+    fixed: bool = False
+    """True if the value does not change while the node lives."""
 
     @property
     def allowed_text(self) -> str:
@@ -56,21 +67,16 @@ class ParameterSpec(NamedTuple):
             raise InputError(f"parameter {self.name} = {given!r}: must be {self.allowed_text}")
         return value
 
-    def declare(self, node: Node, meaning: str, read_only: bool) -> Any:
+    def declare(self, node: Node) -> Any:
         """Declare the parameter and return its value.
-
-        Args:
-            node: node of the parameter.
-            meaning: one line for people.
-            read_only: whether the value is fixed while the node lives.
 
         Raises:
             InputError: as ``checked``.
         """
         descriptor = ParameterDescriptor(
-            description=meaning + (f" [{self.unit}]" if self.unit else ""),
+            description=self.meaning + (f" [{self.unit}]" if self.unit else ""),
             additional_constraints=self.allowed_text if self.choices else "",
-            read_only=read_only,
+            read_only=self.fixed,
             # Types are checked here: ROS would refuse 250 for a parameter with the default 250.0.
             dynamic_typing=True,
         )
@@ -93,16 +99,72 @@ class ParameterSpec(NamedTuple):
         return self.checked(given)
 
 
-def declare(
-    node: Node,
-    name: str,
-    default: Any,
-    meaning: str,
-    unit: str = "",
-    allowed: tuple[float, float] | None = None,
-) -> Any:
-    """Declare a read-only parameter; see ``ParameterSpec``."""
-    return ParameterSpec(name, default, unit, allowed).declare(node, meaning, read_only=True)
+class Parameters:
+    """The parameters of a node: declared from a table, and validated before they are changed.
+
+    ROS itself ignores values for undeclared parameters; here they are refused.
+
+    Args:
+        node: node of the parameters.
+        specs: all its parameters.
+
+    Raises:
+        InputError: a value has another type or is not allowed, or a parameter does not exist; the
+            message names the nearest.
+    """
+
+    def __init__(self, node: Node, specs: Iterable[ParameterSpec]) -> None:
+        self._node = node
+        self._specs = {spec.name: spec for spec in specs}
+        self.values: Values = {name: spec.declare(node) for name, spec in self._specs.items()}
+        """Present values, by name."""
+        self.explicitly_set = {
+            name for name, spec in self._specs.items() if self.values[name] != spec.default
+        }
+        """Names of parameters that were set, or started with a value other than the default."""
+        _refuse_undeclared(node)
+        node.get_logger().info(f"{PARAMETERS}: {changed_parameters(node)}")
+
+    def accept_changes(
+        self, validate: Callable[[Values], None], apply: Callable[[Values, Values], None]
+    ) -> None:
+        """Accept changes from now on.
+
+        Args:
+            validate: raises an AbSimError if the new set of values is not allowed; it has no side
+                effects, and the values are then left unchanged.
+            apply: called with the old and the new values, after ``values`` has the new ones.
+        """
+
+        def validated(parameters: list[Parameter[Any]]) -> SetParametersResult:
+            try:
+                validate(self._with(parameters))
+            except AbSimError as error:
+                return SetParametersResult(successful=False, reason=str(error))
+            return SetParametersResult(successful=True)
+
+        def applied(parameters: list[Parameter[Any]]) -> None:
+            if names := {p.name for p in parameters} & self._specs.keys():
+                self.explicitly_set |= names
+                before, self.values = self.values, self._with(parameters)
+                apply(before, self.values)
+
+        self._node.add_on_set_parameters_callback(validated)
+        self._node.add_post_set_parameters_callback(applied)
+
+    def _with(self, parameters: list[Parameter[Any]]) -> dict[str, Any]:
+        """Return all values with some changed; parameters declared elsewhere are ignored.
+
+        Raises:
+            InputError: a value has the wrong type or is not allowed, or a parameter is deleted.
+        """
+        for p in parameters:
+            # ROS would forget the parameter, and reject its name from then on.
+            if p.name in self._specs and p.type_ is Parameter.Type.NOT_SET:
+                raise InputError(f"parameter {p.name}: cannot be deleted; set it instead")
+        changes = {p.name: p.value for p in parameters if p.name in self._specs}
+        checked = {name: self._specs[name].checked(value) for name, value in changes.items()}
+        return {**self.values, **checked}
 
 
 QOS = "qos_overrides."
@@ -116,14 +178,10 @@ PARAMETERS = "parameters"
 """Key of a node's diagnostics, and first word of the log entry, with its parameters."""
 
 
-def close_parameters(node: Node) -> None:
-    """Refuse values for undeclared parameters, and log those that differ from their defaults.
+def _refuse_undeclared(node: Node) -> None:
+    """Refuse values for undeclared parameters.
 
-    Call it after all parameters were declared. ROS itself ignores values for undeclared parameters.
     Overrides of a topic's QoS are declared with the topic: only their form is checked here.
-
-    Raises:
-        InputError: a parameter does not exist; the message names the nearest.
     """
     known = list(_values(node))
     for name, given in node.handle.get_parameters(Parameter).items():
@@ -135,7 +193,6 @@ def close_parameters(node: Node) -> None:
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
                 "goes into a file, under their names"
             )
-    node.get_logger().info(f"{PARAMETERS}: {changed_parameters(node)}")
 
 
 def changed_parameters(node: Node) -> str:

@@ -26,8 +26,8 @@ class Rates(NamedTuple):
 
     wake: float
     """Wake-ups per second."""
-    block: float
-    """Blocks per second."""
+    per_block: int
+    """Wake-ups per block."""
     patience: float
     """Lag beyond which steps are dropped [s]."""
     catch_up: float

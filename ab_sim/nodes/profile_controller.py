@@ -5,32 +5,26 @@ from __future__ import annotations
 import math
 import threading
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 from rclpy.publisher import Publisher
 
 from ab_msgs_py import ENDED, Level, Task, services, topics
 from ab_msgs_py.actions import Asked, Outcome
-from ab_msgs_py.services import Answer, serve_trigger
+from ab_msgs_py.services import Answer
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.nodes import profile_words
+from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
-from ab_sim.nodes.log import PlainLog
-from ab_sim.nodes.parameters import (
-    ParameterSpec,
-    close_parameters,
-    declare,
-    path_of,
-)
+from ab_sim.nodes.pacing import Ticker
+from ab_sim.nodes.parameters import Parameters, ParameterSpec, Values, path_of
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_action import ProfileAction
-from ab_sim.nodes.profile_ears import ProfileEars
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
-from ab_sim.nodes.settings import Settings, Values
-from ab_sim.nodes.ticker import Ticker
+from ab_sim.nodes.profile_subscriptions import ProfileSubscriptions
 from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.spindle.profile_run import ProfileState
@@ -49,8 +43,52 @@ NOT_SIMULATED = (
     "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
 )
 
+PARAMETERS = (
+    ParameterSpec(
+        "profile",
+        "thesis-hold",
+        "name or YAML file of a scene that has a profile, YAML file of a profile alone, or that in "
+        "braces; read when it is set, the next ~/start takes it",
+    ),
+    ParameterSpec(
+        "changes", [""], "changes to the scene, each key=value; the next ~/start takes them"
+    ),
+    ParameterSpec(
+        "snapshot",
+        "profile.json",
+        "file, ends in .json, that ~/save_snapshot writes and ~/restore_snapshot reads",
+    ),
+    ParameterSpec("command_rate", 1.0 / PERIOD, "commands", "1/s", (1.0, 1000.0), fixed=True),
+    ParameterSpec("auto_start", False, "start as soon as there is a drive", fixed=True),
+    ParameterSpec(
+        "abort_deceleration",
+        0.0,
+        "of the ramp down after ~/abort; 0: the profile's own steepest",
+        "rad/s^2",
+        (0.0, 1e9),
+        fixed=True,
+    ),
+    ParameterSpec(
+        "vibration_timeout",
+        SILENCE,
+        "without a good sample of it, where a condition needs the vibration, before an abort",
+        "s",
+        (0.001, 1e4),
+        fixed=True,
+    ),
+    ParameterSpec(
+        "lead_time",
+        0.1,
+        "from ~/start to the beginning of a profile that is sent as a trajectory: in this time it "
+        "must reach the drive; 0 for a drive that stands still; simulated time",
+        "s",
+        (0.0, 10.0),
+        fixed=True,
+    ),
+)
 
-class ProfileController(PlainLog):
+
+class ProfileController(BaseNode):
     """Start-up firmware: commands the speeds of a profile.
 
     With ``use_sim_time`` it follows the simulator's time. A profile that is known in advance is
@@ -61,48 +99,13 @@ class ProfileController(PlainLog):
 
     def __init__(self) -> None:
         super().__init__("profile_controller")
-        self._settings = Settings(self)
-        for meaning, wanted in (
-            ("name or YAML file of a scene that has a profile, YAML file of a profile alone, or "
-             "that in braces; read when it is set, the next ~/start takes it",
-             ParameterSpec("profile", "thesis-hold")),
-            ("changes to the scene, each key=value; the next ~/start takes them",
-             ParameterSpec("changes", [""])),
-            ("file, ends in .json, that ~/save_snapshot writes and ~/restore_snapshot reads",
-             ParameterSpec("snapshot", "profile.json")),
-        ):  # fmt: skip
-            self._settings.declare(meaning, wanted)
-        rate = declare(self, "command_rate", 1.0 / PERIOD, "commands", "1/s", (1.0, 1000.0))
-        auto_start = declare(self, "auto_start", False, "start as soon as there is a drive")
-        self._slope = declare(
-            self,
-            "abort_deceleration",
-            0.0,
-            "of the ramp down after ~/abort; 0: the profile's own steepest",
-            "rad/s^2",
-            (0.0, 1e9),
-        )
-        self._silence = declare(
-            self,
-            "vibration_timeout",
-            SILENCE,
-            "without a good sample of it, where a condition needs the vibration, before an abort",
-            "s",
-            (0.001, 1e4),
-        )
-        self._lead = declare(
-            self,
-            "lead_time",
-            0.1,
-            "from ~/start to the beginning of a profile that is sent as a trajectory: in this time "
-            "it must reach the drive; 0 for a drive that stands still; simulated time",
-            "s",
-            (0.0, 10.0),
-        )
-        close_parameters(self)
-        self._period = 1.0 / rate
+        self._settings = Parameters(self, PARAMETERS)
+        values = self._settings.values
+        self._slope, self._silence = values["abort_deceleration"], values["vibration_timeout"]
+        self._lead = values["lead_time"]
+        self._period = 1.0 / values["command_rate"]
         self._judged: PlannedCourse
-        self._judge(self._settings.values)
+        self._judge(values)
         self._next = self._judged
         self._lock = threading.RLock()
         self._simulated = bool(self.get_parameter("use_sim_time").value)
@@ -124,7 +127,7 @@ class ProfileController(PlainLog):
             (services.SAVE_SNAPSHOT, self.save_snapshot),
             (services.RESTORE_SNAPSHOT, self.restore_snapshot),
         ):
-            serve_trigger(self, name, _answered(act))
+            self.offer(name, act)
         self._action = ProfileAction(self, self._start_goal, self._cancel_goal)
         self._ticker: Ticker | None = None
         if self._simulated:
@@ -132,11 +135,13 @@ class ProfileController(PlainLog):
             # commands at other times.
             topics.CLOCK.subscription(self, self._hear_clock)
             topics.DIAGNOSTICS.subscription(self, self._hear_drive)
-        self._waits = bool(auto_start)
+        self._waits = values["auto_start"]
         # Last: it says that it waits, and who has read that may end the node in order.
         self._timed = TimedRun(self._period, self._simulated, self._say, self._warn)
-        self._ears = ProfileEars(self, lambda: self._timed.course, lambda: self._now * 1e-9)
-        self._ears.listen(self._next.hears)
+        self._inputs = ProfileSubscriptions(
+            self, lambda: self._timed.course, lambda: self._now * 1e-9
+        )
+        self._inputs.subscribe_to(self._next.inputs)
         self._settings.accept_changes(self._judge, self._apply)
 
     def start(self) -> Answer:
@@ -186,7 +191,7 @@ class ProfileController(PlainLog):
             self._action.finish(False, lambda: outcome)
             self._sent = None
             if plan is not None:
-                self._ears.listen(plan.hears)
+                self._inputs.subscribe_to(plan.inputs)
                 if snapshot.trajectory is not None and plan.schedule is not None:
                     # The drive's own snapshot contains the trajectory: it is not sent again.
                     self._sent = set_points_of(plan.schedule, snapshot.trajectory)
@@ -297,7 +302,7 @@ class ProfileController(PlainLog):
             return
         with self._lock:
             self._next = self._judged
-            self._ears.listen(self._next.hears)
+            self._inputs.subscribe_to(self._next.inputs)
         self.get_logger().info(f"the next ~/start takes {values['profile']}")
 
     def _begin(self, plan: PlannedCourse) -> str:
@@ -326,7 +331,7 @@ class ProfileController(PlainLog):
                 plan = self._plan(*asked) if asked.profile else self._next
             except AbSimError as error:
                 return str(error)
-            self._ears.listen(plan.hears)
+            self._inputs.subscribe_to(plan.inputs)
             return self._begin(plan)
 
     def _cancel_goal(self) -> bool:
@@ -341,7 +346,7 @@ class ProfileController(PlainLog):
             return f"use_sim_time is set, but nobody publishes {clock}"
         if not self._listeners_to(self._command):
             return f"nobody listens on {self._command.topic_name}: start the drive first"
-        return self._ears.missing(plan.hears)
+        return self._inputs.missing(plan.inputs)
 
     def _start_when_heard(self) -> None:
         with self._lock:
@@ -432,18 +437,6 @@ class ProfileController(PlainLog):
                     self._warn(refusal)
                     run.drop(refusal)
                     self._send(0.0)
-
-
-def _answered(act: Callable[[], Answer]) -> Callable[[], Answer]:
-    """Convert an AbSimError to a refusing answer, so that it does not end the node."""
-
-    def answer() -> Answer:
-        try:
-            return act()
-        except AbSimError as error:
-            return False, str(error)
-
-    return answer
 
 
 def main() -> None:

@@ -17,13 +17,13 @@ from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
+from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.inbox import Inbox
-from ab_sim.nodes.log import PlainLog
 from ab_sim.nodes.parameters import (
     PARAMETERS,
-    close_parameters,
-    declare,
+    Parameters,
+    ParameterSpec,
     recording_file,
     recording_folder,
 )
@@ -43,9 +43,27 @@ SILENCE = 5.0
 """Time without a drive before the recorder reports it [s]."""
 NONE = "none"
 """Value of the parameter ``view``: no viewer."""
+RECORDER_PARAMETERS = [
+    ParameterSpec(*row)._replace(fixed=True)
+    for row in (
+        ("path", "", ".rrd file; empty: recordings/<date>_<time>.rrd"),
+        ("view", NONE,
+         "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy"),
+        ("web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535)),
+        ("bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none"),
+        ("keep", True, "whether an .rrd file stays; false: only to watch, or beside a bag"),
+        ("every", 1, "keep one sample of so many in the .rrd file, but for what happens", "1",
+         (1, 1e9)),
+        ("around", AROUND,
+         "keep all samples so long before and after an event, or a turn of the command", "s",
+         (0.0, 60.0)),
+        ("queue", 10_000, "messages of each topic kept while the disk is slow", "1", (10, 1e6)),
+    )
+]  # fmt: skip
+"""All parameters of the node."""
 
 
-class Recorder(PlainLog):
+class Recorder(BaseNode):
     """Collects messages in callbacks, and writes them in batches from the main thread.
 
     An inbox of bounded length lies between the two. A disk that is too slow causes the oldest
@@ -56,38 +74,14 @@ class Recorder(PlainLog):
 
     def __init__(self) -> None:
         super().__init__("recorder")
-        path = declare(self, "path", "", ".rrd file; empty: recordings/<date>_<time>.rrd")
-        view = declare(
-            self, "view", NONE,
-            "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy",
-        )  # fmt: skip
-        port = declare(
-            self, "web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535)
-        )
-        bag = declare(self, "bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none")
-        keep = declare(
-            self, "keep", True, "whether an .rrd file stays; false: only to watch, or beside a bag"
-        )
-        every = declare(
-            self, "every", 1, "keep one sample of so many in the .rrd file, but for what happens",
-            "1", (1, 1e9),
-        )  # fmt: skip
-        around = declare(
-            self, "around", AROUND,
-            "keep all samples so long before and after an event, or a turn of the command",
-            "s", (0.0, 60.0),
-        )  # fmt: skip
-        length = declare(
-            self, "queue", 10_000, "messages of each topic kept while the disk is slow", "1",
-            (10, 1e6),
-        )  # fmt: skip
-        close_parameters(self)
-        kept = self._kept_file(path, view, bag, keep)
-        self._viewer = self._start_viewer(view, port)
+        values = Parameters(self, RECORDER_PARAMETERS).values
+        path, view, bag, length = (values[name] for name in ("path", "view", "bag", "queue"))
+        kept = self._kept_file(path, view, bag, values["keep"])
+        self._viewer = self._start_viewer(view, values["web_port"])
         self._for_now = contextlib.ExitStack()
         shown = self._folder_for_now()
         file = kept or (None if self._viewer is None else self._folder_for_now() / "live.rrd")
-        decimated = {"every": every, "around": around}
+        decimated = {name: values[name] for name in ("every", "around")}
         drives = functools.partial(topics.BLOCK.publishers, self)
         self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, decimated)
         self._description: dict[str, Any] | None = None

@@ -12,13 +12,13 @@ from ab_sim.errors import DivergedError
 from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands
-from ab_sim.nodes.drive_settings import Fixed, TimeMode, mode_of, rules_of, tolerance_of
+from ab_sim.nodes.drive_settings import TimeMode, mode_of, real_time_of, rules_of, tolerance_of
+from ab_sim.nodes.durations import StageTimer
 from ab_sim.nodes.fault_publisher import FaultPublisher
 from ab_sim.nodes.managed_node import ManagedNode
 from ab_sim.nodes.outputs import Outputs
-from ab_sim.nodes.prepared_drive import PreparedDrive
-from ab_sim.nodes.settings import Settings, Values
-from ab_sim.nodes.stage_timer import StageTimer
+from ab_sim.nodes.parameters import Parameters, Values
+from ab_sim.nodes.prepared_drive import PreparedDrive, Rates
 
 INACTIVE = "inactive: time stands still until the node is activated"
 
@@ -31,8 +31,8 @@ class Session:
     Args:
         node: node of the session.
         outputs: the publishers.
-        fixed: settings that do not change.
-        settings: changeable settings, see ``apply_settings``.
+        rates: rates of the loop.
+        settings: parameters of the node, see ``apply_settings``.
         prepared: the drive.
     """
 
@@ -40,15 +40,16 @@ class Session:
         self,
         node: ManagedNode,
         outputs: Outputs,
-        fixed: Fixed,
-        settings: Settings,
+        rates: Rates,
+        settings: Parameters,
         prepared: PreparedDrive,
     ) -> None:
         self._node, self._outputs, self._settings = node, outputs, settings
-        self._real_time, self.paused = fixed.real_time, fixed.paused
+        values = settings.values
+        self._real_time, self.paused = real_time_of(values), values["start_paused"]
         self.active = False
         """True if the node is active."""
-        self._per_block = fixed.per_block
+        self._per_block = rates.per_block
         self.trouble = ""
         self.pending: list[Trajectory] = []
         self.stepped_for = 0
@@ -56,7 +57,7 @@ class Session:
         self._wakes, self._reported = 0, False
         self._stages = StageTimer("inputs", "integration", "observing", "publishing")
         drive = prepared.drive
-        self.path = CommandPath(drive.servo, drive.step, rules_of(settings.values), fixed.seed)
+        self.path = CommandPath(drive.servo, drive.step, rules_of(values), values["jitter_seed"])
         self._commands = PendingCommands(node, self.path)
         self._description = topics.DESCRIPTION.publisher(node)
         self.fault_publisher = FaultPublisher(node)

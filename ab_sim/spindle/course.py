@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple, Protocol
 
 
-class Hears(NamedTuple):
+class ProfileInputs(NamedTuple):
     """The topics that a profile needs."""
 
     vibration: bool = False

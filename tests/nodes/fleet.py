@@ -1,5 +1,6 @@
 """Real nodes in processes of their own, on a DDS domain of the test's, watched by a real node."""
 
+import math
 import os
 import signal
 import subprocess
@@ -25,6 +26,21 @@ from tests.forked.node import ForkedNode
 Process = subprocess.Popen[bytes] | ForkedNode
 DEADLINE = 120.0
 """s; generous: a node may have to compile its kernel first."""
+ACQUAINTED = 0.5
+"""Time for a server that this process has discovered to discover it, too [s]. If it does not within
+0.1 s of a request, as on a busy machine, Fast DDS drops the answer."""
+SERVICES: dict[str, dict[str, Any]] = {
+    "drive_sim": {
+        "pause": SetBool,
+        "reset": Trigger,
+        "set_parameters_atomically": SetParametersAtomically,
+        "step": Trigger,
+    },
+    "profile_controller": {"abort": Trigger, "start": Trigger},
+}
+"""Services that many tests call: their clients are discovered while the nodes start."""
+GLANCE = 0.05
+"""Longest wait for a message, and time between two looks at processes and clients [s]."""
 EACH_CHANGE = Qos(100, latched=True)
 """Of what is said at changes: of two that come before a busy test looks, none is passed over."""
 
@@ -33,7 +49,7 @@ class Fleet:
     """Starts, watches and ends nodes; every wait is on a condition with a deadline."""
 
     def __init__(self, domain: int, logs: Path) -> None:
-        self._environment = {
+        self.environment = {
             **os.environ,
             "ROS_DOMAIN_ID": str(domain),
             "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
@@ -43,6 +59,8 @@ class Fleet:
         self._logs = logs
         self.processes: dict[str, Process] = {}
         self.heard: dict[str, list[Any]] = {}
+        self.healths: list[Health] = []
+        """Each health of all nodes, oldest first."""
         self._context = rclpy.Context()
         rclpy.init(
             context=self._context,
@@ -53,7 +71,14 @@ class Fleet:
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self.node)
         self._publishers: dict[str, Any] = {}
-        self.listen(topics.DIAGNOSTICS)
+        self._clients: dict[str, Any] = {}
+        """Clients by service."""
+        self._ready: dict[str, float] = {}
+        """Times at which clients were ready first, by service."""
+        self._looked = 0.0
+        topics.DIAGNOSTICS.subscription(
+            self.node, lambda message: self.healths.extend(Health.all_of(message))
+        )
 
     def listen(self, topic: Topic) -> list[Any]:
         """Every message of a topic from now on."""
@@ -63,26 +88,38 @@ class Fleet:
         topic.subscription(self.node, heard.append)
         return heard
 
-    def start(self, node: str, **parameters: Any) -> Process:
-        """Start a node with parameters; ``left/drive_sim`` in a namespace, with a clock there.
+    def start(self, node: str, module: str = "", *words: str, **parameters: Any) -> Process:
+        """Start a node in a forked process.
 
-        Its process is forked; those of `ab-sim demo` and `live`, and of scripts that are installed,
-        begin from nothing.
+        The nodes of `ab-sim demo` and `live`, and installed scripts, have processes of their own.
+
+        Args:
+            node: name; ``left/drive_sim`` in a namespace, with a clock there.
+            module: module whose ``main`` is the node; default: that of ``ab_sim.nodes``.
+            words: arguments before those of ROS.
+            parameters: parameters of the node.
         """
         settings = [part for k, v in parameters.items() for part in ("-p", f"{k}:={v}")]
         namespace, _, executable = node.rpartition("/")
         if namespace:
             settings += ["-r", f"__ns:=/{namespace}", "-r", "/clock:=clock"]
-        module, arguments = f"ab_sim.nodes.{executable}", ["--ros-args", *settings]
-        log = self._log_file(node)
-        self.processes[node] = ForkedNode(module, arguments, self._environment, log)
+        self._forget_services(node)
+        self.processes[node] = ForkedNode(
+            module or f"ab_sim.nodes.{executable}",
+            [*words, "--ros-args", *settings],
+            self.environment,
+            self._log_file(node),
+        )
+        for service, kind in SERVICES.get(executable, {}).items():
+            self.meet(kind, f"{node}/{service}")
         return self.processes[node]
 
     def start_process(self, name: str, *command: str | Path) -> Process:
         """Start any program on the fleet's domain; it is watched and ended like a node."""
+        self._forget_services(name)
         with self._log_file(name).open("wb") as log:
             self.processes[name] = subprocess.Popen(
-                command, env=self._environment, stdout=log, stderr=subprocess.STDOUT
+                command, env=self.environment, stdout=log, stderr=subprocess.STDOUT
             )
         return self.processes[name]
 
@@ -95,22 +132,37 @@ class Fleet:
         self.until(lambda: words in self.log(node), f"{node} prints {words!r}")
 
     def until(self, condition: Callable[[], Any], what: str, deadline: float = DEADLINE) -> Any:
-        """Listen until a condition is true; its value."""
+        """Listen until a condition is true; return its value.
+
+        It is judged when all messages that have arrived are heard. Fast DDS delivers the messages
+        of one process in the order in which they were published, so that a message or an answer for
+        which a test has waited comes after everything that its sender had published before.
+        """
         end = time.monotonic() + deadline
-        while not (value := condition()):
-            dead = {n: p.poll() for n, p in self.processes.items() if p.poll() not in (None, 0)}
-            assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
-            assert time.monotonic() < end, f"not within {deadline} s: {what}; {self._tails()}"
-            self._executor.spin_once(timeout_sec=0.05)
-        return value
+        while True:
+            self._catch_up()
+            if value := condition():
+                return value
+            assert (now := time.monotonic()) < end, (
+                f"not within {deadline} s: {what}; {self._tails()}"
+            )
+            if now - self._looked > GLANCE:
+                self._looked = now
+                dead = {n: c for n, p in self.processes.items() if (c := p.poll())}
+                assert not dead, f"died with exit codes {dead}: {what}; {self._tails()}"
+                self._look_at_clients()
+            self._executor.spin_once(timeout_sec=GLANCE)
 
     def health(self, node: str) -> Health | None:
         """The newest health of a node."""
-        for message in reversed(self.heard["/diagnostics"]):
-            for health in Health.all_of(message):
-                if health.node == f"/{node}":
-                    return health
-        return None
+        return next((each for each in reversed(self.healths) if each.node == f"/{node}"), None)
+
+    def healths_of(self, node: str) -> list[Health]:
+        """Return each health of a node, oldest first.
+
+        A value that a node reports only for a moment is looked for here.
+        """
+        return [each for each in self.healths if each.node == f"/{node}"]
 
     def value(self, node: str, key: str) -> str:
         """A value of a node's newest health, empty before the first."""
@@ -144,23 +196,39 @@ class Fleet:
 
     def ask(self, kind: Any, service: str, request: Any) -> Any:
         """Call a service of any kind; its response."""
-        client = self.node.create_client(kind, service)
-        try:
-            self.until(client.service_is_ready, f"service {service}")
-            self.acquainted()
-            future = client.call_async(request)
-            self.until(future.done, f"answer of {service}")
-            return future.result()
-        finally:
-            self.node.destroy_client(client)
+        future = self.client(kind, service).call_async(request)
+        self.until(future.done, f"answer of {service}")
+        return future.result()
+
+    def client(self, kind: Any, service: str) -> Any:
+        """Return a client of a service, after it and its server have discovered each other."""
+        self.meet(kind, service)
+        self.until(lambda: self._is_acquainted(service), f"service {service}")
+        return self._clients[service]
+
+    def meet(self, kind: Any, service: str) -> None:
+        """Create the client of a service, which takes time to be discovered by the server."""
+        if service not in self._clients:
+            self._clients[service] = self.node.create_client(kind, service)
+
+    def _look_at_clients(self) -> None:
+        for service in self._clients.keys() - self._ready.keys():
+            if self._clients[service].service_is_ready():
+                self._ready[service] = time.monotonic()
+
+    def _is_acquainted(self, service: str) -> bool:
+        self._look_at_clients()
+        return time.monotonic() - self._ready.get(service, math.inf) > ACQUAINTED
+
+    def _forget_services(self, node: str) -> None:
+        """Destroy the clients of a node that starts or ends: its services are others then."""
+        for service in [s for s in self._clients if s.startswith(f"{node}/")]:
+            self.node.destroy_client(self._clients.pop(service))
+            self._ready.pop(service, None)
 
     def acquainted(self) -> None:
-        """Let a server that we know find us, too.
-
-        If it does not know us within 0.1 s of a request, as on a busy machine, Fast DDS drops the
-        answer.
-        """
-        known = time.monotonic() + 0.5
+        """Let a server that this process knows discover it, too."""
+        known = time.monotonic() + ACQUAINTED
         self.until(lambda: time.monotonic() > known, "the server knows its client")
 
     def command(self, *speeds: float) -> None:
@@ -185,21 +253,21 @@ class Fleet:
     def stop(self, node: str, number: int = signal.SIGINT) -> int:
         """Send a signal and wait for the end; the exit code."""
         self.processes[node].send_signal(number)
-        return self._end_of(node, f"{node} ends", 20.0)
+        return self._end_of(node, f"{node} ends")
 
     def ended(self, node: str) -> int:
         """Wait until a node ends by itself; the exit code."""
-        return self._end_of(node, f"{node} ends by itself", DEADLINE)
+        return self._end_of(node, f"{node} ends by itself")
 
-    def _end_of(self, node: str, what: str, deadline: float) -> int:
+    def _end_of(self, node: str, what: str) -> int:
         process = self.processes.pop(node)  # it may end with any code
+        self._forget_services(node)
         try:
-            self.until(lambda: process.poll() is not None, what, deadline)
+            self.until(lambda: process.poll() is not None, what)
         finally:
             process.kill()
         heard = time.monotonic() + 0.2
         self.until(lambda: time.monotonic() > heard, "what it said last is heard")
-        self._catch_up()
         return process.wait()
 
     def _catch_up(self) -> None:

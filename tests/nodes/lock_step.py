@@ -1,14 +1,11 @@
 """A drive and its profile controller in lock step: a period, a command, a period, and so on."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from std_srvs.srv import Trigger
 
 from ab_msgs_py import topics
 from ab_msgs_py.samples import text_of
-from ab_msgs_py.services import Answer, answer_of, trigger_request
 from ab_sim.drive.trajectory import Trajectory
 from tests.nodes.fleet import Fleet
 
@@ -34,7 +31,6 @@ class LockStep:
         self._status = fleet.listen(topics.PROFILE_STATUS)
         self._commands = fleet.listen(topics.COMMAND)
         self._trajectories = fleet.listen(topics.TRAJECTORY)
-        self._clients: dict[str, Any] = {}
         self._awaited = 0
         fleet.start(
             "drive_sim", scene=scene, time_mode="lock_step", wake_rate=wake_rate, block_rate=200.0,
@@ -53,19 +49,9 @@ class LockStep:
         """The newest of them."""
         return self.statuses[-1]
 
-    def call(self, service: str) -> Answer:
-        """Ask a Trigger service by one client for all times: there are hundreds."""
-        if service not in self._clients:
-            client = self._clients[service] = self.fleet.node.create_client(Trigger, service)
-            self.fleet.until(client.service_is_ready, service)
-            self.fleet.acquainted()
-        future = self._clients[service].call_async(trigger_request())
-        self.fleet.until(future.done, service)
-        return answer_of(future.result())
-
     def done(self, service: str) -> str:
-        """The same, which is not refused; what is said."""
-        well, text = self.call(service)
+        """Call a Trigger service, which must not refuse; return its text."""
+        well, text = self.fleet.call(service)
         assert well, f"{service}: {text}"
         return text
 
@@ -79,7 +65,7 @@ class LockStep:
             assert self.fleet.set("drive_sim", await_commands=commands)[0]
         before = len(self._commands)
         for _ in range(20):
-            if (answer := self.call("drive_sim/step"))[0]:
+            if (answer := self.fleet.call("drive_sim/step"))[0]:
                 break
         assert answer[0], answer
         self.fleet.until(

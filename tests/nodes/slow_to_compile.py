@@ -9,6 +9,7 @@ import sys
 import time
 from typing import Any
 
+from ab_sim.nodes import drive_sim
 from ab_sim.tracing.machine_code import MachineCode
 
 MODULE = "tests.nodes.slow_to_compile"
@@ -27,8 +28,10 @@ def slow_down(seconds: float) -> None:
     MachineCode.__init__ = slowly  # type: ignore[method-assign]
 
 
-if __name__ == "__main__":
-    from ab_sim.nodes.drive_sim import main
-
+def main() -> None:
     slow_down(float(sys.argv.pop(1)))
+    drive_sim.main()
+
+
+if __name__ == "__main__":
     main()

@@ -8,6 +8,7 @@ import time
 from typing import Any
 
 from ab_sim.drive import Drive
+from ab_sim.nodes import drive_sim
 
 MODULE = "tests.nodes.slow_to_step"
 STALLS, GOES_ON = "[stalls]", "[goes on]"
@@ -32,8 +33,10 @@ def slow_down(seconds: float) -> None:
     Drive.advance = slowly  # type: ignore[method-assign]
 
 
-if __name__ == "__main__":
-    from ab_sim.nodes.drive_sim import main
-
+def main() -> None:
     slow_down(float(sys.argv.pop(1)))
+    drive_sim.main()
+
+
+if __name__ == "__main__":
     main()

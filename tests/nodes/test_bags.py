@@ -2,7 +2,6 @@
 
 import resource
 import signal
-import subprocess
 import sys
 import time
 from pathlib import Path
@@ -16,7 +15,7 @@ from ab_sim.bags import Bag, import_bag
 from ab_sim.bags.messages import decoded
 from ab_sim.errors import RecordingError
 from ab_sim.recording import read_recording
-from tests.nodes.fleet import Fleet
+from tests.nodes.fleet import Fleet, Process
 
 pytestmark = pytest.mark.ros
 
@@ -27,16 +26,11 @@ def samples_in(path: Path, topic: str = "/vibration/block") -> np.ndarray:
     return np.concatenate([b.data.reshape(b.layout.dim[0].size, -1) for b in blocks])
 
 
-def replaying(fleet: Fleet, *arguments: object) -> subprocess.Popen[bytes]:
+def replaying(fleet: Fleet, *arguments: object) -> Process:
     """`ab-sim replay` as one of the fleet."""
-    with fleet._log_file("replay").open("wb") as log:
-        process = fleet.processes["replay"] = subprocess.Popen(
-            [sys.executable, "-m", "ab_sim", "replay", *map(str, arguments)],
-            env=fleet._environment,
-            stdout=log,
-            stderr=subprocess.STDOUT,
-        )
-    return process
+    return fleet.start_process(
+        "replay", sys.executable, "-m", "ab_sim", "replay", *map(str, arguments)
+    )
 
 
 def test_a_bag_has_what_the_recording_has_and_replays_it(fleet: Fleet, tmp_path: Path) -> None:

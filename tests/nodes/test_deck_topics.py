@@ -49,8 +49,10 @@ def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) 
     blocks = fleet.listen(topics.BLOCK._replace(name="left/vibration/block"))
     tf = fleet.listen(topics.TF) if topics.TF.type else []
     fleet.start("left/recorder", path=tmp_path / "left.rrd")
-    fleet.start("left/drive_sim", scene="feeding-deck", changes=f"{CHANGES}]")
+    fleet.start("left/drive_sim", scene="feeding-deck", changes=f"{CHANGES}]", start_paused=True)
     fleet.until(lambda: fleet.value("left/recorder", "file"), "it records")
+    # By now this listener is known on each topic.
+    assert fleet.call("left/drive_sim/pause", False)[0]
     fleet.until(lambda: len(heard["deck_pose"]) > 300, "300 poses")
     if topics.TF.type:
         fleet.until(lambda: len(tf) > 200, "200 transforms")
@@ -98,7 +100,10 @@ def test_pose_whirl_and_vibration_are_the_samples(fleet: Fleet, tmp_path: Path) 
 def test_the_pickups_reading_has_three_axes(fleet: Fleet) -> None:
     vibration, blocks = fleet.listen(topics.VIBRATION), fleet.listen(topics.BLOCK)
     static = fleet.listen(topics.TF_STATIC) if topics.TF.type else []
-    fleet.start("drive_sim", scene="feeding-deck", changes=f"{CHANGES}, {SENSOR}]")
+    fleet.start(
+        "drive_sim", scene="feeding-deck", changes=f"{CHANGES}, {SENSOR}]", start_paused=True
+    )
+    assert fleet.call("drive_sim/pause", False)[0]
     fleet.until(lambda: len(vibration) > 100, "100 readings")
     if topics.TF.type:
         told = fleet.until(lambda: static, "the sensor's frame")[0]

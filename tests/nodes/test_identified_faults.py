@@ -10,7 +10,7 @@ from ab_sim.errors import InputError
 from ab_sim.identification.result import OFF
 from tests.nodes.faulty_recordings import AT, bench, recorded_live
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 
 def test_what_breaks_while_it_is_recorded_is_told(tmp_path: Path) -> None:

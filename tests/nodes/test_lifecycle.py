@@ -1,7 +1,6 @@
 """`drive_sim` as a lifecycle node, with real processes."""
 
 import signal
-import sys
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -9,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from lifecycle_msgs.msg import Transition
-from lifecycle_msgs.srv import ChangeState
+from lifecycle_msgs.srv import ChangeState, GetState
 from rcl_interfaces.srv import DescribeParameters, ListParameters
 from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
 from std_srvs.srv import Trigger
@@ -35,6 +34,12 @@ SERVICES = (
     services.EMERGENCY_STOP,
     services.RESET_EMERGENCY_STOP,
 )
+LIFE_CYCLE = {
+    ChangeState: "change_state",
+    GetState: "get_state",
+    ListParameters: "list_parameters",
+    DescribeParameters: "describe_parameters",
+}
 LEASE = 20.0
 """s for which Fast DDS goes on to show who has gone without a word."""
 ROSS_OWN = {"use_sim_time", "start_type_description_service"}
@@ -85,6 +90,11 @@ def test_a_life(fleet: Fleet, tmp_path: Path) -> None:
     scene.write_text("rotor: {}")
     override = {"qos_overrides./left/whirl.publisher.reliability": "best_effort"}
     fleet.start(DRIVE, autostart=False, scene=scene, **override)
+
+    for service in SERVICES:
+        fleet.meet(Trigger, service.replace("~", DRIVE))
+    for kind, name in LIFE_CYCLE.items():
+        fleet.meet(kind, f"{DRIVE}/{name}")
 
     # Unconfigured.
     told(fleet, Level.OK, "unconfigured")
@@ -183,21 +193,14 @@ def test_a_life(fleet: Fleet, tmp_path: Path) -> None:
     assert "Traceback" not in fleet.log(DRIVE)
 
 
-def compiling(fleet: Fleet, seconds: float, *settings: str) -> None:
-    """Start `drive_sim` with parameters, on a machine that takes so long to compile, and longer."""
-    arguments = [part for setting in settings for part in ("-p", setting)]
-    fleet.start_process(
-        "drive_sim", sys.executable, "-m", MODULE, str(seconds), "--ros-args", *arguments
-    )  # fmt: skip
-
-
 def compiles(fleet: Fleet) -> int:
     """How often it has compiled."""
     return fleet.log("drive_sim").count(COMPILES)
 
 
 def test_it_answers_while_it_configures(fleet: Fleet) -> None:
-    compiling(fleet, 60.0, "autostart:=false", "scene:=no-ball")  # longer than all that is asked
+    # Compiling takes longer than all that is asked.
+    fleet.start("drive_sim", MODULE, "60", scene="no-ball", autostart=False)
     client = fleet.node.create_client(ChangeState, "drive_sim/change_state")
     assert fleet.state("drive_sim") == "unconfigured"
     fleet.until(client.service_is_ready, "transitions")
@@ -216,10 +219,11 @@ def test_it_answers_while_it_configures(fleet: Fleet) -> None:
 
 
 def test_it_leaves_while_a_request_compiles(fleet: Fleet) -> None:
-    compiling(fleet, 1.0, "scene:=no-ball")
+    fleet.start("drive_sim", MODULE, "1", scene="no-ball")
     fleet.until(lambda: fleet.value("drive_sim", "scene"), "it runs")
     before = compiles(fleet)
-    assert before and fleet.set("drive_sim", scene="thesis-hold")[0]
+    # A scene that the process from which nodes are forked has not run.
+    assert before and fleet.set("drive_sim", scene="nsc-case-1")[0]
     client = fleet.node.create_client(Trigger, "drive_sim/load_scene")
     fleet.until(client.service_is_ready, "the service")
     client.call_async(Trigger.Request())

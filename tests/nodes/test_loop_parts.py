@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from ab_sim.nodes import realtime
-from ab_sim.nodes.duration_histogram import DurationHistogram
+from ab_sim.nodes.durations import DurationHistogram, StageTimer
 from ab_sim.nodes.fair_lock import FairLock
-from ab_sim.nodes.stage_timer import StageTimer
 
 
 def test_quantiles_are_those_of_the_durations() -> None:

@@ -2,9 +2,6 @@
 
 import os
 import signal
-import subprocess
-import sys
-from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -13,6 +10,10 @@ pytestmark = pytest.mark.ros
 pytest.importorskip("rclpy", reason="needs ROS 2")
 
 from ab_sim.nodes.parameters import ParameterSpec  # noqa: E402 - it imports rclpy
+from tests.forked.node import ForkedNode  # noqa: E402
+from tests.waiting import PATIENCE, until  # noqa: E402
+
+WHIRL = "qos_overrides./whirl.publisher"
 
 UP = {
     "profile_controller": "waiting for ~/start",
@@ -24,59 +25,85 @@ UP = {
 class Started:
     """A node started with arguments as they are typed."""
 
-    def __init__(self, domain: int, node: str, *arguments: str) -> None:
-        self.node = node
-        self._process = subprocess.Popen(
-            [sys.executable, "-m", f"ab_sim.nodes.{node}", *arguments],
-            env={
-                **os.environ,
-                "ROS_DOMAIN_ID": str(domain),
-                "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
-            },
-            stdout=subprocess.PIPE,
-            stderr=subprocess.STDOUT,
-            text=True,
-        )
-
-    def lines(self) -> Iterator[str]:
-        """What it prints, until it ends."""
-        assert self._process.stdout is not None
-        return iter(self._process.stdout)
+    def __init__(self, domain: int, folder: Path, node: str, *arguments: str) -> None:
+        self._node, self._log = node, folder / f"{node}.log"
+        environment = {
+            **os.environ,
+            "ROS_DOMAIN_ID": str(domain),
+            "ROS_AUTOMATIC_DISCOVERY_RANGE": "LOCALHOST",
+        }
+        self._process = ForkedNode(f"ab_sim.nodes.{node}", [*arguments], environment, self._log)
 
     def refusal(self) -> str:
-        """What it says when it ends by itself, because of its arguments."""
-        text = "".join(self.lines())
-        assert self._process.wait(timeout=60) == 2, text
+        """Return the output of a node that ends by itself, because of its arguments."""
+        code, text = self._process.wait(timeout=PATIENCE), self._log.read_text()
+        assert code == 2, text
         assert "Traceback" not in text
         return text
 
     def comes_up(self) -> bool:
-        """Whether it takes its parameters; it is ended then."""
-        up = any(UP[self.node] in line for line in self.lines())
+        """Return whether the node takes its parameters, and end it."""
+
+        def is_up() -> bool:
+            return UP[self._node] in self._log.read_text()
+
+        until(lambda: is_up() or self._process.poll() is not None, "it is up, or refuses")
+        up = is_up()
         self._process.send_signal(signal.SIGINT)
-        rest = "".join(self.lines())
-        assert self._process.wait(timeout=60) == (0 if up else 2), rest
+        assert self._process.wait(timeout=PATIENCE) == (0 if up else 2), self._log.read_text()
         return up
 
 
 @pytest.mark.parametrize(
-    ("node", "word", "words"),
+    ("node", "parameters", "words"),
     [
-        ("drive_sim", "scne:=on-edge", "parameter scne: /drive_sim has none of that name; did you"),
-        ("drive_sim", "wake_rat:=100", "did you mean 'wake_rate'?; it has"),
-        ("profile_controller", "profil:=no-ball", "did you mean 'profile'?"),
-        ("recorder", "pathh:=run.rrd", "did you mean 'path'?"),
+        ("drive_sim", ["scne:=on-edge"], "scne: /drive_sim has none of that name; did you"),
+        ("drive_sim", ["wake_rat:=100"], "did you mean 'wake_rate'?; it has"),
+        ("profile_controller", ["profil:=no-ball"], "did you mean 'profile'?"),
+        ("recorder", ["pathh:=run.rrd"], "did you mean 'path'?"),
+        ("drive_sim", ["scene:=thesis-hlod"], "did you mean 'thesis-hold'"),
+        ("drive_sim", ["scene:=3.5"], "parameter scene = 3.5: must be a text"),
+        ("drive_sim", ["changes:=['balls.mass=-1']"], "balls.mass = -1: must be at least 1e-12"),
+        ("drive_sim", ["wake_rate:=300.0"], "a rate of 333.333 1/s would do"),
+        ("drive_sim", ["wake_rate:=1e9"], "parameter wake_rate"),
+        ("drive_sim", ["wake_rate:=fast"], "wake_rate = 'fast': must be a number from 1 to 2000"),
+        ("drive_sim", ["block_rate:=60.0"], "a rate of 62.5 1/s would do"),
+        ("drive_sim", [f"{WHIRL}.reliability:=sure"], "must be reliable or best_effort"),
+        ("drive_sim", [f"{WHIRL}.durability:=volatile"], "with one of .reliability, "),
+        ("drive_sim", [f"{WHIRL}.depth:=0"], "= 0: must be a whole number from 1"),
+        (
+            "drive_sim",
+            ["changes:=['solver.step=0.05']", "wake_rate:=20.0", "block_rate:=20.0"],
+            "beyond the stability limit",
+        ),
+        (
+            "drive_sim",
+            ["patience:=0.01", "wake_rate:=50.0"],
+            "patience = 0.01 s: must be at least 0.02 s",
+        ),
+        (
+            "drive_sim",
+            ["scene:=one-ball", "changes:=['accuracy.angle=1e-17', 'duration=1']"],
+            "the best that can be had is about",
+        ),
+        ("recorder", ["path:=/proc/no/run.rrd"], "its folder cannot be made"),
+        ("profile_controller", ["profile:=nowhere.yaml"], "no such scene file"),
+        ("profile_controller", ["command_rate:=0.0"], "parameter command_rate"),
     ],
 )
-def test_a_parameter_that_is_not_there(domain: int, node: str, word: str, words: str) -> None:
-    assert words in Started(domain, node, "--ros-args", "-p", word).refusal()
+def test_a_bad_parameter_ends_a_node_with_one_message(
+    domain: int, tmp_path: Path, node: str, parameters: list[str], words: str
+) -> None:
+    given = [word for parameter in parameters for word in ("-p", parameter)]
+    refusal = Started(domain, tmp_path, node, "--ros-args", *given).refusal()
+    assert words in refusal and "[ERROR]" not in refusal
 
 
 @pytest.mark.parametrize(
     ("unit", "words"), [("1", "a number from 1 to 2000"), ("1/s", "a number from 1 to 2000 1/s")]
 )
 def test_a_ratio_is_told_without_a_unit(unit: str, words: str) -> None:
-    assert ParameterSpec("rate", 250.0, unit, (1.0, 2000.0)).allowed_text == words
+    assert ParameterSpec("rate", 250.0, "", unit, (1.0, 2000.0)).allowed_text == words
 
 
 @pytest.mark.parametrize(
@@ -90,8 +117,10 @@ def test_a_ratio_is_told_without_a_unit(unit: str, words: str) -> None:
         (["--ros-args", "-p", "scene:=no-ball", "--", "fast"], "'fast': is not known"),
     ],
 )
-def test_words_that_are_no_parameters(domain: int, arguments: list[str], words: str) -> None:
-    assert words in Started(domain, "drive_sim", *arguments).refusal()
+def test_words_that_are_no_parameters(
+    domain: int, tmp_path: Path, arguments: list[str], words: str
+) -> None:
+    assert words in Started(domain, tmp_path, "drive_sim", *arguments).refusal()
 
 
 SHARED = """
@@ -117,16 +146,17 @@ def test_a_file_may_hold_parameters_of_other_nodes(
     file.write_text(SHARED)
     arguments = ["--ros-args", "--params-file", str(file), "-r", f"__ns:={namespace}"]
     arguments += ["-p", "drive_sim:wake_rate:=100"]
-    assert Started(domain, "profile_controller", *arguments).comes_up()
+    assert Started(domain, tmp_path, "profile_controller", *arguments).comes_up()
 
 
 def test_a_slip_in_a_file_is_found_in_a_namespace_too(domain: int, tmp_path: Path) -> None:
     file = tmp_path / "slip.yaml"
     file.write_text("/left/recorder:\n  ros__parameters: {qeue: 10}\n")
     arguments = ["--ros-args", "--params-file", str(file), "-r"]
-    refused = Started(domain, "recorder", *arguments, "__ns:=/left").refusal()
+    refused = Started(domain, tmp_path, "recorder", *arguments, "__ns:=/left").refusal()
     assert "parameter qeue: /left/recorder has none of that name; did you mean 'queue'?" in refused
-    assert Started(domain, "recorder", *arguments, "__ns:=/right").comes_up(), "not its own"
+    other = Started(domain, tmp_path, "recorder", *arguments, "__ns:=/right")
+    assert other.comes_up(), "not its own"
 
 
 @pytest.mark.parametrize(
@@ -141,10 +171,11 @@ def test_a_slip_in_a_file_is_found_in_a_namespace_too(domain: int, tmp_path: Pat
 def test_a_recording_goes_to_a_file_of_its_kind(
     domain: int, name: str, words: str, tmp_path: Path
 ) -> None:
-    (tmp_path / "full.rrd").symlink_to("/dev/full")
-    (tmp_path / "hold.png").write_text("a picture")
-    before = sorted(tmp_path.iterdir())
-    path = tmp_path / name
-    refused = Started(domain, "recorder", "--ros-args", "-p", f"path:={path}").refusal()
+    folder = tmp_path / "recordings"
+    folder.mkdir()
+    (folder / "full.rrd").symlink_to("/dev/full")
+    (folder / "hold.png").write_text("a picture")
+    before, path = sorted(folder.iterdir()), folder / name
+    refused = Started(domain, tmp_path, "recorder", "--ros-args", "-p", f"path:={path}").refusal()
     assert f"parameter path = {path}: {words}" in refused
-    assert sorted(tmp_path.iterdir()) == before
+    assert sorted(folder.iterdir()) == before

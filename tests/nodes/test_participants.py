@@ -2,8 +2,6 @@
 
 import os
 import socket
-import subprocess
-import sys
 
 import pytest
 
@@ -25,6 +23,7 @@ from ab_sim.nodes.participants import (  # noqa: E402
     participants_here,
     unheard_users,
 )
+from tests.cli.tool import ab_sim  # noqa: E402
 from tests.domains import own_domain  # noqa: E402
 
 pytestmark = pytest.mark.ros
@@ -80,15 +79,20 @@ def test_users_that_are_not_heard_are_named(monkeypatch: pytest.MonkeyPatch) -> 
 )
 @pytest.mark.parametrize("command", [["live", "no-ball", "--for", "0.1"], ["node", "list"]])
 def test_what_is_wrong_around_is_blamed(
-    command: list[str], variable: str, value: str | None, words: str
+    monkeypatch: pytest.MonkeyPatch,
+    command: list[str],
+    variable: str,
+    value: str | None,
+    words: str,
 ) -> None:
     with own_domain() as domain:
-        around = {**os.environ, "ROS_DOMAIN_ID": str(domain), variable: value}
-        around.pop("ROS_LOG_DIR" if value is None else "", None)
-        known = {name: text for name, text in around.items() if text is not None}
-        done = subprocess.run(
-            [sys.executable, "-m", "ab_sim", *command], env=known, capture_output=True, text=True
-        )
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        if value is None:
+            monkeypatch.delenv(variable)
+            monkeypatch.delenv("ROS_LOG_DIR", raising=False)
+        else:
+            monkeypatch.setenv(variable, value)
+        done = ab_sim(*command)
     assert done.returncode == 2 and words in done.stderr, done.stderr
     assert "Traceback" not in done.stderr and "argument" not in done.stderr
 

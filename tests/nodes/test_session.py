@@ -14,7 +14,7 @@ from ab_msgs_py.samples import description_of, nanoseconds_of
 from ab_msgs_py.services import Stepped, answer_of, trigger_request
 from tests.nodes.fleet import Fleet
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 WAKE_NS = 4_000_000
 
@@ -119,8 +119,8 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     unheard = "/mistaken publishes std_msgs/msg/Float32 on /spindle/command and is not heard"
     fleet.start_process("mistaken", sys.executable, Path(__file__).with_name("other_type.py"))
     warned(fleet, f"{unheard}: commands are std_msgs/msg/Float64")
-    count = len(fleet.heard["/diagnostics"])
-    fleet.until(lambda: len(fleet.heard["/diagnostics"]) > count + 1, "it is looked at again")
+    count = len(fleet.healths)
+    fleet.until(lambda: len(fleet.healths) > count + 1, "it is looked at again")
     assert fleet.log("drive_sim").count(unheard) == 1, "said once"
     assert fleet.stop("mistaken") == 0
     fleet.until(
@@ -200,12 +200,16 @@ def test_pace_changes_while_it_runs(fleet: Fleet) -> None:
     assert fleet.call("drive_sim/pause", True)[0], "it is heard among so much work"
     assert fleet.set("drive_sim", time_mode="paced", speed_factor=1.0, error_checks=0.0)[0]
     assert fleet.call("drive_sim/pause", False)[0]
-    fleet.until(
-        lambda: (h := fleet.health("drive_sim")) and h.message.startswith("running in real time"),
+    fleet.healths.clear()
+    health, *_ = fleet.until(
+        lambda: [
+            health
+            for health in fleet.healths_of("drive_sim")
+            if health.message.startswith("running in real time")
+        ],
         "real time again",
     )
-    health = fleet.health("drive_sim")
-    assert health is not None and "steps checked" not in health.values
+    assert "steps checked" not in health.values
     for stage in ("inputs", "integration", "observing", "publishing"):
         mean, longest = (float(health.values[f"{stage}, {w} [s]"]) for w in ("mean", "longest"))
         assert 0 < mean <= longest
@@ -228,8 +232,8 @@ def test_requests_lose_no_time(fleet: Fleet, tmp_path: Path) -> None:
 
     def lag() -> float:
         came.clear()
-        reports = len(fleet.heard["/diagnostics"])
-        fleet.until(lambda: len(fleet.heard["/diagnostics"]) > reports + 1, "reports")
+        reports = len(fleet.healths)
+        fleet.until(lambda: len(fleet.healths) > reports + 1, "reports")
         dropped = int(fleet.value("drive_sim", "steps dropped")) * 1e-3
         return min(at - 1e-9 * simulated for at, simulated in came) - dropped
 

@@ -1,9 +1,9 @@
 """A drive whose steps take long, or never end: emergency stop, SIGTERM."""
 
 import signal
-import sys
 
 import pytest
+from std_srvs.srv import Trigger
 
 from ab_msgs_py import JointSample, topics
 from tests.nodes.fleet import Fleet
@@ -14,9 +14,9 @@ pytestmark = pytest.mark.ros
 
 def stalled(fleet: Fleet, seconds: str) -> None:
     """Start a drive, and wait until it is in a step that takes so long."""
-    program = [sys.executable, "-m", MODULE, seconds, "--ros-args", "-p", "scene:=thesis-hold"]
-    fleet.start_process("drive_sim", *program)
+    fleet.start("drive_sim", MODULE, seconds, scene="thesis-hold")
     fleet.until(lambda: fleet.value("drive_sim", "led by"), "it is up")
+    fleet.client(Trigger, "drive_sim/emergency_stop")  # discovery takes as long as some steps
     fleet.command(SPEED)
     fleet.reads("drive_sim", STALLS)
 

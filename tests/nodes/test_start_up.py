@@ -15,7 +15,7 @@ from ab_sim.scene import check_scene, find_scene
 from tests.nodes.fleet import Fleet
 from tests.recording.runs import cells
 
-pytestmark = pytest.mark.ros
+pytestmark = [pytest.mark.ros, pytest.mark.long]
 
 
 @pytest.fixture
@@ -171,18 +171,6 @@ def test_a_flood_of_commands_costs_no_samples(fleet: Fleet, tmp_path: Path) -> N
     assert last.values["messages dropped"] == last.values["messages dropped, spindle/command"]
 
 
-def test_recorder_never_overwrites(fleet: Fleet, tmp_path: Path) -> None:
-    file = tmp_path / "run.rrd"
-    file.write_text("precious")
-    fleet.start("recorder", path=file)
-    fleet.start("drive_sim", scene="thesis-hold")
-    fleet.until(lambda: fleet.value("recorder", "file").endswith("run-2.rrd"), "another name")
-    for node in ("drive_sim", "recorder"):
-        assert fleet.stop(node) == 0
-    assert file.read_text() == "precious"
-    assert read_recording(tmp_path / "run-2.rrd").complete
-
-
 def test_no_start_without_a_drive(fleet: Fleet) -> None:
     fleet.start("profile_controller", profile="thesis-hold")
     done, text = fleet.call("profile_controller/start")
@@ -190,40 +178,8 @@ def test_no_start_without_a_drive(fleet: Fleet) -> None:
     assert fleet.stop("profile_controller") == 0
 
 
-def test_recorder_begins_another_file_after_a_reset(fleet: Fleet, tmp_path: Path) -> None:
-    file = tmp_path / "deep" / "run.rrd"
-    fleet.start("recorder", path=file)
-    fleet.start("drive_sim", scene="thesis-hold", start_paused=True)
-    fleet.until(lambda: fleet.value("recorder", "file"), "the recorder has a drive")
-    assert fleet.call("drive_sim/pause", False)[0]
-    fleet.until(lambda: int(fleet.value("recorder", "samples written") or 0) > 100, "samples")
-    assert fleet.call("drive_sim/reset")[0]
-    fleet.until(lambda: fleet.value("recorder", "file").endswith("run-2.rrd"), "another file")
-    for node in ("drive_sim", "recorder"):
-        assert fleet.stop(node) == 0
-    for path in (file, file.with_stem("run-2")):
-        recorded = read_recording(path)
-        assert recorded.complete and recorded.missing == 0
-        assert recorded.samples[0, 0] == 0
-
-
 def test_recorder_without_a_drive_says_so_and_ends_cleanly(fleet: Fleet, tmp_path: Path) -> None:
     fleet.start("recorder", path=tmp_path / "none.rrd")
     fleet.until(lambda: "no drive heard" in fleet.log("recorder"), "a warning")
     assert fleet.stop("recorder") == 0
     assert not (tmp_path / "none.rrd").exists()
-
-
-@pytest.mark.parametrize(
-    ("node", "parameters", "words"),
-    [
-        ("recorder", {"path": "/proc/no/run.rrd"}, "its folder cannot be made"),
-        ("profile_controller", {"profile": "nowhere.yaml"}, "no such scene file"),
-        ("profile_controller", {"command_rate": 0.0}, "parameter command_rate"),
-    ],
-)
-def test_bad_parameters(fleet: Fleet, node: str, parameters: dict[str, str], words: str) -> None:
-    fleet.start(node, **parameters)
-    assert fleet.ended(node) == 2
-    assert words in fleet.log(node)
-    assert "Traceback" not in fleet.log(node)

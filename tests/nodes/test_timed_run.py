@@ -170,7 +170,7 @@ def test_an_adaptive_start_up_has_a_period_of_its_own() -> None:
     with pytest.raises(InputError, match=r"command_period = 0.005 s.*command_rate = 200 "):
         planned(ADAPTIVE, period=0.01)
     alone = planned("{kind: adaptive, target_speed: 200, acceleration: 100, sensor: imu}")
-    assert alone.hears == planned(ADAPTIVE).hears._replace(sensor="imu")
+    assert alone.inputs == planned(ADAPTIVE).inputs._replace(sensor="imu")
     assert alone.steepest == 100.0
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from ab_msgs_py import Health, JointSample, Level, topics
+from ab_msgs_py import JointSample, Level, topics
 from ab_sim.recording import read_recording
 from tests.nodes.fleet import Fleet
 
@@ -16,7 +16,7 @@ SIDES = {"left": 0.001, "right": 0.002}
 
 
 def levels(fleet: Fleet) -> set[Level]:
-    return {h.level for array in fleet.heard["/diagnostics"] for h in Health.all_of(array)}
+    return {health.level for health in fleet.healths}
 
 
 def test_two_drives_know_nothing_of_each_other(fleet: Fleet, tmp_path: Path) -> None:

@@ -23,6 +23,7 @@ from ab_sim.recording.layout import SAMPLES
 from ab_sim.recording.pictures import PERIOD
 from ab_sim.recording.signals import FinalRms
 from ab_sim.recording.spindle_phase import PERIOD as VARIABLE
+from ab_sim.recording.spindle_phase import SpindlePhase
 from ab_sim.recording.vibration import SIZES
 from ab_sim.scene import Scene, load_scene
 from tests.recording.runs import cells, curves, plotted, still, views
@@ -202,6 +203,20 @@ def test_the_spindle_s_phases_are_named(file: Path, run: Trajectory) -> None:
     marked = np.array(cells(file, "/plot/speed/period", "Scalars:scalars"))[:, 0]
     np.testing.assert_allclose(marked[:-1], 100.0, atol=4.0)
     assert np.isnan(marked[-1]), "the line ends"
+
+
+@pytest.mark.parametrize(
+    ("first", "last", "phase"),
+    [
+        (0.50, 0.52, "speeding up"),
+        (0.52, 0.50, "slowing down"),
+        (-0.50, -0.52, "speeding up"),
+        (-0.52, -0.50, "slowing down"),
+    ],
+)
+def test_phases_of_a_slow_spindle(first: float, last: float, phase: str) -> None:
+    phases = SpindlePhase(("time", "speed"), 10.0, None)
+    assert phases.phase_of(np.array([0.0, 0.02]), np.array([first, last])) == phase
 
 
 def moving(file: Path) -> dict[tuple[str, str], list[tuple[int, object]]]:

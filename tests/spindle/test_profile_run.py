@@ -173,7 +173,7 @@ def test_vibration_that_does_not_come(bad: str) -> None:
 def test_silence_does_not_matter_where_nothing_waits_for_it() -> None:
     session = started({"to": 100, "acceleration": 50}, {"hold": 3.0})
     session.shaking.clear()
-    assert not session.plan.hears.vibration
+    assert not session.plan.inputs.vibration
     session.go(5.1)
     assert session.state == "done"
 

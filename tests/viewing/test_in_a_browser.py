@@ -17,7 +17,7 @@ from ab_sim.viewing.viewer_state import newest_times
 from tests.viewing.browser import Screen, browser, like
 from tests.waiting import until
 
-pytestmark = [pytest.mark.ros, pytest.mark.timeout(600)]
+pytestmark = [pytest.mark.ros, pytest.mark.long, pytest.mark.timeout(600)]
 
 ROOT = Path(__file__).resolve().parents[2]
 soon = partial(until, deadline=400.0, every=1.0)

@@ -9,7 +9,7 @@ from ab_msgs_py import Qos, Topic, topics
 from ab_msgs_py.samples import spindle_of
 from ab_sim.nodes.adaptive_course import AdaptiveCourse
 from ab_sim.nodes.paired_samples import Reading, SpindleSample
-from ab_sim.spindle.course import Course, Hears
+from ab_sim.spindle.course import Course, ProfileInputs
 from ab_sim.spindle.segments_course import SegmentsCourse
 
 
@@ -30,7 +30,7 @@ IF_A_PROBE = (
 )
 
 
-class ProfileEars:
+class ProfileSubscriptions:
     """Subscribes to the topics that profiles need, when they need them, and passes samples on.
 
     Args:
@@ -43,38 +43,38 @@ class ProfileEars:
         self, node: Node, course: Callable[[], Course | None], now: Callable[[], float]
     ) -> None:
         self._node, self._course, self._now = node, course, now
-        self._heard: set[str] = set()
+        self._subscribed: set[str] = set()
 
-    def listen(self, hears: Hears) -> None:
+    def subscribe_to(self, inputs: ProfileInputs) -> None:
         """Subscribe to further topics that a profile needs."""
-        if hears.vibration:
+        if inputs.vibration:
             self._subscribe(VIBRATION, self._vibration)
-        if hears.sensor is not None:
-            heard = self._displacement if hears.probe else self._reading
-            self._subscribe(_samples_of(hears), heard)
+        if inputs.sensor is not None:
+            receive = self._displacement if inputs.probe else self._reading
+            self._subscribe(_samples_of(inputs), receive)
             self._subscribe(SPINDLE, self._spindle)
 
-    def missing(self, hears: Hears) -> str:
+    def missing(self, inputs: ProfileInputs) -> str:
         """Return a text on a required topic without publishers; empty if there is none."""
         needed = {
-            "a segment of the profile waits for the vibration": [VIBRATION] * hears.vibration,
+            "a segment of the profile waits for the vibration": [VIBRATION] * inputs.vibration,
             "an adaptive start-up needs every sample of its sensor, and the spindle's angle": [
-                _samples_of(hears),
+                _samples_of(inputs),
                 SPINDLE,
             ]
-            * (hears.sensor is not None),
+            * (inputs.sensor is not None),
         }
         for why, wanted in needed.items():
             for topic in wanted:
                 if topic.publishers(self._node) == 0:
                     name = self._node.resolve_topic_name(topic.name)
-                    probe = "" if hears.probe or hears.sensor is None else IF_A_PROBE
+                    probe = "" if inputs.probe or inputs.sensor is None else IF_A_PROBE
                     return f"nobody publishes {name}, and {why}{probe}"
         return ""
 
     def _subscribe(self, topic: Topic, callback: Callable[[Any], None]) -> None:
-        if topic.name not in self._heard:
-            self._heard.add(topic.name)
+        if topic.name not in self._subscribed:
+            self._subscribed.add(topic.name)
             topic.subscription(self._node, callback)
 
     def _vibration(self, message: Any) -> None:
@@ -102,7 +102,7 @@ class ProfileEars:
             course.reading(Reading(sample.time, *sample.place[:2]))
 
 
-def _samples_of(hears: Hears) -> Topic:
-    topic_of = topics.probe_of if hears.probe else topics.imu_of
-    topic = topic_of(hears.sensor or "", first=hears.first_sensor)
+def _samples_of(inputs: ProfileInputs) -> Topic:
+    topic_of = topics.probe_of if inputs.probe else topics.imu_of
+    topic = topic_of(inputs.sensor or "", first=inputs.first_sensor)
     return _as_boards_have_it(topic, topic.qos.depth)

@@ -15,7 +15,8 @@ from rclpy.node import Node  # noqa: E402
 from ab_msgs_py import JointSample, PoseSample, VibrationSample, WhirlSample, topics  # noqa: E402
 from ab_msgs_py.topic import arrived  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.nodes.state_publishers import StatePublishers  # noqa: E402
+from ab_sim.drive.faults.active import ActiveFaults  # noqa: E402
+from ab_sim.nodes.outputs import Outputs  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
 from tests.waiting import until
 
@@ -60,7 +61,7 @@ def test_topics_show_the_drive(node: Node, scene: str, changes: list[str]) -> No
     drive.command(100.0)
     taken = drive.advance(50)
     now, sensors = drive.observe(), drive.scene.sensors
-    observed = StatePublishers(node)
+    observed = Outputs(node, scene, hardware="", clock=False)
     # Begun before with another scene: nothing of it is left.
     other = Drive(load_scene("nsc-case-1"))
     observed.begin(other.scene, other.channels)
@@ -69,7 +70,7 @@ def test_topics_show_the_drive(node: Node, scene: str, changes: list[str]) -> No
     names = [subscription.topic_name for subscription in subscriptions]
     publishers = [each for each in node.publishers if each.topic_name in names]
     until(lambda: all(p.get_subscription_count() for p in publishers), "they know each other")
-    observed.publish(TIME, observed.values_of(taken))
+    observed.publish_state(TIME, *observed.state_values(taken, ActiveFaults(drive)))
     joints, vibration, whirl, pose = (
         heard(subscription, max(len(sensors), 1) if topic is topics.VIBRATION else 1)
         for topic, subscription in zip(HEARD, subscriptions, strict=True)

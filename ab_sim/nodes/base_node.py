@@ -1,0 +1,58 @@
+"""Base class of all nodes."""
+
+import functools
+from collections.abc import Callable
+from typing import Any
+
+from rclpy.impl.rcutils_logger import RcutilsLogger
+from rclpy.node import Node
+from rclpy.service import Service
+
+from ab_msgs_py.services import Answer, serve_switch, serve_trigger
+from ab_sim.errors import AbSimError
+from ab_sim.quoting import visible
+
+
+class BaseNode(Node):
+    """Node with a log that cannot act on a terminal, and services that refuse by an AbSimError.
+
+    List it before ``LifecycleNode``.
+    """
+
+    def get_logger(self) -> RcutilsLogger:
+        """Return Node's logger, with sanitised messages."""
+        return _Logger(super().get_logger().name)
+
+    def offer(self, service: str, act: Callable[[], Answer]) -> Service[Any, Any]:
+        """Advertise a Trigger service; an AbSimError of ``act`` is its refusal."""
+        return serve_trigger(self, service, _answered(act))
+
+    def offer_switch(self, service: str, act: Callable[[bool], Answer]) -> None:
+        """Advertise a SetBool service in the same way."""
+        serve_switch(self, service, _answered(act))
+
+
+def _answered(act: Callable[..., Answer]) -> Callable[..., Answer]:
+    """Convert an AbSimError to a refusing answer, so that it does not end the node."""
+
+    @functools.wraps(act)
+    def answer(*values: bool) -> Answer:
+        try:
+            return act(*values)
+        except AbSimError as error:
+            return False, str(error)
+
+    return answer
+
+
+class _Logger(RcutilsLogger):
+    """Logger with a call per severity: rclpy allows each calling line one severity only."""
+
+    def info(self, message: str, **filters: Any) -> bool:
+        return super().info(visible(message), **filters)
+
+    def warning(self, message: str, **filters: Any) -> bool:
+        return super().warning(visible(message), **filters)
+
+    def error(self, message: str, **filters: Any) -> bool:
+        return super().error(visible(message), **filters)
