@@ -1,4 +1,4 @@
-"""Notation of all outputs: the page that explains it, and the turn in which angles are shown."""
+"""Conventions of all outputs: page of the notation, turn of shown angles, and last stretch."""
 
 from __future__ import annotations
 
@@ -20,6 +20,14 @@ NOTATION = f"Symbols, signs, angles: {PAGE}"
 TURN = 2.0 * math.pi
 LAST_ANGLE = math.radians(30.0)
 """End of the turn in which ball angles are shown [rad]."""
+
+LAST = 0.1
+"""Fraction of the run at its end over which final values are computed."""
+
+
+def last_stretch(samples: int) -> int:
+    """Return the number of samples at the end of a run over which final values are computed."""
+    return max(1, round(LAST * samples))
 
 
 def in_one_turn(angles: Angles) -> Angles:

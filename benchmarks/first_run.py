@@ -27,10 +27,10 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 
-COLLOCATION = "solver.stepper=collocation"
+STIFF = "effects.viscous_drag.coefficient=100"
 RUNS: dict[str, tuple[str, ...]] = {
     "thesis-hold": ("thesis-hold",),
-    "thesis-hold, collocation": ("thesis-hold", COLLOCATION),
+    "thesis-hold, drag x 100": ("thesis-hold", STIFF),
     "on-edge": ("on-edge",),
     "feeding-deck": ("feeding-deck",),
 }
@@ -48,7 +48,7 @@ FURTHER: dict[str, tuple[str, ...]] = {
     "number of balls": ("thesis-hold", "balls.count=3", "start.ball_angles=[0.0,1.0,3.0]"),
     "kind of segment": ("thesis-hold", *SPEED_CHANGE),
     "stepper": ("thesis-hold", "solver.stepper=tsit5"),
-    "stepper collocation": ("thesis-hold", COLLOCATION),
+    "stepper of stiff drag": ("thesis-hold", STIFF),
     "the other plant": ("feeding-deck",),
 }
 """What is asked for in a process that has run thesis-hold."""

@@ -1,7 +1,7 @@
 """Random drives, identified blind from noisy recordings: how often right, how near, how honest.
 
     python benchmarks/identification.py [--out docs] [--drives 20] [--friction 6] [--coverage 60]
-        [--effects 10] [--seed 0] [--only PART,PART]
+        [--effects 10] [--ringing 400] [--far 200] [--seed 0] [--only PART,PART] [--lines FILE]
 
 writes identification.json and identification.md. Recordings are simulated displacements at 1 kHz
 with 1 % noise, one with the balls and one without. Times are CPU times of one process.
@@ -14,12 +14,18 @@ with 1 % noise, one with the balls and one without. Times are CPU times of one p
 - coverage: fits that begin at the true values, and how many intervals of 95 % hold the truth
 - effects: drives with an effect more than the fitted scene, sized such that it changes the signals
   by 0.5 to 2 times their noise: whether it is flagged (z > 4), and named first
+- ringing: recordings without balls of speed and one or two signals, of drives that may ring after
+  a fast run-up: how many are refused, and how many fits are right
+- far: drives whose start values are 20 to 60 % off, every second one with an unknown zero of the
+  encoder. Right is a fit whose values are all within three times their interval and within 1 %
 
 ``--only`` measures these parts, and takes the others from the identification.json that is there.
+``--lines`` appends each case to a file, and takes the cases from it that are already there.
 """
 
 import json
 import sys
+import tempfile
 import time
 from pathlib import Path
 from typing import Any
@@ -35,11 +41,14 @@ from identification_drives import (  # noqa: E402
     blind_drive,
     drive_with,
     recordings_of,
+    ringing_drive,
+    table_of,
 )
 from identification_page import write_page  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.errors import InputError  # noqa: E402
 from ab_sim.identification.information import deviations_of  # noqa: E402
 from ab_sim.identification.intervals import intervals_of  # noqa: E402
 from ab_sim.identification.measured import Measured  # noqa: E402
@@ -47,13 +56,15 @@ from ab_sim.identification.missing import as_good_as_the_best  # noqa: E402
 from ab_sim.identification.parameters import fitted_parameters  # noqa: E402
 from ab_sim.identification.problem import Problem  # noqa: E402
 from ab_sim.identification.residuals import noises_of, whiteness_over  # noqa: E402
-from ab_sim.identification.result import Identification  # noqa: E402
+from ab_sim.identification.result import FITS, Identification  # noqa: E402
 from ab_sim.identification.run import Question, run_identification  # noqa: E402
 from ab_sim.identification.stages import LAST_STEPS, minimise  # noqa: E402
 from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
 RIGHT, LARGEST = 6.0, 1.1
 """Standard deviations, and times the noise, up to which a fit is right."""
+INTERVALS, ERROR = 3.0, 0.01
+"""Half-widths of the interval, and relative error, up to which a value of a far start is right."""
 EFFECTS = ("hardening_suspension", "unequal_suspension", "race_runout", "rolling_friction")
 ANGLES = "start angles [rad]"
 
@@ -164,40 +175,86 @@ def with_effect(seed: int) -> dict[str, Any]:
     }
 
 
-def _short(found: dict[str, Any]) -> str:
-    """What became of one, in a line."""
-    told = ("right", "seconds", "verdict", "z", "effect", "change", "flagged", "named")
-    return ", ".join(f"{key} {found[key]}" for key in told if key in found)
+def judged(blind: Blind, recordings: list[Measured], seed: int) -> dict[str, Any]:
+    """Fit, and compare the values with the true ones."""
+    begin = time.process_time()
+    question = Question(tuple(blind.true), seed=seed, propose=False)
+    found = run_identification(blind.guess, recordings, question)
+    values = [(found[key], value) for key, value in blind.true.items()]
+    errors = {each.name: each.value / value - 1.0 for each, value in values}
+    widths = {each.name: abs(each.value - value) / (0.5 * (each.high - each.low))
+              for each, value in values}  # fmt: skip
+    inside = max(widths.values()) <= INTERVALS
+    return {
+        "seed": seed,
+        "right": inside and max(map(abs, errors.values())) <= ERROR,
+        "wrong_but_fits": not inside and found.verdict == FITS,
+        "verdict": found.verdict,
+        "errors": errors,
+        "intervals_off": widths,
+        "z": [each.worst for each in found.whiteness],
+        "seconds": time.process_time() - begin,
+    }
+
+
+def ringing(seed: int) -> dict[str, Any]:
+    """Read and fit a recording of a drive that may ring."""
+    blind, drawn = ringing_drive(seed)
+    found: dict[str, Any] = {"seed": seed, **drawn, "refused": "", "doubt": False}
+    with tempfile.TemporaryDirectory() as folder:
+        try:
+            measured = table_of(blind, drawn, seed, Path(folder) / "bare.parquet")
+            found["doubt"] = bool(measured.doubt)
+            return {**found, **judged(blind, [measured], seed)}
+        except InputError as error:
+            return {**found, "refused": str(error)}
+
+
+def far_start(seed: int) -> dict[str, Any]:
+    """Fit a pair of recordings from start values that are far off."""
+    blind, zero_known = blind_drive(seed, False, far=True), seed % 2 == 0
+    recordings = recordings_of(blind.scene, seed, zero_known)
+    return {"zero_known": zero_known, **judged(blind, recordings, seed)}
 
 
 def main() -> None:
     """Run, and write JSON and page."""
     parser = arguments(__doc__.splitlines()[0], 1)
-    for name, count in (("drives", 20), ("friction", 6), ("coverage", 60), ("effects", 10)):
+    counts = {"drives": 20, "friction": 6, "coverage": 60, "effects": 10, "ringing": 400,
+              "far": 200}  # fmt: skip
+    for name, count in counts.items():
         parser.add_argument(f"--{name}", type=int, default=count, help=f"how many of {name}")
     parser.add_argument("--seed", type=int, default=0, help="of the first drive")
     parser.add_argument("--only", default="", help="parts that are measured, with commas between")
+    parser.add_argument("--lines", type=Path, help="JSON lines of finished cases")
     told = parser.parse_args()
+    lines = told.lines.read_text().splitlines() if told.lines and told.lines.exists() else []
+    before = {(each["part"], each["seed"]): each for each in map(json.loads, lines)}
     console, file = Console(), told.out / "identification.json"
     only = told.only.split(",") if told.only else []
     report: dict[str, Any] = json.loads(file.read_text()) if only else {"dates": {}}
     report |= {"conditions": conditions(), "seed": told.seed}
-    seeds = range(told.seed, told.seed + max(told.drives, told.friction, told.coverage))
     parts = (
         ("drives", lambda seed: identified(seed, False), told.drives),
         ("friction", lambda seed: identified(seed, True), told.friction),
         ("coverage", lambda seed: covered(seed, False), told.coverage),
         ("coverage_friction", lambda seed: covered(seed, True), told.coverage),
         ("effects", with_effect, told.effects),
+        ("ringing", ringing, told.ringing),
+        ("far", far_start, told.far),
     )
     for name, work, count in parts:
         if only and name not in only:
             continue
         report[name] = []
         report["dates"][name] = report["conditions"]["date"][:16]
-        for seed in list(seeds)[:count] if name != "effects" else range(told.effects):
-            report[name].append(work(seed))
-            console.print(name, seed, _short(report[name][-1]))
+        for seed in range(told.seed, told.seed + count):
+            case = before.get((name, seed)) or {"part": name, **work(seed)}
+            if told.lines and (name, seed) not in before:
+                with told.lines.open("a") as cases:
+                    cases.write(json.dumps(case) + "\n")
+            report[name].append(case)
+            console.print(case)
         write_json(report, str(file))
     write_page(told.out)
 

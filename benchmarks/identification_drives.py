@@ -1,21 +1,31 @@
 """Random drives for benchmarks/identification.py, and what a bench records of them."""
 
 import math
+from dataclasses import replace
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+import pyarrow
+import pyarrow.parquet
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.offline import run_scene
-from ab_sim.identification.measured import DISPLACEMENT, Measured
+from ab_sim.identification.inputs import measured_of
+from ab_sim.identification.mapping import mapping_of
+from ab_sim.identification.measured import ACCELERATION, DISC_ANGLE, DISPLACEMENT, UNITS, Measured
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.scene import Scene, check_scene
 from ab_sim.scene.load import changed_scene
 
 NOISE = 0.01
 """Of the signals' r.m.s."""
+MASS, HELD = 0.1, 1.5
+"""Mass of the deck [kg], and time at the final speed of a ringing drive [s]."""
 OFF = 0.3
 """Logarithm of the factor by which the scene that a fit begins with may be off."""
+FAR = (0.2, 0.6)
+"""Smallest and largest relative error of each start value of a far start."""
 PARAMETERS = {
     "hardening_suspension": {"cubic_stiffness": 1e6},
     "race_runout": {"offset_1": 1e-6},
@@ -34,14 +44,14 @@ class Blind(NamedTuple):
     angles: list[float]
 
 
-def blind_drive(seed: int, friction: bool) -> Blind:
-    """A random one of two balls, run up through its critical speed."""
+def blind_drive(seed: int, friction: bool, far: bool = False) -> Blind:
+    """Return a random drive of two balls, run up through its critical speed."""
     numbers = np.random.default_rng([seed, 20261125])
 
     def between(low: float, high: float) -> float:
         return float(np.exp(numbers.uniform(math.log(low), math.log(high))))
 
-    mass, radius = 0.1, 0.01
+    mass, radius = MASS, 0.01
     stiffness, eccentricity = between(600.0, 1600.0), between(5e-5, 2e-4)
     critical = math.sqrt(stiffness / mass)
     true = {
@@ -73,7 +83,11 @@ def blind_drive(seed: int, friction: bool) -> Blind:
         "solver": {"step": 0.001},
         "duration": round(2.0 * critical / acceleration + 1.0, 1),
     }  # fmt: skip
-    guess = {key: value * math.exp(numbers.uniform(-OFF, OFF)) for key, value in true.items()}
+    if far:
+        factors = 1.0 + numbers.choice([-1.0, 1.0], len(true)) * numbers.uniform(*FAR, len(true))
+    else:
+        factors = np.exp(numbers.uniform(-OFF, OFF, len(true)))
+    guess = dict(zip(true, (factors * np.array(list(true.values()))).tolist(), strict=True))
     return Blind(_scene(raw, true), _scene(raw, guess), true, angles)
 
 
@@ -89,16 +103,20 @@ def _scene(raw: dict[str, Any], values: dict[str, float]) -> Scene:
     return check_scene(made, made["name"])
 
 
-def recordings_of(scene: Scene, seed: int) -> list[Measured]:
-    """One with the balls, one without."""
+def recordings_of(scene: Scene, seed: int, zero_known: bool = True) -> list[Measured]:
+    """Return a recording with the balls and one without; the zero of the encoder may be unknown."""
     numbers = np.random.default_rng([seed, 7])
-    return [
-        _recorded(scene, "with", True, numbers),
-        _recorded(without_balls(scene), "without", False, numbers),
+    zero = 0.0 if zero_known else float(np.random.default_rng([seed, 8]).uniform(-math.pi, math.pi))
+    found = [
+        _recorded(scene, "with", True, numbers, zero),
+        _recorded(without_balls(scene), "without", False, numbers, zero),
     ]
+    return found if zero_known else [replace(each, free=(DISC_ANGLE,)) for each in found]
 
 
-def _recorded(scene: Scene, name: str, balls: bool, numbers: np.random.Generator) -> Measured:
+def _recorded(
+    scene: Scene, name: str, balls: bool, numbers: np.random.Generator, zero: float
+) -> Measured:
     run = run_scene(scene).trajectory
     across = run.position[1:, :2]
     size = NOISE * float(np.sqrt(np.mean(across**2)))
@@ -108,10 +126,61 @@ def _recorded(scene: Scene, name: str, balls: bool, numbers: np.random.Generator
         across + size * numbers.standard_normal(across.shape),
         (0.0, math.pi / 2),
         DISPLACEMENT,
-        schedule_from(run["time"], run["speed"], run["angle"], name),
+        schedule_from(run["time"], run["speed"], run["angle"] + zero, name),
         True,
         balls,
     )
+
+
+def ringing_drive(seed: int) -> tuple[Blind, dict[str, Any]]:
+    """Return a random drive that may ring after its run-up without balls, and what was drawn."""
+    blind, numbers = blind_drive(seed, False), np.random.default_rng([seed, 20261128])
+    damping, stiffness = "effects.suspension.damping", blind.true["effects.suspension.stiffness"]
+    critical = math.sqrt(stiffness / MASS)
+    drawn = {
+        "damping_ratio": math.exp(numbers.uniform(math.log(1e-3), math.log(0.1))),
+        "acceleration": math.exp(numbers.uniform(math.log(10.0), math.log(400.0))),
+        "final": float(numbers.uniform(0.7, 2.5)),
+        "axes": int(numbers.integers(1, 3)),
+        "kind": (DISPLACEMENT, ACCELERATION)[int(numbers.integers(2))],
+    }
+    speed, acceleration = drawn["final"] * critical, drawn["acceleration"]
+    changes = {
+        "spindle.max_acceleration": 500.0,
+        "profile.acceleration": acceleration,
+        "profile.target_speed": speed,
+        "duration": round(speed / acceleration + HELD, 2),
+        "balls.mass": blind.true["balls.mass"],
+    }
+    true = {
+        "effects.suspension.stiffness": stiffness,
+        damping: 2.0 * drawn["damping_ratio"] * MASS * critical,
+        "rotor.eccentricity": blind.true["rotor.eccentricity"],
+    }
+    off = blind.guess.effects["suspension"].damping / blind.true[damping]
+    scene = changed_scene(blind.scene, {**changes, damping: true[damping]}, "ringing")
+    guess = changed_scene(blind.guess, {**changes, damping: true[damping] * off}, "ringing")
+    return Blind(scene, guess, true, []), drawn
+
+
+def table_of(blind: Blind, drawn: dict[str, Any], seed: int, file: Path) -> Measured:
+    """Write a recording without balls as a table of speed and signals, and read it."""
+    run, numbers = (
+        run_scene(without_balls(blind.scene)).trajectory,
+        np.random.default_rng([seed, 9]),
+    )
+    names = (("x", "y") if drawn["kind"] == DISPLACEMENT else ("ax", "ay"))[: drawn["axes"]]
+    columns = {"t": run["time"], "w": run["speed"]}
+    for name in names:
+        noise = NOISE * float(np.std(run[name])) * numbers.standard_normal(len(run))
+        columns[name] = run[name] + noise
+    pyarrow.parquet.write_table(pyarrow.table(columns), file)
+    mapping = {
+        "time": {"column": "t"},
+        "speed": {"column": "w"},
+        "signals": [{"column": name, "unit": UNITS[drawn["kind"]]} for name in names],
+    }
+    return measured_of(file, blind.scene, mapping_of(mapping, "benchmark"), with_balls=False)
 
 
 def drive_with(blind: Blind, effect: str, seed: int) -> tuple[Scene, float]:

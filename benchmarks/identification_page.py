@@ -57,6 +57,7 @@ def _main(report: dict[str, Any]) -> list[str]:
         ),
         "A fit is right if each value is within six times its standard deviation and the "
         "residuals are as large as the noise.",
+        *_searches(report.get("ringing", []), report.get("far", [])),
         "## Errors",
         "Relative errors of the right fits. The Cramer-Rao bound is the smallest standard "
         "deviation that an unbiased estimate from these recordings can have. *By chance* is the "
@@ -102,6 +103,36 @@ def _blind(name: str, drives: Sequence[dict[str, Any]]) -> list[str]:
     return [
         name, str(len(drives)), str(right), str(soon), f"{np.median(seconds):.1f}",
         f"{max(seconds):.1f}",
+    ]  # fmt: skip
+
+
+def _searches(ringing: list[dict[str, Any]], far: list[dict[str, Any]]) -> list[str]:
+    """Return the part on recordings that look wrong, and on far starts."""
+    kinds = {
+        "without balls; damping ratio 0.001 to 0.1, run-up of 10 to 400 rad/s² to 0.7 to 2.5 times "
+        "the critical speed, one or two axes, displacement or acceleration; start values up to "
+        "35 % off": ringing,
+        "with and without balls; start values 20 to 60 % off":
+            [each for each in far if each["zero_known"]],
+        "the same, zero of the encoder unknown": [each for each in far if not each["zero_known"]],
+    }  # fmt: skip
+    rows = []
+    for name, cases in kinds.items():
+        fits = [each for each in cases if not each.get("refused")]
+        inside = sum(max(each["intervals_off"].values()) <= 3.0 for each in fits)
+        seconds = [each["seconds"] for each in fits] or [math.nan]
+        rows.append(
+            [name, str(len(cases)), str(len(cases) - len(fits)), str(inside),
+             str(sum(each["right"] for each in fits)),
+             str(sum(each["wrong_but_fits"] for each in fits)), f"{np.median(seconds):.1f}"]
+        )  # fmt: skip
+    return [
+        "## Recordings that look wrong, and far starts",
+        "`python benchmarks/identification.py --only ringing,far`. *Inside* is a fit with each "
+        "value within three half-widths of its interval; *right* is one with each value within "
+        "1 % as well; *wrong, but fits* is one that is not inside, with the verdict *fits*.",
+        table(["recordings", "number", "refused", "inside", "right", "wrong, but fits",
+               "CPU s, median"], rows),
     ]  # fmt: skip
 
 

@@ -23,7 +23,6 @@ from beside import expert_peer, heyoka_peer, ours, python_peers, sundials_peer, 
 from beside.case import CONDITIONS, VARIATIONS, BatchCase, Case  # noqa: E402
 from beside.picture import picture  # noqa: E402
 from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
-from collocation import CASES  # noqa: E402
 from rich.console import Console  # noqa: E402
 
 from ab_sim.cli.outputs import write_json  # noqa: E402
@@ -35,8 +34,20 @@ WANTED = (1e-6, 1e-9, 1e-12)
 GOAL, BATCH_GOAL, CASE_GOAL = 5.0, 2.5, 3.0
 """Times ours that the best peer is to take at least."""
 BY_OTHERS = (heyoka_peer, expert_peer, sundials_peer)
-OTHERS = ("five balls", "drag x 100", "no drag", "900 rad/s")
-"""Further cases, with the peers that compile their own equations."""
+OTHERS = {
+    "five balls": ("balls.count=5", "start.ball_angles=[0.0,0.4,0.8,2.0,3.0]"),
+    "drag x 100": ("effects.viscous_drag.coefficient=100",),
+    "no drag": ("effects.viscous_drag=",),
+    "900 rad/s": (
+        "profile.acceleration=900",
+        "profile.target_speed=900",
+        "profile.variable_speed_period=",
+        "spindle.max_speed=900",
+        "spindle.max_acceleration=900",
+        "start.ball_angles=[0.0,0.5]",
+    ),
+}
+"""Changes of further cases, with the peers that compile their own equations."""
 CALLED = {
     "ab_sim": ours.CALLED,
     "heyoka": heyoka_peer.CALLED,
@@ -70,7 +81,8 @@ def measure(repeats: int, console: Console) -> tuple[Case, dict[str, Any]]:
     )
     return case, {
         "cases": [
-            {"case": name, **other_case(CASES[name].changes, repeats, console)} for name in OTHERS
+            {"case": name, **other_case(changes, repeats, console)}
+            for name, changes in OTHERS.items()
         ],
         "left_out": [each._asdict() for each in (*left_out, *also)],
         "rows": reports(single),

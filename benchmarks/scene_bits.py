@@ -7,7 +7,7 @@
 prints two numbers for each scene that ships. The first stands for the text of the machine code of
 its equations: where it is the same, each evaluation costs the same and gives the same bits. The
 second stands for the samples and energies of 300 steps, by the scene's stepper and by
-``collocation``.
+``imex8``.
 """
 
 import argparse
@@ -44,7 +44,7 @@ def code(scene: Scene) -> Iterable[bytes]:
 
 def runs(name: str) -> Iterable[bytes]:
     """Samples and energies."""
-    for stepper in ([], ["solver.stepper=collocation"]):
+    for stepper in ([], ["solver.stepper=imex8"]):
         drive = Drive(load_scene(name, stepper), energy_balance=True)
         yield drive.advance(STEPS).samples.tobytes()
         yield repr(drive.energy()).encode()

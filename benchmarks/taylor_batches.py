@@ -12,8 +12,8 @@ as peers.py has it; times are interpolated at an error.
 
 ``rows``: scenes of both plants at random with every effect that has no events. Errors in a ball's
 angle beside rk8 at 0.05 ms; what Taylor's method takes [us per simulated second], and how many
-times longer the quickest of rk8, at the steps of a ladder, and of collocation takes that has no
-larger error; medians over repeats.
+times longer the quickest of rk8, at the steps of a ladder, takes that has no larger error; medians
+over repeats.
 """
 
 import sys
@@ -82,9 +82,8 @@ class Setting:
 
 def settings(scene: Scene) -> Iterator[Setting]:
     """All that are not refused."""
-    for name in ("taylor", "collocation"):
-        for tolerance in TOLERANCES:
-            yield Setting(scene, name, EVERY, tolerance)
+    for tolerance in TOLERANCES:
+        yield Setting(scene, "taylor", EVERY, tolerance)
     for step in LADDER:
         try:
             yield Setting(scene, "rk8", step, None)

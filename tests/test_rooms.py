@@ -36,7 +36,7 @@ ORDER = (
     ("kernels", "events"),
     ("integrate",),
     ("stepping",),
-    ("collocation", "taylor"),
+    ("taylor",),
     ("sensing",),
     ("drive",),
     ("accuracy", "c_code"),

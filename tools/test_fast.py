@@ -35,7 +35,6 @@ ALSO = {
     "equations": ("effects", "dynamics", "formulas", "tracing"),
     "kernels": ("integrate", "drive"),
     "stepping": ("integrate",),
-    "collocation": ("integrate",),
     "api": ("test_public_api.py",),
 }
 """Folders of tests for rooms of the package, beside that of the room's name."""

@@ -10,8 +10,8 @@ takes some milliseconds each for a start-up of seconds.
    amplify. If shorter steps no longer reduce the difference, double precision is exhausted. The
    reference's steps are chosen so that each step of another run ends with one of them: just
    after a jump of the spindle's acceleration, errors peak for some milliseconds, which the
-   longest steps skip. If drag alone makes the steps far shorter, the method that solves for the
-   drag replaces the explicit one, with decreasing tolerances.
+   longest steps skip. If drag alone makes the steps far shorter, the method that takes the drag
+   implicitly replaces the explicit one.
 2. Candidates. A method with a tolerance runs with the longest step of the first method, which
    only sets the density of samples, and with tolerances from the requested accuracy downwards.
    The other methods run with the steps that their order suggests, as long as they can be cheaper
@@ -24,14 +24,14 @@ takes some milliseconds each for a start-up of seconds.
 """
 
 import math
-from collections.abc import Mapping
 
 from ab_sim.accuracy.deviation import Deviation, deviation, rounding
-from ab_sim.accuracy.trials import NO_PARAMETERS, Run, Trials, Tried
+from ab_sim.accuracy.trials import Run, Trials, Tried
 from ab_sim.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
 from ab_sim.dynamics.assemble import DRAG, linear_rates, system_of
+from ab_sim.dynamics.system import has_events
 from ab_sim.errors import SceneError, exact
-from ab_sim.integrate.choose import USUAL, limiting, solving_drag, top_speed
+from ab_sim.integrate.choose import STIFF, USUAL, limiting, top_speed
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import parameters_of, stepper_named, steppers
 from ab_sim.integrate.stepper import Stepper
@@ -54,10 +54,10 @@ SHARED = 20
 Steps of all shorter rungs, and every second or fifth step of the others, then end at one of its
 samples.
 """
-DRAG_RULES = 20.0
+DRAG_RULES = 1000.0
 """Ratio of steps without and with drag above which explicit methods are left out."""
 TOLERANCES = 6
-"""Largest number of tolerances tried per method, except for a reference."""
+"""Largest number of tolerances tried per method."""
 FEWEST = 4
 """Least number of possible steps that a period must leave."""
 
@@ -100,17 +100,17 @@ class _Search:
         system = system_of(scene)
         rates = linear_rates(system, top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
-        known = [stepper for stepper in steppers().values() if stepper.priced]
+        eventful = has_events(system.effects)
+        known = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
         self._tolerant = [s for s in known if s.keeps_tolerance]
         by_step = [s for s in known if not s.keeps_tolerance]
         longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
-        self._usual, other = stepper_named(USUAL), solving_drag(system)
+        self._usual, other = stepper_named(USUAL), stepper_named(STIFF)
         without_drag = largest_step(self._usual, beside_drag)[0]
-        stiff = other in self._tolerant and without_drag >= DRAG_RULES * longest[USUAL]
-        self._first = other if other is not None and stiff else self._usual
-        # Methods with a tolerance get samples as dense as the usual method's steps.
-        close = without_drag if stiff else longest[USUAL]
-        longest |= {stepper.name: close for stepper in self._tolerant}
+        stiff = without_drag >= DRAG_RULES * longest[USUAL]
+        self._first = other if stiff else self._usual
+        # Methods with a tolerance get samples as dense as the first method's steps.
+        longest |= {stepper.name: longest[self._first.name] for stepper in self._tolerant}
         self._others = [] if stiff else [s for s in by_step if s is not self._usual]
         self._trials = Trials(scene, run, longest, period, tell)
         if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
@@ -124,11 +124,9 @@ class _Search:
         """Find the reference, then accurate settings, then the cheapest of them."""
         self._find_reference()
         found = [self._longest_passing(self._first)]
-        tolerant = [stepper for stepper in self._tolerant if stepper is not self._first]
-        by_step = sorted(self._others, key=lambda stepper: -stepper.order)
-        for stepper in tolerant:
+        for stepper in self._tolerant:
             found += self._within_tolerance(stepper)
-        for stepper in by_step:
+        for stepper in sorted(self._others, key=lambda stepper: -stepper.order):
             found += self._cheaper(stepper, min(one.seconds for one in found))
         self._trials.time_again(found)
         least = min(one.seconds for one in found)
@@ -157,17 +155,17 @@ class _Search:
         differences: list[Deviation] = []
         least, stalled, enough = math.inf, 0, False
         previous: Tried | None = None
-        ladder = self._ladder(self._first)
-        for place, (rung, parameters) in enumerate(ladder, start=1):
-            serves, last = bool(parameters) or rung % SHARED == 0, place == len(ladder)
+        rungs = self._trials.rungs(self._first)
+        for place, rung in enumerate(rungs, start=1):
+            serves, last = rung % SHARED == 0, place == len(rungs)
             if enough and not (serves or last):
                 continue
-            tried = self._trials.run(self._first, rung, parameters, last)
+            tried = self._trials.run(self._first, rung, last=last)
             if tried is None:
                 continue
             if previous is not None:
                 differences.append(self._between(previous, tried))
-                share = max(self._share(differences[-1]), self._share(self._allowed(tried)))
+                share = self._share(differences[-1])
                 if share > SHARPER * least:
                     least, stalled = share, 0
                 else:
@@ -182,41 +180,8 @@ class _Search:
         newest = differences[-max(stalled, 1) :]
         endless = [Deviation(*(math.inf,) * 4)]
         own = rounding(previous.samples, self.scene.whirl_unit[0])
-        doubts = [own, self._allowed(previous), *(newest or endless)]
+        doubts = [own, *(newest or endless)]
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
-
-    def _ladder(self, stepper: Stepper) -> list[tuple[int, Mapping[str, float]]]:
-        """Return a method's settings from coarse to fine: rungs, or rungs with tolerances.
-
-        A reference alternates between two rungs. The smallest tolerances give equal collocation
-        steps, and only different steps reveal rounding errors. Collocation steps span 2^k or 3 2^k
-        samples, so that samples five times as dense give different ones.
-        """
-        rungs = self._trials.rungs(stepper)
-        if not stepper.keeps_tolerance:
-            return [(rung, NO_PARAMETERS) for rung in rungs]
-        turns = rungs[:1]
-        if stepper is self._first:
-            turns += [rung for rung in rungs if rung % (5 * rungs[0]) == 0][:1]
-        unit, radius = self.scene.whirl_unit[0], self.scene.race.radius
-        asked_tolerances = (self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius)
-        allowed = parameters_of(stepper.name)["tolerance"]
-        largest = min(
-            *(tolerance for tolerance in asked_tolerances if tolerance is not None), allowed.highest
-        )
-        last = math.ceil(math.log10(allowed.lowest))
-        powers = range(max(math.floor(math.log10(largest)), last + STALLED), last, -1)
-        tolerances = [*(10.0**power for power in powers), allowed.lowest]
-        return [
-            (turns[i % len(turns)], {"tolerance": tolerance})
-            for i, tolerance in enumerate(tolerances)
-        ]
-
-    def _allowed(self, tried: Tried) -> Deviation:
-        """Return the error allowed in collocation steps, which a difference of runs hides."""
-        angle = tried.parameters.get("tolerance", 0.0)
-        whirl = angle * self.scene.race.radius / self.scene.whirl_unit[0]
-        return Deviation(angle, whirl, angle, whirl)
 
     def _longest_passing(self, stepper: Stepper) -> Tried:
         runs = [one for one in self._trials.tried if one.stepper is stepper]
@@ -234,11 +199,10 @@ class _Search:
             )
             if tolerance is not None and SAFETY * found > tolerance
         ]
-        finer = "smaller tolerance" if best.parameters else "shorter step"
-        reason = f"a {finer} is not tried"
+        reason = "a shorter step is not tried"
         if self._stalled:
             reason = (
-                f"{finer}s bring runs of this scene no closer to each other, because of "
+                "shorter steps bring runs of this scene no closer to each other, because of "
                 "rounding and of what the motion makes of it"
             )
         raise SceneError(
@@ -273,8 +237,14 @@ class _Search:
 
     def _within_tolerance(self, stepper: Stepper) -> list[Tried]:
         """Return the largest accurate tolerance of a method with tolerances."""
-        for rung, parameters in self._ladder(stepper)[:TOLERANCES]:
-            tried = self._trials.run(stepper, rung, parameters)
+        radius, unit = self.scene.race.radius, self.scene.whirl_unit[0]
+        asked = [self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius]
+        allowed = parameters_of(stepper.name)["tolerance"]
+        largest = min(*(one for one in asked if one is not None), allowed.highest)
+        (rung, *_), first = self._trials.rungs(stepper), math.floor(math.log10(largest))
+        for power in range(first, first - TOLERANCES, -1):
+            tolerance = max(10.0**power, allowed.lowest)
+            tried = self._trials.run(stepper, rung, {"tolerance": tolerance})
             if tried is None:
                 return []
             if self._passes(tried):

@@ -13,8 +13,9 @@ import ab_sim
 from ab_sim.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
-from ab_sim.analysis.metrics import LAST, Metrics, metrics_of
+from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
+from ab_sim.conventions import LAST
 from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun
 from ab_sim.drive.leader import Decided

@@ -162,8 +162,8 @@ def tune(
     -------
     Tuning
         ``values`` by key, ``best``, the metric there, and ``scene``, to run it; None and empty if
-        no run settled within all bounds. ``beside``, ``before``, ``active``: results near the best,
-        result of the original scene, and active bounds. ``runs``, a Sweep of all.
+        no run has settled and kept all bounds. ``beside``, ``before``, ``active``: results near
+        the best, result of the original scene, and active bounds. ``runs``, a Sweep of all.
 
     Raises
     ------

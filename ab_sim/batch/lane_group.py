@@ -149,13 +149,13 @@ class LaneGroup:
 
     def _alone(self, code: Code) -> Run:
         """Return the work of a single run."""
-        first, tableau = self._first, self._first.stepper.weights
+        first = self._first
         states, system = layout_of(first.system).size, first.system
         own = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
         return run_of(
             own,
             code,
-            code.step(tableau.a, tableau.b, tableau.c),
+            code.step(first.stepper.weights, parts=first.stepper.parts),
             first.scene.solver.step,
             np.zeros(states),
             start_discrete_state(first.scene, first.system),
@@ -165,11 +165,11 @@ class LaneGroup:
     def _lanes(self, code: Code) -> LaneRuns:
         first = self._first
         layout, n = layout_of(first.system), first.balls
-        tableau, quaternion = first.stepper.weights, type(first.system.deck_model).UNIT_AT
+        quaternion = type(first.system.deck_model).UNIT_AT
         return LaneRuns(
             prepare=code.address("prepare", LANES),
             slope=0 if code.model.has_events else code.address("slope", LANES),
-            step=code.step(tableau.a, tableau.b, tableau.c, LANES),
+            step=code.step(first.stepper.weights, LANES, first.stepper.parts),
             settle=settle_address(code, layout, quaternion, LANES),
             finish=code.address("finish", LANES),
             c=_room(code.size),

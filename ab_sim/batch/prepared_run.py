@@ -15,7 +15,7 @@ from ab_sim.drive.rows import RowReader, channels_of
 from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.system import System, has_events
+from ab_sim.dynamics.system import System
 from ab_sim.integrate.choose import Choice, choose_stepper, top_speed
 from ab_sim.kernels.constants import numbers_of, pattern
 from ab_sim.scene import Scene
@@ -97,9 +97,7 @@ class PreparedRun:
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
         # With a profile that is controlled during the run, each drive is commanded separately.
-        smooth = not self._led and not has_events(self.system.effects)
         self.fits_lane = self.stepper.takes_lanes and not self._led
-        self.takes_collocation_steps = self.stepper.collocation_steps and smooth
 
     def with_numbers_of(self, scene: Scene) -> "PreparedRun":
         """Return the run of a scene that differs in numbers only, including its start angle.

@@ -26,7 +26,7 @@ from ab_sim.equations.sums import over_effects
 from ab_sim.errors import SceneError
 from ab_sim.integrate.choose import USUAL, top_speed
 from ab_sim.integrate.limits import stability_limit
-from ab_sim.integrate.registry import AUTO
+from ab_sim.integrate.registry import AUTO, stepper_named
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.kernels.constants import flattened, numbers_of
 from ab_sim.scene.bounds import bounds_at
@@ -243,8 +243,9 @@ def _can_vary(base: PreparedRun) -> bool:
         return False
     # Steps along a curved profile depend on the cycle, and sensors are not covered here.
     ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)
-    named = scene.solver.stepper != AUTO
-    return base.fits_lane and ramps and not scene.pickups and (named or base.stepper.name == USUAL)
+    # Of an automatic choice, how steps are divided may differ from run to run.
+    kept = scene.solver.stepper != AUTO or base.stepper is stepper_named(USUAL)
+    return base.fits_lane and ramps and not scene.pickups and kept
 
 
 def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
@@ -329,6 +330,8 @@ def _stable(base: PreparedRun, bodies: _Bodies) -> Any:
     stable = (poles.real.max(axis=0) <= 0.0) & (
         whirl * step <= _FAR_FROM_LIMIT * _reach(base.stepper)
     )
+    if base.stepper.solves_drag:
+        return stable
     drag_limit = _BELOW_LIMIT * stability_limit(base.stepper)
     return stable & (_fastest_drag(base, bodies) * step <= drag_limit)
 

@@ -12,7 +12,7 @@ from ab_sim.batch.prepared_run import (
     sample_buffer_for,
 )
 from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.batch.sequential import SequentialRuns, run_one_by_one
+from ab_sim.batch.sequential import run_one_by_one
 from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
@@ -40,11 +40,6 @@ def run_prepared(
     for members in grouped(prepared).values():
         first = prepared[members[0]]
         sample_buffer = sample_buffer_for([prepared[i] for i in members], every)
-        run_sequentially = (
-            SequentialRuns(first, sample_buffer).run
-            if first.takes_collocation_steps
-            else run_one_by_one
-        )
         lane_group = (
             LaneGroup(first, kernel_stride(first.scene, every)) if first.fits_lane else None
         )
@@ -54,7 +49,7 @@ def run_prepared(
             these = [prepared[i] for i in chosen]
             taken = _side_by_side(lane_group, these, every, sample_buffer) if lane_group else None
             in_lanes += len(chosen) if taken else 0
-            results, spent = taken or run_sequentially(these, every)
+            results, spent = taken or run_one_by_one(these, every)
             for i, result in zip(chosen, results, strict=True):
                 runs[i] = result
             seconds, done = seconds + spent, done + len(chosen)

@@ -70,9 +70,9 @@ def simulate_batch(
     -----
     Runs that differ in numbers only, not in a count, a choice or a deck's mounts, are computed
     eight side by side with vector instructions. A run with an event in a step (friction, contact, a
-    motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``,
-    ``collocation``) are computed one by one. Runs of a batch are those of a ``Drive`` to the bit,
-    and their metrics those of ``metrics_of``.
+    motor) takes that step alone. Runs whose stepper has no lanes (``generalized-alpha``) are
+    computed one by one. Runs of a batch are those of a ``Drive`` to the bit, and their metrics
+    those of ``metrics_of``.
 
     Examples
     --------

@@ -12,10 +12,10 @@ from ab_sim.dynamics.assemble import of_ball
 from ab_sim.dynamics.system import FORMULA_COLUMNS, System
 from ab_sim.equations.motion import Ball
 from ab_sim.equations.race import BallConstants
-from ab_sim.integrate.explicit import Tableau
 from ab_sim.kernels.constants import layout_of_constants, traced_bodies
 from ab_sim.kernels.emission import Emission
 from ab_sim.kernels.model import Model
+from ab_sim.kernels.runge_kutta import Tableau
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.spindle import RaisedCosine, Ramp
 from ab_sim.tracing import Graph, Level

@@ -8,9 +8,9 @@ from ab_sim.dynamics.assemble import linear_rates, system_of
 from ab_sim.dynamics.system import System, eventful
 from ab_sim.errors import SceneError, exact
 from ab_sim.integrate.choose import Choice, choose_stepper, limiting, top_speed
-from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.limits import largest_step
 from ab_sim.integrate.registry import stepper_named
+from ab_sim.kernels.runge_kutta import Tableau
 from ab_sim.scene.model import Scene
 from ab_sim.spindle import SpeedSchedule
 

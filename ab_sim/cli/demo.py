@@ -51,6 +51,7 @@ def run_demo(given: DemoOptions) -> None:
     scene = load_scene(SCENE)
     name = Text(scene.name, "bold")
     console.print(Text.assemble("Start-up of ", name, f" in real time: {scene.description}"))
+    console.print("starting three nodes ...")
     with LiveRun(scene, SCENE, (), recorder_parameters(recording, view), logs) as live:
         live.wait_until_ready()
         console.print("three nodes are up: drive_sim, profile_controller, recorder")
@@ -64,6 +65,7 @@ def run_demo(given: DemoOptions) -> None:
             live.stop()
         reporting.join()
         hint = replay_hint(recording, view)
+        console.print("comparing with an offline run, and with a run without balls ...")
         importlib.import_module(REPORT).report_startup(scene, recording, picture, figures, hint)
         if view == WEB:
             serve_page(live)

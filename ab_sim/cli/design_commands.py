@@ -137,8 +137,8 @@ class TuneOptions(NamedTuple):
 
     Differential evolution searches the whole ranges; the method of Nelder and Mead then searches
     near the best candidate. Only runs that settled count: not failed, no circulating balls, and a
-    final whirl that neither rises nor falls. If no run settled within all bounds, the command says
-    so, with exit code 1.
+    final whirl that neither rises nor falls. If no run has settled and kept all bounds, the command
+    says so, with exit code 1.
 
     It prints the best values, and the metric there; for comparison the metric of the unchanged
     scene, of the scene without its variable-speed period, and with each key 5 % less and more; and

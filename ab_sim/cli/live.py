@@ -53,6 +53,7 @@ def run_live(given: LiveOptions) -> None:
 
     logs = Path(tempfile.mkdtemp(prefix="ab_sim-log-"))
     recorder = recorder_parameters(record, view)
+    console.print("starting the nodes ...")
     with LiveRun(scene, given.scene, given.change, recorder, logs) as live:
         live.wait_until_ready()
         start_run(live, view, given.now)

@@ -148,7 +148,10 @@ def _sobol(found: Spread) -> Iterator[Table | str]:
         yield table
     yield f"Sobol indices are of {sobol.pairs} pairs of drives, and took {sobol.runs} runs more"
     if sobol.pairs < FEW_PAIRS:
-        yield f"fewer than {FEW_PAIRS} pairs: their intervals are not to be relied on (--sobol)"
+        yield (
+            f"these are few: below {FEW_PAIRS} pairs neither indices nor intervals are reliable; "
+            f"use --sobol {FEW_PAIRS} or more, and --runs of at least twice that"
+        )
     for name, reason in sobol.missing.items():
         yield f"no Sobol indices of {name}: {reason}"
 

@@ -10,13 +10,13 @@ from rich.table import Table
 
 from ab_sim.analysis import Compared, Comparison, Metrics, OfflineRun, compare_run, run_scene
 from ab_sim.analysis.adaptive import net_unbalance
-from ab_sim.analysis.metrics import BAND, FLOOR, LAST, reported_metrics
+from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
 from ab_sim.analysis.metrics.metric import Metric, Row, WhirlScale
 from ab_sim.analysis.metrics.wording import number_text
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
-from ab_sim.conventions import ANGLES, WHIRL
+from ab_sim.conventions import ANGLES, LAST, WHIRL
 from ab_sim.drive import Drive
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.drive.trajectory import Trajectory

@@ -136,9 +136,9 @@ def _missed(found: Tuning, miss: NearMiss) -> str:
 
 def _nothing_found(found: Tuning, scene_name: str) -> str:
     task = found.task
-    share = f"no {100 * task.standard.share:g} % of drives"
-    drives = share if task.spreading.draws > 1 else "no run"
-    said = f"nothing found: {drives} settled within all bounds; widen the ranges or the bounds"
+    share = f"{100 * task.standard.share:g} % of the drives of no candidate have"
+    drives = share if task.spreading.draws > 1 else "no run has"
+    said = f"nothing found: {drives} settled and kept all bounds; widen the ranges or the bounds"
     if len(found.candidates) >= task.effort.candidates:  # otherwise the search has ended by itself
         said += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
@@ -149,4 +149,4 @@ def _nothing_found(found: Tuning, scene_name: str) -> str:
 
 def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
     said = number(None if metric is None else metric * factor)
-    return said if inside else f"{said}, not settled within all bounds"
+    return said if inside else f"{said}, but it has not settled, or a bound does not hold"

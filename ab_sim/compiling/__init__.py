@@ -20,8 +20,8 @@ subset of Python. It is translated from source and annotations to LLVM IR:
     again(0.5)                          # 0.5 us, with the interpreter's lock released
 
 Modules, each building on those before it: ``kinds``, ``source``, ``blocks``,
-``operations``, ``expressions``, ``conditions``, ``products``, ``intrinsics``, ``translate``,
-``library``, ``calling``; and ``elementary``, which is written in the subset.
+``operations``, ``expressions``, ``conditions``, ``intrinsics``, ``translate``, ``library``,
+``calling``.
 
 The subset
 ----------
@@ -42,8 +42,7 @@ with positional arguments of functions of the subset, and of
 
     abs min max int float
     math.  sqrt isnan
-    kinds. fma put_product float_from_bits scratch call
-    elementary. exp expm1 power_of_two
+    kinds. fma scratch call
     ab_sim.tracing.cosine. cos_sin
 
 Differences from Python
@@ -68,9 +67,7 @@ from ab_sim.compiling.kinds import (
     IntegerTable,
     Table,
     call,
-    float_from_bits,
     fma,
-    put_product,
     scratch,
 )
 from ab_sim.compiling.library import Library
@@ -89,8 +86,6 @@ __all__ = [
     "Untranslatable",
     "call",
     "compiled",
-    "float_from_bits",
     "fma",
-    "put_product",
     "scratch",
 ]

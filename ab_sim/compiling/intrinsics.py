@@ -10,7 +10,6 @@ from ab_sim.compiling import kinds
 from ab_sim.compiling.blocks import ArrayView, Number, Value, constant
 from ab_sim.compiling.expressions import Expressions
 from ab_sim.compiling.kinds import Array
-from ab_sim.compiling.products import PUT_PRODUCT
 from ab_sim.compiling.source import BOOL, FLOAT, INT
 
 Values = list[Value]
@@ -73,13 +72,6 @@ def _isnan(e: Expressions, node: ast.Call, values: Values) -> Value:
     return Number(BOOL, e.put(f"fcmp uno double {e.converted(x, FLOAT).code}, 0.0"))
 
 
-def _from_bits(e: Expressions, node: ast.Call, values: Values) -> Value:
-    (x,) = e.alike(*_numbers(e, node, values, 1, 1))
-    if x.kind != INT:
-        e.fail(node, "float_from_bits of a float", "pass an int")
-    return Number(FLOAT, e.put(f"bitcast i64 {x.code} to double"))
-
-
 def _scratch(e: Expressions, node: ast.Call, values: Values) -> Value:
     shape = e.alike(*_numbers(e, node, values, 1, 2))
     if any(x.kind != INT for x in shape):
@@ -96,17 +88,6 @@ def _scratch(e: Expressions, node: ast.Call, values: Values) -> Value:
     for length in lengths[1:]:
         size = e.put(f"mul i64 {size}, {length}")
     return ArrayView(kind, e.put(f"alloca double, i64 {size}, align 64"), lengths)
-
-
-def _put_product(e: Expressions, node: ast.Call, values: Values) -> None:
-    kinds_given = [x.kind for x in values]
-    if kinds_given != [Array(1, float), Array(1, float), Array(2, float)]:
-        e.fail(node, "these arguments of put_product", "pass Floats, Floats and a Table")
-    out, factors, rows = (x for x in values if isinstance(x, ArrayView))
-    e.declared.add(PUT_PRODUCT)
-    given = f"ptr {out.pointer}, i64 {out.shape[0]}, ptr {factors.pointer}, "
-    given += f"i64 {factors.shape[0]}, ptr {rows.pointer}, i64 {rows.shape[1]}"
-    e.lines.append(f"call void @put_product({given})")
 
 
 def _call(e: Expressions, node: ast.Call, values: Values) -> None:
@@ -139,8 +120,6 @@ INTRINSICS: dict[Any, Intrinsic] = {
     math.sqrt: _of_floats("sqrt", 1),
     math.isnan: _isnan,
     kinds.fma: _of_floats("fma", 3),
-    kinds.float_from_bits: _from_bits,
     kinds.scratch: _scratch,
     kinds.call: _call,
-    kinds.put_product: _put_product,
 }

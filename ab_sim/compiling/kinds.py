@@ -6,7 +6,6 @@ any numpy arrays.
 
 import ctypes
 import math
-import struct
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
@@ -52,28 +51,6 @@ def scratch(*shape: int) -> NDArray[np.float64]:
 
 fma: Callable[[float, float, float], float] = functions.fma
 """Fused multiply-add: a b + c, rounded once."""
-
-
-def put_product(
-    out: NDArray[np.float64], factors: NDArray[np.float64], rows: NDArray[np.float64]
-) -> None:
-    """Write the product of a row vector and a matrix, accumulated term by term with ``fma``.
-
-    Args:
-        out: result, shape (n,); must not overlap the others.
-        factors: vector, shape (m,), m at least 1.
-        rows: matrix, shape (m or more, n or more), of which the first m rows and n columns count.
-    """
-    for j in range(out.size):
-        out[j] = 0.0
-        for k in range(factors.size):
-            out[j] = fma(factors[k], rows[k, j], out[j])
-
-
-def float_from_bits(word: int) -> float:
-    """Return the double whose IEEE 754 representation is a 64-bit word."""
-    made: float = struct.unpack("<d", struct.pack("<q", word))[0]
-    return made
 
 
 def call(address: int, *arguments: Any) -> None:

@@ -6,8 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.collocation.assemble import ByCollocation
-from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.compiling import BoundFunction, compiled
 from ab_sim.compiling.kinds import aligned
 from ab_sim.drive.step_plan import StepPlanPart
@@ -15,13 +13,12 @@ from ab_sim.dynamics.assemble import state_bounds
 from ab_sim.dynamics.system import System
 from ab_sim.events.run import ImplicitWork, Run
 from ab_sim.events.run_arrays import balls_of, workspace
-from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
-from ab_sim.integrate.steppers.collocation import CollocationParameters
 from ab_sim.integrate.steppers.generalized_alpha import Alpha
 from ab_sim.integrate.steppers.taylor import TaylorParameters
 from ab_sim.kernels.code import Code, code_of
 from ab_sim.kernels.constants import numbers_of
+from ab_sim.kernels.runge_kutta import EMITTED
 from ab_sim.kernels.tangent import lanes_for, tangent_address
 from ab_sim.stepping.assemble import NOWHERE, known_of, run_with
 from ab_sim.stepping.fixed_step import advance
@@ -48,9 +45,6 @@ class Steps:
         self, system: System, stepper: Stepper, step: float, discrete_state: np.ndarray
     ) -> None:
         bounds = state_bounds(system, step / stepper.parts)
-        weights, self._by_collocation = stepper.weights, None
-        if isinstance(weights, CollocationParameters):
-            self._by_collocation = ByCollocation(system, weights)
         self._system, self._stepper, self._step = system, stepper, step
         self.discrete_state, self.state = discrete_state, aligned(bounds.shape)
         self._balls = balls_of(system, discrete_state)
@@ -71,10 +65,7 @@ class Steps:
             code = code_of(self._system, kind)
             run = self._run(code)
             known, told = known_of(run), self._stepper.weights
-            if self._by_collocation is not None:
-                own = self._by_collocation.along(run, code, self._system)
-                taken = compiled(advance_by_collocation, known).bind(own)
-            elif isinstance(told, TaylorParameters):
+            if isinstance(told, TaylorParameters):
                 one = run_by_taylor(run, self._system, code, told)
                 taken = compiled(advance_by_taylor, known).bind(one)
             else:
@@ -90,11 +81,6 @@ class Steps:
         numbers = numbers_of(system)
         for run, *_ in self._made.values():
             run.scene.c[: len(numbers)] = numbers
-        own, weights = self._by_collocation, self._stepper.weights
-        if own is not None and not own.take(system):
-            self._by_collocation = ByCollocation(system, weights)
-            self._made.clear()
-            self._part = None
 
     @contextlib.contextmanager
     def left_unchanged(self) -> Iterator[None]:
@@ -110,16 +96,13 @@ class Steps:
 
     def _memory(self, states: int) -> tuple[int, int]:
         """Return the shape of the values that the stepper carries from step to step."""
-        if self._by_collocation is not None:
-            return self._by_collocation.memory
         if isinstance(self._stepper.weights, TaylorParameters):
             return 1, memory_size(self._system)
         return self._stepper.memory, states
 
     def _run(self, code: Code) -> Run:
-        # A stepper that cannot cut its steps at events leaves those steps to another one.
-        weights = (self._stepper.over_events or self._stepper).weights
-        step = code.step(*weights) if isinstance(weights, Tableau) else NOWHERE
+        weights, parts = self._stepper.weights, self._stepper.parts
+        step = code.step(weights, parts=parts) if isinstance(weights, EMITTED) else NOWHERE
         own = self._balls, self.work, self._system, code, step, self._step, self.state
         run = run_with(*own)
         if isinstance(weights, Alpha):

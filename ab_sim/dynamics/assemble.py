@@ -8,7 +8,6 @@ import numpy as np
 from ab_sim.dynamics import registry
 from ab_sim.dynamics.layout import layout_of
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.own_motion import DAMPINGS
 from ab_sim.dynamics.system import (
     BALL_CONSTANTS,
     DISCRETE_COLUMNS,
@@ -247,16 +246,6 @@ def free_coordinates(system: System) -> tuple[str, ...]:
         return linearised(system).free
     except SceneError:
         return ()
-
-
-def own_motion(system: System) -> np.ndarray:
-    """Return the linear motion of the carrier of the balls, see ``dynamics.own_motion``."""
-    known = registry.of_system(system)
-    found = known.own_motion(system)
-    if has_motor(system.effects):
-        column = type(system.deck_model).COORDINATES
-        found[DAMPINGS, column] = _motor_damping(system) / known.spindle_inertia(system)
-    return found
 
 
 def _motor_damping(system: System) -> float:

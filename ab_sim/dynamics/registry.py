@@ -46,12 +46,6 @@ class DeckFromScene(NamedTuple):
     limit the step."""
     linearised: Callable[[System], Linearised] = _not_known
     """Function that returns small motions about the position at rest, for modes."""
-    own_motion: Callable[[System], np.ndarray] = _not_known
-    """Function for ``collocation``, if the model has ``COORDINATES``; see
-    ``dynamics.own_motion``."""
-    spindle_inertia: Callable[[System], float] = _not_known
-    """Function that returns the moment of inertia about the shaft of all that turns with the
-    spindle [kg m^2], for ``collocation``."""
 
 
 class RegisteredDeckModel(NamedTuple):

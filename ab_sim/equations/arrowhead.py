@@ -98,20 +98,6 @@ def solve(
     return Solved(x, path)
 
 
-def solve_with_balls(arrow: Arrow, balls: int, path: Number, prescribed: Number | None) -> Solved:
-    """Return the accelerations x for given path accelerations of the balls."""
-    unknowns = len(arrow.force)
-    free = unknowns if prescribed is None else unknowns - 1
-    force = list(arrow.force[:free])
-    for r in range(free):
-        if prescribed is not None:
-            force[r] = force[r] - arrow.block[r][free] * prescribed
-        force[r] = force[r] + over_balls(balls, arrow.coupling[r] * path)
-    matrix = [[arrow.block[min(r, q)][max(r, q)] for q in range(free)] for r in range(free)]
-    x = solve_dense(matrix, force)
-    return Solved(x if prescribed is None else [*x, prescribed], path)
-
-
 def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> list[Number]:
     """Return x of matrix x = force; masses and inertias need no pivoting.
 

@@ -47,7 +47,6 @@ def deck_model(
     NEEDS_ANGLE: bool,
     AXES: int,
     CHANNELS: tuple[str, ...],
-    COORDINATES: int = 0,
     UNIT_AT: int = -1,
 ) -> Callable[[Class], Class]:
     """Return a class decorator that sets these attributes of a NamedTuple.
@@ -59,8 +58,6 @@ def deck_model(
         AXES: number of axes of its displacement: 2 or 3.
         CHANNELS: names of its columns in a trajectory; displacement, velocity and acceleration
             along these axes come first.
-        COORDINATES: number of coordinates whose linear motion ``collocation`` solves in closed
-            form; 0: that stepper is not available.
         UNIT_AT: index of the first state of a unit quaternion; -1 without one.
     """
     facts = {**locals(), "STATES": len(STATE_NAMES)}

@@ -56,7 +56,6 @@ State = Sequence[Number]
     NEEDS_ANGLE=True,
     UNIT_AT=3,
     AXES=3,
-    COORDINATES=7,
     CHANNELS=(
         *("x", "y", "z", "vx", "vy", "vz", "ax", "ay", "az"),
         *("qw", "qx", "qy", "qz", "wx", "wy", "wz", "wx_rate", "wy_rate", "wz_rate"),

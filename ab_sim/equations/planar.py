@@ -40,7 +40,6 @@ State = Sequence[Number]
     STATE_NAMES=("u1", "u2", "v1", "v2"),
     NEEDS_ANGLE=False,
     AXES=2,
-    COORDINATES=2,
     CHANNELS=("x", "y", "vx", "vy", "ax", "ay"),
 )
 class Planar(NamedTuple):

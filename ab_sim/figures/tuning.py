@@ -1,17 +1,25 @@
 """A tuning: points that the search evaluated, a panel for each key."""
 
 import math
+import re
+import textwrap
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 
-from ab_sim.design.judged import OUTCOME
+from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.design.judged import OUTCOME, metric_columns
 from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Tuning
+from ab_sim.errors import InputError
 from ab_sim.figures.saved import ResultFigure
 from ab_sim.figures.sweep import BEST, LINE, WIDE
+from ab_sim.scene.keys import scene_keys
 
 OUTSIDE, BEFORE, LEFT_OUT = "#c9c9c9", "#e88b2d", "#7a4fa3"
+NO_VALUE: dict[str, Any] = {"ls": "", "marker": "x", "color": LEFT_OUT}
+NOT_BALANCED: dict[str, Any] = {"ls": "", "marker": "o", "color": "white"}
 DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
@@ -26,9 +34,9 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     ends = _left_out(found)
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
         _panel(found, axes, place, values, ends)
-        axes.set_xlabel(found.runs.titled(key), fontsize=9)
+        axes.set_xlabel(_label(found, key), fontsize=9)
         if place % columns == 0:
-            axes.set_ylabel(found.runs.titled(aim), fontsize=9)
+            axes.set_ylabel(_label(found, aim), fontsize=9)
     there = np.concatenate([values, ends])
     there = there[np.isfinite(there)]
     if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
@@ -39,8 +47,20 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     bounds = "".join(f", {each}" for each in standard.bounds)
     of = f", of {100 * standard.share:g} % of drives" if found.task.spreading.draws > 1 else ""
     figure.suptitle(f"{found.runs.scene.name}: {standard.aim}{bounds}{of}", fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=2, fontsize=9)
+    figure.legend(
+        handles=_legend(found), loc="outside lower center", ncols=min(2, columns), fontsize=9
+    )
     return figure
+
+
+def _label(found: Tuning, name: str) -> str:
+    """Return the meaning of a key or metric, and below it its name with the unit."""
+    try:
+        meaning = scene_keys(name)[0].meaning
+    except InputError:
+        (metric,) = metric_columns([name])
+        meaning = metric.meaning if metric.row is None else metric.row.head("W/e")
+    return f"{textwrap.fill(re.split('[;:]', meaning)[0], 50)}\n{found.runs.titled(name)}"
 
 
 def _left_out(found: Tuning) -> np.ndarray:
@@ -53,6 +73,13 @@ def _left_out(found: Tuning) -> np.ndarray:
     return ends
 
 
+def _not_balanced(found: Tuning) -> np.ndarray:
+    """Return a mask of settled candidates that do not balance; none for random drives."""
+    if found.task.spreading.draws > 1:
+        return np.zeros(len(found.candidates), bool)
+    return np.asarray(found.runs[OUTCOME].astype(str) == Verdict.NOT_BALANCED.value)
+
+
 def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray) -> None:
     range_, aim = found.task.ranges[place], found.task.standard.aim.metric
     wide, tall = found.runs.factor(range_.key), found.runs.factor(aim)
@@ -60,7 +87,13 @@ def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.n
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
     for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
         axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
+    hollow = _not_balanced(found)
+    axes.plot(across[hollow], values[hollow], **NOT_BALANCED, ms=0.5 * size)
     axes.plot(across, ends, ls="", marker="o", ms=size, mfc="none", mec=LEFT_OUT, mew=0.6)
+    nothing = across[~np.isfinite(values) & ~np.isfinite(ends)]
+    if len(nothing):
+        edge = axes.get_xaxis_transform()
+        axes.plot(nothing, np.full(len(nothing), 0.98), transform=edge, **NO_VALUE, ms=size)
     for name, before, settled in found.before:
         if before is not None and settled:
             axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=DASHES[name])
@@ -72,6 +105,8 @@ def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.n
         axes.plot(*best, marker="*", ms=15, mfc=BEST, mec="white", ls="")
     if range_.log:
         axes.set_xscale("log")
+    else:
+        axes.locator_params(axis="x", nbins=5)
     axes.grid(alpha=0.25)
 
 
@@ -82,13 +117,18 @@ def _legend(found: Tuning) -> list[Line2D]:
         ("within all bounds", "o", LINE, LINE, within),
         ("outside a bound", "o", OUTSIDE, OUTSIDE, valued & ~within),
         ("left out: not settled, at their end", "o", "none", LEFT_OUT, ends),
-        ("left out: without a value, not drawn", "", "none", "none", ~valued & ~ends),
     )
     handles = [
         Line2D([], [], marker=mark, mfc=face, mec=edge, ls="", label=f"{name}: {count}")
         for name, mark, face, edge, chosen in kinds
         if (count := int(np.count_nonzero(chosen)))
     ]
+    if hollow := int(np.count_nonzero(_not_balanced(found) & valued)):
+        ring = {"marker": "o", "ls": "", "mfc": "white", "mec": LINE, "mew": 1.4, "ms": 5}
+        handles.append(Line2D([], [], **ring, label=f"white inside: not balanced: {hollow}"))
+    if nothing := int(np.count_nonzero(~valued & ~ends)):
+        text = f"without a value, e.g. not balanced; at the upper edge: {nothing}"
+        handles.append(Line2D([], [], **NO_VALUE, ms=4, label=text))
     if found.candidate is not None:
         handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))
         handles.append(

@@ -59,16 +59,18 @@ def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     return triangle(both)[own.shape[1] :, own.shape[1] :]
 
 
-def covariance_of(derivatives: np.ndarray) -> np.ndarray:
+def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
     """Return the covariance of the parameters in units of their scales, the inverse of J^T J.
 
     Along unidentifiable directions it is limited by rounding.
 
     Args:
         derivatives: Jacobian J of residuals in units of noise, shape (numbers, parameters).
+        most: standard deviation in scales above which a direction is left out.
     """
     size, singular, rows = _decomposed(derivatives)
     half = (rows / np.maximum(singular, ROUNDING * singular[:1])[:, None]).T / size[:, None]
+    half = half[:, np.abs(half).max(axis=0) <= most]
     found: np.ndarray = half @ half.T
     return found
 

@@ -8,6 +8,7 @@ import numpy as np
 from scipy.stats import t as student
 
 from ab_sim.identification.information import covariance_of, sum_of_squares
+from ab_sim.identification.knowledge import UNKNOWN
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
 from ab_sim.progress import Progress
@@ -31,6 +32,8 @@ PROFILE_STEPS = 6
 """Number of iterations of the other parameters at each point of a profile."""
 PROFILE_POINTS = 8
 """Largest number of profile points on each side."""
+HIGH = 10.0
+"""Ratio of a point's rise to the rise at the end of the interval above which it is too far off."""
 
 
 class Estimate(NamedTuple):
@@ -113,9 +116,13 @@ def intervals_of(
     # only rounding.
     variance = max(sum_of_squares(residuals) / left, 1.0)
     covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
+    # Along unknown directions, a straight move would leave the range of the derivatives. Balls that
+    # start together have one: equal balls may be exchanged.
+    followed = covariance_of(jacobian, UNKNOWN) * np.outer(scales, scales)
     reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
     deviations = np.sqrt(np.diag(covariance))
-    skews = _skews(problem, values, free, covariance, variance, reach) if profiles else {}
+    reaches = reach * deviations
+    skews = _skews(problem, values, free, followed, variance, reaches, reach) if profiles else {}
     estimates, drawn = [], []
     for j, each in enumerate(problem.parameters):
         value = float(values[j])
@@ -135,8 +142,9 @@ def intervals_of(
         # parameter instead.
         if profiles and (at_bound or skews[j] > SKEW):
             tell(f"profile of {each.name}", k, len(free))
+            step = 2.0 * min(deviation, UNKNOWN * each.scale)
             ends = [
-                _end(problem, values, free, covariance, j, way, variance * reach**2)
+                _end(problem, values, free, followed, j, way, step, variance * reach**2)
                 for way in (-1.0, 1.0)
             ]
             low, high, how = ends[0][0], ends[1][0], PROFILE
@@ -159,31 +167,31 @@ def intervals_of(
 
 
 def _moved(
-    problem: Problem, values: np.ndarray, free: Sequence[int], covariance: np.ndarray,
+    problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
     j: int, by: float,
 ) -> np.ndarray:  # fmt: skip
     """Move a parameter; the others follow the parabola, within their bounds."""
     k = list(free).index(j)
     moved = values.copy()
-    moved[list(free)] += by * covariance[:, k] / covariance[k, k]
+    if followed[k, k] > 0.0:
+        moved[list(free)] += by * followed[:, k] / followed[k, k]
+    moved[j] = values[j] + by
     low = np.array([each.low for each in problem.parameters])
     high = np.array([each.high for each in problem.parameters])
     return np.clip(moved, low, high)
 
 
 def _skews(
-    problem: Problem, values: np.ndarray, free: Sequence[int], covariance: np.ndarray,
-    variance: float, reach: float,
+    problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
+    variance: float, reaches: np.ndarray, reach: float,
 ) -> dict[int, float]:  # fmt: skip
     """Return relative deviations of the rise at the ends of the intervals from a parabola."""
     best = problem.cost(values)
     found = {}
-    for j in free:
-        k = list(free).index(j)
-        step = reach * float(np.sqrt(covariance[k, k]))
+    for j, step in zip(free, reaches.tolist(), strict=True):
         rises = [
             2.0
-            * (problem.cost(_moved(problem, values, free, covariance, j, way * step)) - best)
+            * (problem.cost(_moved(problem, values, free, followed, j, way * step)) - best)
             / (variance * reach**2)
             for way in (-1.0, 1.0)
         ]
@@ -192,37 +200,45 @@ def _skews(
 
 
 def _end(
-    problem: Problem, values: np.ndarray, free: Sequence[int], covariance: np.ndarray,
-    j: int, way: float, rise: float,
+    problem: Problem, values: np.ndarray, free: Sequence[int], followed: np.ndarray,
+    j: int, way: float, step: float, rise: float,
 ) -> tuple[float, list[tuple[float, float]]]:  # fmt: skip
     """Return the value at which the fit has deteriorated by ``rise``, and the profile points.
 
     The value is infinite if the bound is reached first.
     """
-    each, k = problem.parameters[j], list(free).index(j)
+    each = problem.parameters[j]
     others = [i for i in free if i != j]
     best = problem.cost(values)
     bound = each.high if way > 0.0 else each.low
     if each.is_own_angle:
         bound = values[j] + way * math.pi
-    step = 2.0 * float(np.sqrt(covariance[k, k]))
     at, seen = float(values[j]), 0.0
     points: list[tuple[float, float]] = []
     now = values
 
     def look(place: float, begin: np.ndarray) -> tuple[float, np.ndarray]:
-        moved = _moved(problem, begin, free, covariance, j, place - float(begin[j]))
-        moved[j] = place
-        found = minimise(problem, moved, others, PROFILE_STEPS)
+        alone = begin.copy()
+        alone[j] = place
+        along = _moved(problem, begin, free, followed, j, place - float(begin[j]))
+        found = minimise(problem, min(along, alone, key=problem.cost), others, PROFILE_STEPS)
         return max(2.0 * (found.cost - best), 0.0), found.values
 
     def end_between(near: float, less: float, far: float, more: float) -> float:
-        middle = _root(near, less, far, more, rise)
-        there, _ = look(middle, now)
-        points.append((middle, there))
-        if there < rise:
-            return _root(middle, there, far, more, rise)
-        return _root(near, less, middle, there, rise)
+        for _ in range(PROFILE_POINTS):
+            # Far above the rise, the profile is no parabola: halve the bracket.
+            middle = _root(near, less, far, more, rise)
+            if more > HIGH * rise:
+                middle = 0.5 * (near + far)
+            there, _ = look(middle, now)
+            points.append((middle, there))
+            if there < rise:
+                near, less = middle, there
+            else:
+                far, more = middle, there
+            if more <= HIGH * rise:
+                break
+        return _root(near, less, far, more, rise)
 
     for _ in range(PROFILE_POINTS):
         place = at + way * step

@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.accuracy import resolve_accuracy
+from ab_sim.equations.neighbours import equal_pairs
 from ab_sim.errors import InputError, Interrupted
 from ab_sim.identification.changes import Departure, changes_in
 from ab_sim.identification.holding_out import held_out
@@ -41,6 +42,9 @@ UNEXPLAINED = 0.5
 """Relative r.m.s. of residuals above which a fit explains nothing."""
 FAR_OFF = 300.0
 """Ratio of measured to simulated amplitude that indicates a wrong unit."""
+
+EXCHANGED = "equal balls cannot be told apart: their start angles may be exchanged"
+"""Note on fitted start angles."""
 
 
 class Question(NamedTuple):
@@ -205,6 +209,8 @@ class _Work:
             if measured.with_balls:
                 changes[ANGLES] = problem.scene_values(values, k)[ANGLES]
                 notes.append(f"the fitted scene's balls start where those of {measured.name} did")
+                if equal_pairs(self._scene):
+                    notes.append(EXCHANGED)
                 break
         fitted = changed_scene(self._scene, changes, "the fitted scene")
         critical = fitted.critical_speed or 0.0

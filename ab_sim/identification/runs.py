@@ -6,8 +6,7 @@ import numpy as np
 
 from ab_sim.batch.lane_group import LaneGroup, LaneStarts
 from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.sample_buffer import SampleBuffer
-from ab_sim.batch.sequential import SequentialRuns
+from ab_sim.batch.sequential import run_one_by_one
 from ab_sim.stepping.side_by_side import LANES, LaneSamples
 
 
@@ -23,18 +22,13 @@ class AlikeRuns:
 
     def __init__(self, first: PreparedRun) -> None:
         self.first = first
-        shape = first.steps, len(first.channels)
         self._lanes = LaneGroup(first, 1) if first.fits_lane else None
-        self._one_by_one = (
-            None if first.fits_lane else SequentialRuns(first, SampleBuffer(0, shape))
-        )
 
     def samples(self, runs: Sequence[PreparedRun]) -> np.ndarray | None:
         """Return all steps of each run, (runs, steps, channels); None if one of them diverges."""
         steps, channels = self.first.steps, len(self.first.channels)
         if self._lanes is None:
-            assert self._one_by_one is not None
-            done, _ = self._one_by_one.run(runs, 1)
+            done, _ = run_one_by_one(runs, 1)
             if any(run.failure for run in done):
                 return None
             return np.stack([run.trajectory.samples for run in done])

@@ -31,24 +31,43 @@ class Choice(NamedTuple):
 
 USUAL = "rk8"
 """Default stepper of ``auto``; ``accuracy:`` may find another one cheaper."""
+STIFF = "imex8"
+"""Stepper of ``auto`` where it needs fewer evaluations than ``USUAL`` because of drag."""
+FEW_PARTS = 4
+"""Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
+MOST_PARTS = 1024
+"""Maximum number of parts of a step."""
+FOLLOWED = 0.5
+"""Largest product of a part's length and the rate of an oscillation that limits the step."""
 
 
-def solving_drag(system: System) -> Stepper | None:
-    """Return the stepper that is stable for any amount of the race's drag.
+def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepper | None:
+    """Return the stepper that is stable at this step with the least effort.
 
     Returns:
-        The stepper, or None if it needs the deck's own motion and the deck model does not state it.
+        The stepper, which may divide the step into parts; None if no stepper is stable, or if
+        steps would have to be divided below one sample per revolution.
     """
-    known = type(system.deck_model).COORDINATES
-    able = (stepper for stepper in steppers().values() if stepper.solves_drag)
-    return next((each for each in able if known or not each.needs_own_motion), None)
+    usual, stiff = (_in_stable_parts(stepper_named(name), step, rates) for name in (USUAL, STIFF))
+    if usual.parts == 1:
+        return usual
+    if usual.parts <= FEW_PARTS or _effort(usual) <= _effort(stiff):
+        found = usual
+    else:
+        found = stiff
+    return found if found.parts <= MOST_PARTS and step * speed <= 2.0 * math.pi else None
 
 
-def _outlasting(system: System, step: float, rates: Mapping[str, complex]) -> Stepper | None:
-    """Return the stepper of ``solving_drag`` if all other motions leave it stable at this step."""
-    other = solving_drag(system)
-    stable = other is not None and step <= largest_step(other, limiting(other, rates))[0]
-    return other if stable else None
+def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
+    longest, what = largest_step(stepper, limiting(stepper, rates))
+    # A stable step suffices for a motion that decays, but an oscillation has to be followed.
+    if step > longest and rates[what].imag:
+        longest = min(longest, FOLLOWED / abs(rates[what]))
+    return stepper.in_parts(max(1, math.ceil(step / longest)))
+
+
+def _effort(stepper: Stepper) -> int:
+    return stepper.parts * stepper.evaluations
 
 
 def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
@@ -70,33 +89,12 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
     return top_speed_of(scene)
 
 
-def check_parts(
-    stepper: Stepper, step: float, system: System, rates: Mapping[str, complex]
-) -> None:
-    """Refuse a step that is too long for the stepper that takes over steps with events.
-
-    Raises:
-        SceneError: the step is too long; the message names the limit and its cause.
-    """
-    other = stepper.over_events
-    if other is None or not has_events(system.effects):
-        return
-    most, what = largest_step(other, rates)
-    if step <= most * stepper.parts:
-        return
-    raise SceneError(
-        f"solver.step = {exact(step)} s: {stepper.name} leaves steps with events to {other.name}, "
-        f"which goes over them in at most {stepper.parts} parts, each stable up to {most:g} s "
-        f"because of {what}, whose rate is {abs(rates[what]):.4g} 1/s; use at most "
-        f"{most * stepper.parts:g} s"
-    )
-
-
 def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
     """Return the stepper that a scene names, or a suitable one for ``auto``.
 
-    ``auto`` takes ``rk8`` if it is stable at the scene's step. If not, it takes a stepper that
-    solves drag exactly, provided that the step samples each revolution at least once.
+    ``auto`` takes ``rk8`` if it is stable at the scene's step. If not, it divides steps into equal
+    parts: those of ``rk8``, or those of ``imex8`` if drag makes them cheaper. It does so only if
+    the step samples each revolution at least once.
 
     Args:
         scene: scene to run.
@@ -117,37 +115,29 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     step, name = scene.solver.step, scene.solver.stepper
     speed = top_speed(scene) if fastest is None else fastest
     rates = linear_rates(system, speed)
-    beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
-    other = _outlasting(system, step, rates)
-    # Do not switch the stepper automatically below one sample per revolution.
-    unasked = other if step * speed <= 2.0 * math.pi else None
+    automatic = _automatic(step, speed, rates)
     if name != AUTO:
         stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
     else:
-        stepper, reason = stepper_named(USUAL), "auto: stable at this step"
-        most, what = largest_step(stepper, rates)
-        if step > most and unasked is not None:
-            stepper = unasked
+        stepper, reason = automatic or stepper_named(USUAL), "auto: stable at this step"
+        most, what = largest_step(stepper_named(USUAL), rates)
+        if step > most and automatic is not None:
             reason = (
                 f"auto: {USUAL} would need steps of at most {most:g} s for {what}, whose rate is "
                 f"{abs(rates[what]):.4g} 1/s"
             )
+            if stepper.parts > 1:
+                reason += f"; takes each step in {stepper.parts} parts"
     _check_suits(stepper, scene, system)
-    check_parts(stepper, step, system, rates)
     limits = limiting(stepper, rates)
     longest, what = largest_step(stepper, limits)
     try:
         check_step(stepper, step, limits, (longest, what))
     except SceneError as error:
-        if other is None or (what != DRAG and unasked is None):
+        if automatic is None:
             raise
-        try:
-            check_parts(other, step, system, rates)
-        except SceneError:
-            raise error from None  # it would not help
-        leave = "or leave solver.stepper to auto, " if unasked else ""
-        way_out = f"{leave}or name {other.name}"
-        raise SceneError(f"{error}; {way_out}") from None
+        raise SceneError(f"{error}; or leave solver.stepper to auto") from None
+    beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
     fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
     # Without any motion of its own and with the spindle at rest, the system has no period.
     cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
@@ -173,17 +163,11 @@ def _check_no_parameters_of_auto(solver: Solver) -> None:
 
 
 def _check_suits(stepper: Stepper, scene: Scene, system: System) -> None:
-    """Refuse a stepper that cannot stop at this system's events, or needs an unknown own motion."""
+    """Refuse a stepper whose steps cannot be cut at this system's events."""
     if has_events(system.effects) and not stepper.locates_events:
         able = ", ".join(name for name, known in steppers().items() if known.locates_events)
         because = ", ".join(f"{name} ({why})" for name, why in eventful(scene.effects).items())
         raise SceneError(
             f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which come "
             f"with effects.{because}; name one of: {able}"
-        )
-    if stepper.needs_own_motion and not type(system.deck_model).COORDINATES:
-        able = ", ".join(n for n, known in steppers().items() if not known.needs_own_motion)
-        raise SceneError(
-            f"solver.stepper = {stepper.name!r}: needs to know the own motion of what carries the "
-            f"balls, and {type(system.deck_model).__name__} says nothing of it; name one of: {able}"
         )

@@ -1,22 +1,11 @@
 """Create explicit Runge-Kutta methods from their tableaus."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
 
 import numpy as np
 
 from ab_sim.integrate.stepper import Stepper
-
-
-class Tableau(NamedTuple):
-    """Butcher tableau."""
-
-    a: np.ndarray
-    """Stage weights, shape (s, s), strictly lower triangular."""
-    b: np.ndarray
-    """Weights of the stages in the step, shape (s,)."""
-    c: np.ndarray
-    """Stage times as fractions of the step, shape (s,)."""
+from ab_sim.kernels.runge_kutta import Tableau
 
 
 def explicit(

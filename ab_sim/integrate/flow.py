@@ -12,9 +12,9 @@ import numpy as np
 from ab_sim.compiling import compiled
 from ab_sim.compiling.kinds import Floats, Table, call, fma
 from ab_sim.dynamics.system import System, has_events
-from ab_sim.integrate.explicit import Tableau
 from ab_sim.integrate.stepper import Stepper
 from ab_sim.integrate.vector_field import Field, VectorField
+from ab_sim.kernels.runge_kutta import Tableau
 from ab_sim.spindle import ScheduledSegment
 
 

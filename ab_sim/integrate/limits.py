@@ -46,7 +46,7 @@ def stability_limit(stepper: Stepper, direction: complex = -1.0) -> float:
     for _ in range(50):
         middle = 0.5 * (inside + outside)
         inside, outside = (inside, middle) if unstable(middle) else (middle, outside)
-    return inside
+    return inside * stepper.parts
 
 
 def largest_step(stepper: Stepper, rates: Mapping[str, complex]) -> tuple[float, str]:

@@ -19,7 +19,7 @@ from ab_sim.kernels.constants import (
 )
 from ab_sim.kernels.emission import Emission
 from ab_sim.kernels.model import Model
-from ab_sim.kernels.runge_kutta import step_text
+from ab_sim.kernels.runge_kutta import Extrapolation, Tableau, step_text
 from ab_sim.tracing.llvm_text import Function, module_text
 from ab_sim.tracing.machine_code import MachineCode
 
@@ -61,10 +61,10 @@ class Code:
 
         return self.made((name, lanes), name, text)
 
-    def step(self, a: np.ndarray, b: np.ndarray, c: np.ndarray, lanes: int = 1) -> int:
-        """Return the address of a step of the explicit method with this tableau."""
-        key = a.tobytes(), b.tobytes(), lanes
-        return self.made(key, "step", lambda: step_text(self.emission, a, b, c, lanes))
+    def step(self, method: Tableau | Extrapolation, lanes: int = 1, parts: int = 1) -> int:
+        """Return the address of a method's step (``runge_kutta.step_text``)."""
+        key = *(np.asarray(each).tobytes() for each in method), lanes, parts
+        return self.made(key, "step", lambda: step_text(self.emission, method, lanes, parts))
 
     def made(self, key: Any, name: str, text: Callable[[], str]) -> int:
         """Return the address of a function in LLVM IR, which is compiled if necessary."""
@@ -104,7 +104,7 @@ class Code:
 
 
 KINDS = 16
-"""Kinds of scenes whose code is cached; each takes 0.7 MB, 3 MB with collocation's code."""
+"""Kinds of scenes whose code is cached; each takes 0.7 MB."""
 _codes: OrderedDict[Any, Code] = OrderedDict()
 """Cached code, the most recently used last."""
 _lock = threading.Lock()

@@ -67,6 +67,15 @@ class Emission:
             accelerations = self.roots["accelerations"]
             self.roots["table"] = model.with_forces(self.roots["table"], accelerations)
 
+    def implicit_slope(self) -> list[Expression]:
+        """Return the rates of change with drag at the speeds after the time ``ahead``.
+
+        The input ``ahead`` makes drag implicit, see ``Model.mobility``.
+        """
+        at, ahead = self.model.motion(), self.model.graph.input("ahead", Level.TIME)
+        slope = self.model.slope(at, self.model.evaluated(at, ahead))
+        return self.lowered({"slope": slope})["slope"]
+
     @property
     def states(self) -> int:
         """Number of states."""

@@ -1,5 +1,6 @@
 """Equations of a kind of scene as expressions, from which all functions are emitted."""
 
+import functools
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
@@ -119,8 +120,17 @@ class Model:
         sign = self.graph.input("sign", Level.TIME, each=True)
         return sign * friction_coefficient(self.effects, self.balls)
 
-    def mobility(self, force: Number) -> Number:
-        """Return the balls' accelerations under a force (``equations.arrowhead.Mobility``)."""
+    def mobility(self, force: Number, ahead: Number | None = None) -> Number:
+        """Return the balls' accelerations under a force (``equations.arrowhead.Mobility``).
+
+        Args:
+            force: force along the race on each ball.
+            ahead: time [s] after which the drag is evaluated, at the speed reached then; None
+                evaluates it at the speed of the state.
+        """
+        if ahead is not None:
+            drag = over_effects(self.effects, "ball_drag", 0.0, self.balls.each)
+            force = force / (1.0 + ahead * (drag * self.balls.mobility))
         if self.has_contact:
             return rows(self.lifted(force))
         if self.has_friction:
@@ -144,11 +154,12 @@ class Model:
         arrow = self.deck.arrow(self.effects, self.balls, on, spindle, at.deck)
         return spindle, torques, on, arrow
 
-    def evaluated(self, at: TracedState) -> Evaluated:
-        """Return the equations and their solution."""
+    def evaluated(self, at: TracedState, ahead: Number | None = None) -> Evaluated:
+        """Return the equations and their solution; ``ahead`` is that of ``mobility``."""
         spindle, torques, on, arrow = self.arrow(at)
         prescribed_one = None if self.has_motor else spindle.acceleration
-        solved = solve(arrow, self.count, self.mobility, self.friction(), prescribed_one)
+        mobility = functools.partial(self.mobility, ahead=ahead)
+        solved = solve(arrow, self.count, mobility, self.friction(), prescribed_one)
         return Evaluated(spindle, torques, on, arrow, solved)
 
     def slope(self, at: TracedState, found: Evaluated) -> list[Expression]:

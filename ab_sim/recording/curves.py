@@ -15,9 +15,11 @@ from ab_sim.palette import BALANCED, GREY, LIMIT, WITHOUT_BALLS
 from ab_sim.recording.explanation import Explanation
 from ab_sim.recording.layout import SAMPLES, Array, vector_columns
 from ab_sim.recording.plots import PlottedCurves, lines
+from ab_sim.recording.top_view import ROTOR
 
-FRAMES = "/plot/frames"
-"""Entity of curves with a row for each frame of the pictures instead of each sample."""
+FRAMES = ROTOR
+"""Entity of curves with a row for each frame of the pictures instead of each sample. They share the
+rotor's, which moves with each frame: a viewer drawn by software takes few messages at a time."""
 LEAST = 1e-4
 """Whirl in e or in mm below which its logarithm is not plotted."""
 _WHIRL, _FELT = "whirl", "felt"

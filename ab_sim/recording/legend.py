@@ -7,19 +7,20 @@ import numpy as np
 from ab_sim.conventions import NOTATION, in_one_turn
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.explanation import Explanation
-from ab_sim.recording.signals import LAST
+from ab_sim.recording.signals import Final
 
 
-def legend_text(drawing: Drawing, final: tuple[float, float | None] | None) -> str:
+def legend_text(drawing: Drawing, final: Final | None, alone: Final | None) -> str:
     """Return the text next to the pictures, in Markdown.
 
     Args:
         drawing: drawing of the drive.
-        final: final whirl, with and without balls [m]; None if unknown.
+        final: final whirl [m]; None if unknown.
+        alone: final whirl without balls [m]; None if unknown.
     """
     explained = drawing.explained
     parts = [
-        *_final_text(drawing, final),
+        *_final_text(drawing, final, alone),
         "**Play**: space. For a tenth of the speed, click 1.00x below and type 0.1.",
         f"**{_balls_text(drawing.balls)}**, R = {drawing.race:g} mm, e = "
         f"{drawing.eccentricity:g} mm. {_space_text(drawing)}; grey: the deck at rest.",
@@ -31,14 +32,13 @@ def legend_text(drawing: Drawing, final: tuple[float, float | None] | None) -> s
     return "\n\n".join(parts) + "\n"
 
 
-def _final_text(drawing: Drawing, final: tuple[float, float | None] | None) -> list[str]:
+def _final_text(drawing: Drawing, final: Final | None, alone: Final | None) -> list[str]:
     if final is None:
         return []
-    whirl, alone = final
     e = 1e-3 * drawing.eccentricity
-    text = f"W/e = {whirl / e:.3g}" if e else f"W = {1e3 * whirl:.3g} mm"
-    share = f", {whirl / alone:.3g} times that without balls" if alone else ""
-    return [f"**At the end**: {text}{share} (r.m.s. of the last {100 * LAST:g} %)."]
+    text = f"W/e = {final.rms / e:.3g}" if e else f"W = {1e3 * final.rms:.3g} mm"
+    share = f", {final.rms / alone.rms:.3g} times that without balls" if alone and alone.rms else ""
+    return [f"**At the end**: {text}{share} (r.m.s. from {final.begin:.4g} to {final.end:.4g} s)."]
 
 
 def _space_text(drawing: Drawing) -> str:

@@ -12,7 +12,7 @@ from ab_sim.drive.trajectory import Trajectory, channels_for
 from ab_sim.recording.curves import FRAMES
 from ab_sim.recording.drawing import Drawing
 from ab_sim.recording.layout import Array, plotted_columns
-from ab_sim.recording.signals import FinalRms
+from ab_sim.recording.signals import Final, FinalRms
 from ab_sim.recording.spindle_phase import SpindlePhase
 from ab_sim.recording.vibration import VibrationCurves
 from ab_sim.recording.windows import FrameRate
@@ -60,30 +60,36 @@ class Pictures:
         self._final.take(run["time"], run.whirl)
         return plotted_columns(self._drawing.curves.of_samples(run, self._channels, rows))
 
-    def of(self, rows: Array) -> Iterator[Sent]:
-        """Yield the frames of the next rows."""
+    def slow_curves(self, rows: Array) -> Iterator[Sent]:
+        """Yield the curves of the vibration and of the spindle's phase for the next rows."""
         samples = self._selected(rows)
         yield from self._vibration.of(samples)
         yield from self._phase.of(samples)
-        thin = self._frames.of(samples)
+
+    def frames(self, rows: Array) -> Iterator[Sent]:
+        """Yield the frames of the next rows."""
+        thin = self._frames.of(self._selected(rows))
         if not len(thin):
             return
         run, drawing = Trajectory(self._names, thin), self._drawing
         angle, place, balls = run["angle"], run.position, run.ball_angles
-        for entity, columns in (
-            *drawing.space.frames(angle, place, run.turn, balls),
-            *drawing.top.frames(angle, 1e3 * place, balls),
-        ):
+        for entity, columns in drawing.space.frames(angle, place, run.turn, balls):
             yield entity, thin, columns
         alone = None if self._alone is None else self._alone.along(run["time"], run["speed"])
         if alone is not None:
             self._final_alone.take(run["time"], alone)
-        yield FRAMES, thin, plotted_columns(drawing.curves.of_frames(run, alone))
+        curves = plotted_columns(drawing.curves.of_frames(run, alone))
+        yield FRAMES, thin, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
 
-    def final_whirl(self) -> tuple[float, float | None] | None:
-        """Return the r.m.s. whirl over the last `LAST` of the run [m], with and without balls."""
-        final = self._final.value
-        return None if final is None else (final, self._final_alone.value)
+    @property
+    def final_whirl(self) -> Final | None:
+        """Final whirl [m]."""
+        return self._final.value
+
+    @property
+    def final_whirl_without_balls(self) -> Final | None:
+        """Final whirl of the drive without balls [m]; None if unknown."""
+        return self._final_alone.value
 
     def _selected(self, rows: Array) -> Array:
         """Return the columns that pictures use."""

@@ -6,12 +6,14 @@ whole vector, so that a vector of length A on a circle has the size A.
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 import numpy as np
 
+from ab_sim.conventions import last_stretch
 from ab_sim.recording.layout import Array
 
-LAST = 0.1
-"""Final share of a run over which its final whirl is taken."""
 MOST_SUMS = 20_000
 TURNS = 2
 """Number of whole revolutions that are needed for the part once per revolution."""
@@ -22,8 +24,16 @@ def rms(time: Array, vectors: Array) -> float:
     return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
 
 
+class Final(NamedTuple):
+    """Root mean square of the last stretch, and its first and last time [s]."""
+
+    rms: float
+    begin: float
+    end: float
+
+
 class FinalRms:
-    """Root mean square of the last tenth of values that come in blocks.
+    """Root mean square of the last stretch of values that come in blocks.
 
     It keeps cumulative sums, at most `MOST_SUMS` of them; beyond that, every second one is dropped.
     """
@@ -40,14 +50,15 @@ class FinalRms:
             self._sums = np.vstack([self._sums[:-1:2], self._sums[-1:]])
 
     @property
-    def value(self) -> float | None:
-        """Root mean square; None without values."""
+    def value(self) -> Final | None:
+        """Root mean square of the last stretch; None without values."""
         if len(self._sums) == 1:
             return None
-        time, (_, count, total) = self._sums[1:, 0], self._sums[-1]
-        begin = time[-1] - LAST * (time[-1] - time[0])
-        _, before, squares = self._sums[np.searchsorted(time, begin)]
-        return float(np.sqrt((total - squares) / (count - before)))
+        end, count, total = self._sums[-1]
+        left_out = np.searchsorted(self._sums[:-1, 1], count - last_stretch(int(count)))
+        (_, before, squares), (begin, _, _) = self._sums[min(left_out, len(self._sums) - 2) :][:2]
+        rms = math.sqrt((total - squares) / (count - before))
+        return Final(rms, float(begin), float(end))
 
 
 def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:

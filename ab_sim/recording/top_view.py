@@ -22,6 +22,8 @@ from ab_sim.recording.vectors import Arrows
 
 Parts = Iterator[tuple[str, Any]]  # entities and their data
 
+ROTOR = "/top/rotor"
+"""Entity of the rotor."""
 _SIDE = 1.35
 """Half the width of the picture, relative to the race's radius."""
 _TOP, _BOTTOM = -1.55, 1.8
@@ -47,16 +49,16 @@ class TopView:
         c, mark = 0.1 * r, 0.88 * r
         cross = [[[-c, 0.0], [c, 0.0]], [[0.0, -c], [0.0, c]]]
         yield "/top/rest", rr.LineStrips2D(cross, colors=GREY, radii=0.006 * r)
-        yield "/top/rotor/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
+        yield f"{ROTOR}/race", _rings([0.0], [0.0], [r + widest], GREY, 0.012 * r)
         unbalance = rr.Points2D([[mark, 0]], colors=UNBALANCE, radii=0.05 * r)
-        yield "/top/rotor/unbalance", unbalance
+        yield f"{ROTOR}/unbalance", unbalance
         if self.radii:
             colors = [ball_colour(ball) for ball in range(len(self.radii))]
-            yield "/top/rotor", rr.Points2D.from_fields(colors=colors)
+            yield ROTOR, rr.Points2D.from_fields(colors=colors)
         if self.balance is not None:
             angles = np.array(self.balance.angles)
             yield (
-                "/top/rotor/balanced",
+                f"{ROTOR}/balanced",
                 _rings(
                     r * np.cos(angles),
                     -r * np.sin(angles),
@@ -67,13 +69,13 @@ class TopView:
             )
         if self.arrows is not None:
             yield (
-                "/top/rotor",
+                ROTOR,
                 rr.Arrows2D.from_fields(colors=self.arrows.colors, radii=0.018 * r),
             )
-            yield "/top/rotor/legend", self._legend(self.arrows)
+            yield f"{ROTOR}/legend", self._legend(self.arrows)
 
-    def frames(self, angle: Array, place: Array, balls: Array) -> Parts:
-        """Yield the columns of moving parts, one row per sample.
+    def frames(self, angle: Array, place: Array, balls: Array) -> list[Any]:
+        """Return the columns of the rotor, one row per sample.
 
         Args:
             angle: angle of the spindle [rad], shape (rows,).
@@ -94,7 +96,7 @@ class TopView:
             begin, way = self.arrows.drawn(balls)
             arrows = rr.Arrows2D.columns(origins=_flat(begin), vectors=_flat(way))
             rotor += arrows.partition(np.full(rows, begin.shape[1]))
-        yield "/top/rotor", rotor
+        return rotor
 
     def _legend(self, arrows: Arrows) -> Any:
         """Return the arrows' names, one in each corner, where no ball goes."""
@@ -113,7 +115,7 @@ class TopView:
         height = np.array([_TOP, _BOTTOM]) * self.race
         return rrb.Spatial2DView(
             name="Top view",
-            origin="/top/rotor",
+            origin=ROTOR,
             contents=["$origin/**", "/top/rest"],
             visual_bounds=rrb.VisualBounds2D(x_range=sides, y_range=height),
         )

@@ -52,9 +52,13 @@ class DriveView:
         """Return additional columns of samples, for plots."""
         return self._pictures.of_samples(rows)
 
-    def of(self, rows: Array) -> Iterator[Sent]:
+    def frames(self, rows: Array) -> Iterator[Sent]:
         """Yield the frames of the pictures from the next rows."""
-        return self._pictures.of(rows)
+        return self._pictures.frames(rows)
+
+    def slow_curves(self, rows: Array) -> Iterator[Sent]:
+        """Yield the slow curves of the next rows."""
+        return self._pictures.slow_curves(rows)
 
     def conclusion(self) -> Iterator[tuple[str, Any]]:
         """Yield static archetypes that a finished run replaces, by entity."""
@@ -65,7 +69,9 @@ class DriveView:
         return blueprint(self._drawing, self._channels, scalars, live=live)
 
     def _about(self) -> tuple[str, Any]:
-        text = legend_text(self._drawing, self._pictures.final_whirl())
+        pictures = self._pictures
+        final, alone = pictures.final_whirl, pictures.final_whirl_without_balls
+        text = legend_text(self._drawing, final, alone)
         return "/about", rr.TextDocument(text, media_type="text/markdown")
 
 
@@ -89,8 +95,12 @@ class PlotsView:
         """Return no additional columns."""
         return []
 
-    def of(self, rows: Array) -> Iterator[Sent]:
+    def frames(self, rows: Array) -> Iterator[Sent]:
         """Yield no frames."""
+        return iter(())
+
+    def slow_curves(self, rows: Array) -> Iterator[Sent]:
+        """Yield no curves."""
         return iter(())
 
     def conclusion(self) -> Iterator[tuple[str, Any]]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import uuid
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -27,7 +27,7 @@ from ab_sim.recording.layout import (
     layout_of,
     named_columns,
 )
-from ab_sim.recording.pictures import PERIOD
+from ab_sim.recording.pictures import PERIOD, Sent
 from ab_sim.recording.piped_file import FLUSH_SECONDS, PipedFile
 from ab_sim.recording.views import ALWAYS, DriveView, PlotsView
 from ab_sim.recording.windows import FrameRate
@@ -35,6 +35,7 @@ from ab_sim.recording.windows import FrameRate
 BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
 PICTURES_WAIT = 1.0  # s of the run, without a viewer
 SHOWN_PERIOD = 0.02  # s between two rows for a viewer, and two frames
+SLOW_PERIOD = 2.0  # s of the run between two messages of slow curves and of scalars for a viewer
 CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
 
 _LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
@@ -67,8 +68,10 @@ class Recording:
     :param around: time at full rate before and after an event [s], if ``every`` is more than 1.
     :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
         are still made from all rows, because the shown rows alone would falsify the vibration.
-        Nothing is sent until `flush`. The viewer follows the newest samples until the recording is
-        closed; every other file opens at its start, paused.
+        Vibration, phase of the spindle and scalars follow each `SLOW_PERIOD`: a viewer drawn by
+        software takes few messages at a time. Nothing is sent until `flush`. The viewer follows
+        the newest samples until the recording is closed; every other file opens at its start,
+        paused.
     :param decimated: ``every`` and ``around`` have already been applied, and `block` receives the
         numbers of rows left out.
 
@@ -108,6 +111,7 @@ class Recording:
         self._collected = 0  # rows, scalars and events not sent yet
         self._sent = 0  # rows
         self._rows_without_pictures: list[Array] = []  # rows sent whose pictures are not
+        self._rows_without_slow_curves: list[Array] = []
         self._first_step = np.nan
         self._error: RecordingError | None = None
         self._closed = False
@@ -116,7 +120,7 @@ class Recording:
         period = SHOWN_PERIOD if shown else PERIOD
         self._view = DriveView(description, period) if drawn else PlotsView()
         self._rows_shown = FrameRate(period) if shown else None
-        self._followed = shown
+        self._followed, self._slow_until = shown, -np.inf
         self._step = _positive(description.get("step"))
         text = description_text(description)
         self.id = str(uuid.uuid4())
@@ -241,9 +245,12 @@ class Recording:
             because each message costs some 1.2 kB, whatever its content.
         """
         self._check_usable()
-        self._send_collected()
-        if self._rows_without_pictures and (pictures or self._picture_delay >= PICTURES_WAIT):
-            self._send_pictures()
+        slow = self._slow_are_due()
+        self._send_collected(slow)
+        if pictures or self._picture_delay >= PICTURES_WAIT:
+            self._send_derived(self._rows_without_pictures, self._view.frames)
+            if slow:
+                self._send_derived(self._rows_without_slow_curves, self._view.slow_curves)
         try:
             self._stream.flush(timeout_sec=FLUSH_SECONDS)
             self._file.sync()
@@ -258,6 +265,7 @@ class Recording:
         if self._closed or self._error:
             return
         self._keep(*self._decimation.rest())
+        self._slow_until = -np.inf
         if not self._channels:
             self._send_layout()
         self.flush()
@@ -325,7 +333,16 @@ class Recording:
         if self._collected >= BATCH_ROWS and self._rows_shown is None:
             self.flush()
 
-    def _send_collected(self) -> None:
+    def _slow_are_due(self) -> bool:
+        """Return whether slow curves and scalars are sent now."""
+        if self._rows_shown is not None and self._blocks:
+            newest = float(self._blocks[-1][-1, 1])
+            if newest < self._slow_until:
+                return False
+            self._slow_until = newest + SLOW_PERIOD
+        return True
+
+    def _send_collected(self, slow: bool) -> None:
         rows = np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
         left_out = np.concatenate(self._left_out) if self._left_out else np.empty(0)
         for start in range(0, len(rows), CHUNK_ROWS):
@@ -333,7 +350,7 @@ class Recording:
             self._send_rows(rows[part], left_out[part])
         self._sent += len(rows)
         for name, noted in self._scalars.items():
-            if noted:
+            if noted and slow:
                 times, values = zip(*noted, strict=True)
                 columns = rr.Scalars.columns(scalars=values)
                 self._send(entity_path("run", name), self._index(times), columns)
@@ -360,6 +377,7 @@ class Recording:
 
     def _send_rows(self, rows: Array, left_out: Array) -> None:
         self._rows_without_pictures.append(rows)
+        self._rows_without_slow_curves.append(rows)
         if self._rows_shown is not None and not len(rows := self._rows_shown.of(rows)):
             return
         groups = {name: rows[:, columns] for name, columns in layout_of(self._channels).items()}
@@ -371,13 +389,19 @@ class Recording:
     @property
     def _picture_delay(self) -> float:
         """Time of the run for which pictures are pending [s]."""
-        return float(self._rows_without_pictures[-1][-1, 1] - self._rows_without_pictures[0][0, 1])
+        if not (pending := self._rows_without_pictures):
+            return 0.0
+        return float(pending[-1][-1, 1] - pending[0][0, 1])
 
-    def _send_pictures(self) -> None:
-        """Send the pictures derived from the rows since the last time."""
-        rows = np.concatenate(self._rows_without_pictures)
-        self._rows_without_pictures.clear()
-        for entity, when, columns in self._view.of(rows):
+    def _send_derived(
+        self, pending: list[Array], derive: Callable[[Array], Iterator[Sent]]
+    ) -> None:
+        """Send what is derived from the pending rows."""
+        if not pending:
+            return
+        rows = np.concatenate(pending)
+        pending.clear()
+        for entity, when, columns in derive(rows):
             self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
 
     def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:

@@ -1,15 +1,18 @@
 """Picture of a recording, a simulation and the difference."""
 
+import math
+import re
 import textwrap
 from pathlib import Path
 
 from matplotlib.axes import Axes
 
 from ab_sim.figures.colours import GREY, RUN, VERMILION
-from ab_sim.figures.curves import say_conventions
+from ab_sim.figures.curves import in_degrees, say_conventions
 from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
+_BALL_ANGLE = re.compile(r"ball_\d+_angle")
 MOST = 6
 """Largest number of drawn channels, the most important ones first."""
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
@@ -45,7 +48,7 @@ def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
     panels[0][1].set_title("simulated - recorded", fontsize=10)
     for axes in panels[-1]:
         axes.set_xlabel("time [s]")
-    panels[0][0].legend(loc="lower right", ncols=2, fontsize=8)
+    figure.legend(*panels[0][0].get_legend_handles_labels(), loc="outside upper left", ncols=2)
     figure.align_ylabels(panels[:, 0])
     say_conventions(figure, left_out)
     return figure
@@ -67,12 +70,20 @@ def _place(deviation: ChannelDeviation) -> int:
 
 
 def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: ChannelDeviation) -> None:
-    name = deviation.channel
-    unit = "" if deviation.unit is None else f" [{deviation.unit}]"
-    left.plot(*found.recorded.curve(name), color=GREY, lw=3.0, label="recorded")
-    left.plot(*found.simulated.curve(name), color=RUN, lw=0.9, label="simulated")
+    name, turned = deviation.channel, _BALL_ANGLE.fullmatch(deviation.channel) is not None
+    # angles as in other pictures: in degrees, in one turn
+    unit = " [deg]" if turned else "" if deviation.unit is None else f" [{deviation.unit}]"
+    factor = math.degrees(1.0) if turned else 1.0
+    for envelope, color, width, label in (
+        (found.recorded, GREY, 3.0, "recorded"),
+        (found.simulated, RUN, 0.9, "simulated"),
+    ):
+        time, values = envelope.curve(name)
+        shown = in_degrees(values) if turned else values
+        left.plot(time, shown, color=color, lw=width, label=label)
     left.set_ylabel(f"{name}{unit}")
-    right.plot(*found.differences.curve(name), color=VERMILION, lw=1.0)
+    time, values = found.differences.curve(name)
+    right.plot(time, factor * values, color=VERMILION, lw=1.0)
     if deviation.same:
         right.set_ylim(-1.0, 1.0)
         right.set_yticks([0.0])
@@ -82,7 +93,7 @@ def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: Channe
     else:
         share = deviation.relative(deviation.largest)
         beside = "" if share is None else f" ({100 * share:.2g} % of the range)"
-        text = f"largest {deviation.largest:.3g}{unit}{beside} at {deviation.at:.4g} s"
+        text = f"largest {factor * deviation.largest:.3g}{unit}{beside} at {deviation.at:.4g} s"
         # Leave room above the curve for the text.
         low, high = right.get_ylim()
         right.set_ylim(low, high + 0.25 * (high - low))

@@ -7,8 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis.metrics import LAST, Metrics, metrics_of_pieces, passes_of
+from ab_sim.analysis.metrics import Metrics, metrics_of_pieces, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
+from ab_sim.conventions import last_stretch
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.rotor_without_balls import RotorWithoutBalls, WhirlWithoutBalls
 from ab_sim.drive.rows import channels_of
@@ -178,7 +179,7 @@ class _Collected:
         )
         extent = run.extent
         self._count, self._done = count, 0
-        self._last = self._count - max(1, round(LAST * self._count))
+        self._last = self._count - last_stretch(self._count)
         balls = [n for n in run.channels if n.startswith("ball_") and n.endswith("_angle")]
         self._plain = [n for n in ("speed", "command", "motor_torque", *balls) if n in run.channels]
         names = list(self._plain)
@@ -251,10 +252,11 @@ class _Collected:
             turning = turning[_turns(turning[-1, 3], turning[:, 3]) <= TURNS]
             last = turning[:: max(1, len(turning) // ORBIT), :3]
         orbit = np.concatenate(self._orbit) if self._orbit else np.empty((0, 3))
+        alone = self._final_alone.value
         return RunData(
             self._run, name, self._scene, metrics, self.curves, orbit, last, self._vibrating,
             self._vibration, self._spectrum, self._waterfall, notes,
-            None if self._alone is None else self._alone_curve, self._final_alone.value,
+            None if self._alone is None else self._alone_curve, alone and alone.rms,
         )  # fmt: skip
 
 

@@ -3,10 +3,10 @@
 import math
 from collections.abc import Callable, Iterator, Sequence
 
-from ab_sim.analysis.metrics import BAND, FLOOR, LAST, reported_metrics
+from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
 from ab_sim.analysis.metrics.metric import NO, NOTHING, WhirlScale
 from ab_sim.analysis.metrics.metric import Row as MetricRow
-from ab_sim.conventions import NOTATION
+from ab_sim.conventions import LAST, NOTATION
 from ab_sim.reports.gather import RunData
 from ab_sim.reports.panels import whirl_scale
 

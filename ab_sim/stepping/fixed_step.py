@@ -273,12 +273,3 @@ def take_out_turns(state: Floats, at: int, discrete: IntegerTable, i: int) -> bo
     state[at] = (state[at] - turns * (2.0 * math.pi)) - turns * TWO_PI_REST
     discrete[i, TURNS] += turns
     return True
-
-
-def has_turns_to_unwind(run: Run) -> bool:
-    """Return whether ``unwind`` would remove a turn."""
-    balls = run.balls
-    for i in range(balls.number):
-        if is_beyond_a_turn(run.state[balls.first_angle + i]):
-            return True
-    return balls.has_motor and is_beyond_a_turn(run.state[balls.spindle])

@@ -46,9 +46,7 @@ class TaylorCode:
         try:
             made = emission.functions(lanes)
         except NotAnalyticError as error:
-            raise SceneError(
-                f"solver.stepper = 'taylor': {error}; use rk8 or collocation"
-            ) from error
+            raise SceneError(f"solver.stepper = 'taylor': {error}; use rk8") from error
         self._code = MachineCode(module_text(made), optimization=AS_WRITTEN)
         self.addresses = {function.name: self._code.address(function.name) for function in made}
 

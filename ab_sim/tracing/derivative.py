@@ -6,7 +6,6 @@ from ab_sim.tracing.expression import (
     Expression,
     across,
     is_constant,
-    lane,
     reached,
     rows,
     total,
@@ -66,6 +65,5 @@ _RULES: dict[str, Rule] = {
     "sin": lambda x, a, d: a[0].cos() * d[0],
     "total": lambda x, a, d: total(d[0]),
     "rows": lambda x, a, d: rows(d[0]),
-    "lane": lambda x, a, d: lane(d[0], x.payload),
     "across": lambda x, a, d: across(d[0]),
 }

@@ -2,8 +2,8 @@
 
 An expression is a node of a graph. Equal nodes of one graph are one object (hash consing), so a
 common subexpression exists once. A node may stand for one number per ball (``each``); ``total``
-sums such a node over the balls. If numbers have lanes, ``lane`` copies one lane to all of them, and
-``across`` sums them.
+sums such a node over the balls. If numbers have lanes, ``across`` sums
+them.
 """
 
 from collections.abc import Callable, Container, Iterable
@@ -68,10 +68,6 @@ class Graph:
             numbers[:2] = numbers[1::-1]
         return self._node(op, args, level, each, None, tuple(numbers))
 
-    def lane(self, x: "Expression", k: int) -> "Expression":
-        """Return the node that has lane k of another node in all its lanes."""
-        return self._node("lane", (x,), x.level, x.each, k, (x.number, k))
-
     def _node(
         self, op: str, args: Any, level: Level, each: bool, payload: Any, key: Any
     ) -> "Expression":
@@ -103,7 +99,7 @@ class Expression:
     """True if the node stands for one number per ball."""
     level: Level
     payload: Any
-    """Value of a constant, name of an input, or index of a lane."""
+    """Value of a constant, or name of an input."""
     number: int
     """Position in the order of creation, so after all arguments."""
 
@@ -279,11 +275,6 @@ def total(a: Expression) -> Expression:
     return a if is_constant(a, 0.0) else a.graph.node("total", a)
 
 
-def lane(a: Expression, k: int) -> Expression:
-    """Return a node that has lane k of another node in all its lanes."""
-    return a if is_constant(a) or a.op in ("lane", "across") else a.graph.lane(a, k)
-
-
 def across(a: Expression) -> Expression:
     """Return a node that has the sum of another node's lanes in all its lanes."""
     return a if is_constant(a, 0.0) else a.graph.node("across", a)
@@ -320,8 +311,6 @@ def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
         return x
     if x.op == "total":
         return total(own[0])
-    if x.op == "lane":
-        return lane(own[0], x.payload)
     return REBUILD[x.op](*own) if x.op in REBUILD else x.graph.node(x.op, *own)
 
 
@@ -357,8 +346,6 @@ def shown(x: Expression, depth: int = 6) -> str:
     args = [shown(arg, depth - 1) for arg in x.args]
     if x.op in _SIGNS:
         return f"({args[0]} {_SIGNS[x.op]} {args[1]})"
-    if x.op == "lane":
-        return f"lane({args[0]}, {x.payload})"
     return f"-{args[0]}" if x.op == "neg" else f"{x.op}({', '.join(args)})"
 
 

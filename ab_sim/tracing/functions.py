@@ -53,13 +53,6 @@ def total(x: Any) -> Any:
     raise TypeError(f"total of {x!r}: must be an expression or a sequence with a number per ball")
 
 
-def lane(x: Any, k: int) -> Any:
-    """Return lane k of a number for all lanes; in an array, the last axis counts lanes."""
-    if isinstance(x, Expression):
-        return expression.lane(x, k)
-    return x[..., k : k + 1] if isinstance(x, np.ndarray) else x
-
-
 def across(x: Any) -> Any:
     """Return the sum over a number's lanes in each lane; their number is a power of two.
 

@@ -237,9 +237,9 @@ class Body:
             return [self._total(x.args[0])]
         if x.op == "rows":
             return self._rows(x.args[0])
-        if x.op in ("lane", "across"):
+        if x.op == "across":
             parts = enumerate(self._widths(x))
-            return [self._mixed(x, self._operand(x.args[0], k, width)) for k, width in parts]
+            return [self._across(self._operand(x.args[0], k, width)) for k, width in parts]
         return [
             self._operation(x.op, width, [self._operand(arg, k, width) for arg in x.args])
             for k, width in enumerate(self._widths(x))
@@ -256,13 +256,9 @@ class Body:
             return self._into.put(f"select {which} {args[0]}, {of} {args[1]}, {of} {args[2]}")
         return self._into.call("fabs" if op == "abs" else op, width, *args)
 
-    def _mixed(self, x: Expression, value: str) -> str:
-        """Return one lane, or the sum of all lanes, in every lane."""
+    def _across(self, value: str) -> str:
+        """Return the sum of all lanes in every lane."""
         lanes = self._into.shape.lanes
-        if lanes == 1:
-            return value
-        if x.op == "lane":
-            return self._into.shuffled(value, lanes, [x.payload] * lanes)
         # Butterfly: each lane adds its partner at half the distance, so after log2(lanes) rounds
         # every lane has the sum.
         half = lanes // 2

@@ -35,8 +35,8 @@ CONTROL = Optimization(
     1,
 )
 """Setting for long code that branches. These passes make such code nearly as fast as LLVM's level 1
-does, in less than a tenth of the compile time: 0.03 s instead of 0.48 s for collocation, whose runs
-take 2 % to 4 % longer. Code generation at level 3 takes a sixth longer for no gain."""
+does, in less than a tenth of the compile time. Code generation at level 3 takes a sixth longer for
+no gain."""
 
 NOTHING: Mapping[str, int] = {}
 """Default of ``MachineCode``: no function is defined elsewhere."""

@@ -258,4 +258,4 @@ class Printer:
             return notation.choice(own[0].text, own[1], own[2])
         if x.op in ("lt", "le"):
             return PrintedText(notation.comparison(x.op, own[0].text, own[1].text), Holds.CHOICE)
-        return notation.function(x.op if x.op != "lane" else f"lane_{x.payload}", own[0])
+        return notation.function(x.op, own[0])

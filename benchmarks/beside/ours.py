@@ -12,44 +12,29 @@ from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import Family, Maker, timed
 
 STEPS = (5e-3, 2.5e-3, 1e-3)
-"""s, of rk8; they have to divide the period of the output."""
-TOLERANCES = tuple(10.0**-k for k in range(5, 15))
-"""rad per span, of collocation."""
-TAYLOR_TOLERANCES = tuple(10.0**-k for k in range(4, 14))
+"""s, of rk8 and imex8; they have to divide the period of the output."""
+TOLERANCES = tuple(10.0**-k for k in range(4, 14))
 """rad per step, of taylor."""
 CALLED = (
     '`Drive.advance`, as users run it, with a trajectory at its end; "compiled loop": the calls of '
-    "compiled code alone that it makes. rk8 has a sample at each of its steps, collocation and "
-    "taylor every 5 ms. Batches: `simulate_batch`, eight runs with balls of different masses, its "
-    "compiled kernel alone and the whole call"
+    "compiled code alone that it makes. rk8 and imex8 have a sample at each of "
+    "their steps, taylor every 5 ms. Batches: `simulate_batch`, eight runs with balls of different "
+    "masses, its compiled kernel alone and the whole call"
 )
 LOOP, KERNEL, WHOLE = ", compiled loop", ", compiled kernel", ", whole call"
 
 Settings = Iterator[tuple[str, tuple[str, ...]]]
 
 
-def rk8_settings() -> Settings:
-    """Its steps; each is a sample."""
+def by_step(stepper: str) -> Settings:
+    """Yield the steps of a stepper; each is a sample."""
     for step in STEPS:
-        yield f"{1e3 * step:g} ms", ("solver.stepper=rk8", f"solver.step={step}")
-
-
-def collocation_settings() -> Settings:
-    """Its tolerances; it chooses its spans, the step is that of the output."""
-    for tolerance in TOLERANCES:
-        yield (
-            f"tolerance {tolerance:.0e}",
-            (
-                "solver.stepper=collocation",
-                f"solver.step={SAMPLING.period}",
-                f"solver.parameters.tolerance={tolerance}",
-            ),
-        )
+        yield f"{1e3 * step:g} ms", (f"solver.stepper={stepper}", f"solver.step={step}")
 
 
 def taylor_settings() -> Settings:
-    """Likewise."""
-    for tolerance in TAYLOR_TOLERANCES:
+    """Yield tolerances; the method chooses its steps, the scene's step is that of the output."""
+    for tolerance in TOLERANCES:
         yield (
             f"tolerance {tolerance:.0e}",
             (
@@ -61,8 +46,8 @@ def taylor_settings() -> Settings:
 
 
 OURS: dict[str, Callable[[], Settings]] = {
-    "rk8": rk8_settings,
-    "collocation": collocation_settings,
+    "rk8": partial(by_step, "rk8"),
+    "imex8": partial(by_step, "imex8"),
     "taylor": taylor_settings,
 }
 
@@ -74,7 +59,7 @@ class Whole:
 
     def __init__(self, case: Case, method: str, setting: str, of: Scene) -> None:
         self.case, self.method, self.setting = case, method, setting
-        self.continuous = method != "rk8"
+        self.continuous = method == "taylor"
         self.drive = Drive(of)
         self.every = SAMPLING.per_period(self.drive.step)
 
@@ -95,7 +80,7 @@ class Loop:
 
     def __init__(self, case: Case, method: str, setting: str, of: Scene) -> None:
         self.case, self.method, self.setting = case, method + LOOP, setting
-        self.continuous = method != "rk8"
+        self.continuous = method == "taylor"
         self.drive = Drive(of)
         self.every = SAMPLING.per_period(self.drive.step)
         self.steps = SAMPLING.number * self.every
@@ -126,7 +111,7 @@ class SideBySide:
     def __init__(self, case: BatchCase, method: str, setting: str, of: Scene, whole: bool) -> None:
         self.case, self.setting, self.scene, self.whole = case, setting, of, whole
         self.method = method + (WHOLE if whole else KERNEL)
-        self.continuous = method != "rk8"
+        self.continuous = method == "taylor"
         self.every = SAMPLING.per_period(of.solver.step)
 
     def once(self) -> tuple[float, Any]:

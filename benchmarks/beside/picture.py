@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-COLOURS = {"collocation": "tab:red", "rk8": "tab:orange", "taylor": "tab:pink",
+COLOURS = {"imex8": "tab:red", "rk8": "tab:orange", "taylor": "tab:pink",
            "heyoka": "tab:blue", "Taylor in C++": "black", "RK8 in C++": "dimgray",
            "CVODE Adams": "tab:green", "CVODE BDF": "tab:olive", "ARKODE": "tab:cyan",
            "LSODA": "tab:purple", "DOP853": "tab:brown", "MuJoCo": "tab:gray"}  # fmt: skip

@@ -56,7 +56,7 @@ def test_run_says_what_it_measures(
     assert whats[0] == "packed-balls, compiling; ms simulated"
     measured = [what for what in whats if "seconds of CPU time" in what]
     assert measured == whats[1 : 1 + len(measured)] and len(measured) > 3
-    assert {what.split(" at ")[0] for what in measured} >= {"rk8", "collocation"}
+    assert {what.split(" at ")[0] for what in measured} >= {"rk8", "tsit5"}
     runs = told[1 + len(measured) :]
     assert {what.split(" at ")[0] for what, _, _ in runs} == {
         "packed-balls",

@@ -3,9 +3,11 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
-from ab_msgs_py import ImuSample, JointSample, VibrationSample, WhirlSample
+from ab_msgs_py import ImuSample, JointSample, Topic, VibrationSample, WhirlSample
 from ab_msgs_py.topics import IMU, JOINT_STATES, PROBE, VIBRATION
+from ab_sim.bags.contract import further_sensor
 from ab_sim.bags.messages import encoded
 from tests.bags.made import bag_of
 from tests.bags.test_reading import imported
@@ -50,6 +52,21 @@ def test_sensors_with_every_sample_are_read(tmp_path: Path) -> None:
     assert back.description["pickups"] == {
         "imu_link": "acceleration", "far": "acceleration", "eddy": "displacement"
     }  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    [
+        ("/rig/imu_far/data_raw", IMU),
+        ("/rig/displacement_far", PROBE),
+        ("/rig/imu_/data_raw", None),
+        ("/rig/imu_far/near/data_raw", None),
+        ("/other/imu_far/data_raw", None),
+        ("/rig/imu_far/temperature", None),
+    ],
+)
+def test_further_sensors_are_known_by_their_topic(name: str, kind: Topic | None) -> None:
+    assert further_sensor(name, "/rig") == kind
 
 
 def test_rows_are_at_the_stamps_of_the_sensor_that_is_named(tmp_path: Path) -> None:

@@ -179,7 +179,7 @@ def test_values_that_only_a_scene_can_check_go_beside_the_others(scene: Any) -> 
         {"effects": {"rolling_friction": {"arm": 1e-6}}},
         {"effects": {"gravity": {"tilt": 1.2}}},
         {"sensors": {"pickup": {"noise_density": 1e-3}}},
-        {"solver": {"stepper": "collocation", "step": 0.005}},
+        {"solver": {"stepper": "imex8", "step": 0.005}},
     ],
 )
 def test_other_scenes_are_judged_like_drives(scene: Any, changes: Any) -> None:

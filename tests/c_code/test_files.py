@@ -150,8 +150,8 @@ def test_what_it_says_to_leave_out_can_be_left_out_so() -> None:
         ("everything", [], "ball_contact (balls collide), motor (a motor reaches its limit)"),
         ("no-ball", ["accuracy.whirl=1e-6"], "--set accuracy= --set solver.stepper=rk8"),
         (
-            *("feeding-deck", ["solver.stepper=collocation"]),
-            "is collocation here (named by the scene), and C takes steps of an explicit method",
+            *("feeding-deck", ["solver.stepper=imex8"]),
+            "is imex8 here (named by the scene), and C takes steps of an explicit method",
         ),
         (
             *("nsc-case-1", ["effects.viscous_drag.coefficient=100"]),

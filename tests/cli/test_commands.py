@@ -83,7 +83,7 @@ def test_json_to_standard_output_is_only_json() -> None:
         (("run", "thesis-hold", "--times", "nan"), "finite number"),
         (
             ("run", "thesis-hold", "--stepper", "rk9"),
-            "known are: collocation, generalized-alpha, rk4, rk8",
+            "known are: generalized-alpha, imex8, rk4, rk8",
         ),
         (("run", "thesis-hold", "--step", "0.05"), "use at most"),
         (("run", "thesis-hold", "--step", "nan"), "solver.step = 'nan': must be a finite number"),
@@ -249,7 +249,7 @@ def test_check_says_what_would_be_simulated(tmp_path: Path) -> None:
         "0.00117 N m to accelerate at 40 rad/s^2",
         "1000 samples/s, one every step",
         "one every 5 steps; low-pass 100 Hz; aliases: up to 71 %",
-        "collocation (order 16), auto: rk8 would need steps of at most",
+        "rk8 (order 8), auto: rk8 would need steps of at most",
     ):
         assert words in done.stdout, words
     plain = ab_sim("check", "no-ball", "--set", "profile.target_speed=1910 rpm")

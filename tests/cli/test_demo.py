@@ -74,6 +74,7 @@ def test_says_what_it_did(finished: Demo) -> None:
         "period", "final ball angles", "real-time factor", "worst lateness",
         "steps dropped", "messages lost", "the same, to the last bit", "startup.rrd",
         "startup.png", "of 9 s", "watch it at http://127.0.0.1:",
+        "starting three nodes", "comparing with an offline run",
     ):  # fmt: skip
         assert words in finished.said
 

@@ -31,9 +31,12 @@ def test_a_spread_is_shown_drawn_and_written(tmp_path: Path) -> None:
     assert "of 60 drives balance" in done.stdout and "peak_whirl_over_e<0.03" in done.stdout
     assert "more runs" in done.stdout and "Sobol indices" in done.stdout
     assert "against balanced-start-up" in done.stdout and "McNemar" in done.stdout
+    pairs = done.stdout.partition("draw by draw")[2].partition("the worst by")[0]
+    assert "peak_whirl_over_e [e]" in pairs
     assert (
         "8 pairs of drives, and took 24 runs more" in done.stdout and "Traceback" not in done.stderr
     )
+    assert "use --sobol 128 or more" in " ".join(done.stdout.split())
     report = json.loads((tmp_path / "s.json").read_text())
     found = package.open_sweep(tmp_path / "s.parquet")
     assert report["runs"]["peak_whirl_over_e"] == found["peak_whirl_over_e"].tolist()

@@ -14,7 +14,7 @@ HEAD = """
 import math
 from typing import NamedTuple
 import numpy as np
-from ab_sim.compiling import Floats, IntegerTable, Table, call, fma, put_product, scratch
+from ab_sim.compiling import Floats, IntegerTable, Table, call, fma, scratch
 
 class Pair(NamedTuple):
     low: float
@@ -95,7 +95,6 @@ CASES = [
         "out of the loop",
     ),
     ("call(x, a)", 1, "call", "an address first"),
-    ("put_product(a, x, a)", 1, "arguments of put_product", "Floats, Floats and a Table"),
     ("call(5, p)", 1, "p goes to emitted code", "arrays, floats and ints"),
     ("y, z = x, x, x", 1, "tuple[float, float, float] in (y, z)", ""),
     ("x > 1.0", 1, "by itself", "leave it out"),

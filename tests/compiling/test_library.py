@@ -6,13 +6,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
-import ab_sim
-from ab_sim.collocation.drive import advance_by_collocation
 from ab_sim.compiling import Compiled, Library, Untranslatable
 from ab_sim.compiling.library import Module
-from ab_sim.drive.drive import Drive
-from ab_sim.stepping.assemble import known_of
-from ab_sim.stepping.fixed_step import advance
 
 
 class Choice(NamedTuple):
@@ -127,16 +122,3 @@ def test_a_function_that_cannot_be_translated_leaves_nothing_behind() -> None:
 def test_libraries_have_nothing_in_common() -> None:
     Compiled(long, library=Library())(1.0)
     assert new_in(Library(), long, {}) == {"long", "short"}
-
-
-def test_collocation_takes_its_other_steppers_code_as_it_is() -> None:
-    steps = Drive(ab_sim.load_scene("thesis-hold"))._steps  # its parts are private
-    ((run, *_),) = steps._made.values()
-    library, known = Library(), known_of(run)
-    assert {"locate", "step_by_step", "solve_step"} <= new_in(
-        library, advance_by_collocation, known
-    )
-    assert isinstance(advance, FunctionType)
-    library.made(advance, known)
-    new = new_in(library, advance_by_collocation, known)
-    assert "solve_step" in new and not new & {"locate", "step_by_step", "choose_branches"}

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ab_sim.compiling import compiled, float_from_bits, fma
+from ab_sim.compiling import compiled, fma
 from tests.compiling.ways import same
 
 floats = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.5, 0.1, 5e-324, 1e308])
@@ -92,10 +92,6 @@ def multiplied_and_added(x: float, y: float, z: float) -> tuple[float, float]:
     return fma(x, y, z), x * y + z
 
 
-def from_bits(i: int) -> float:
-    return float_from_bits((i + 1023) << 52)
-
-
 @given(floats, floats, floats)
 @settings(max_examples=300)
 def test_floats(x: float, y: float, z: float) -> None:
@@ -124,7 +120,6 @@ def test_ints_and_both(i: int, j: int, x: float) -> None:
     same(whole, x, i)
     same(asked, x, i)
     same(constants, x)
-    same(from_bits, i % 1000)
 
 
 def test_python_s_first_argument_wins_against_a_nan() -> None:

@@ -1,6 +1,5 @@
 """Arrays, views, scratch memory, and records in records."""
 
-import math
 from typing import NamedTuple
 
 import numpy as np
@@ -13,7 +12,6 @@ from ab_sim.compiling import (
     IntegerTable,
     Table,
     compiled,
-    put_product,
     scratch,
 )
 from ab_sim.compiling.library import Module
@@ -144,11 +142,6 @@ def with_scratch_in_calls(n: int) -> float:
     return own[0] * below
 
 
-def products(factors: Floats, rows: Table, out: Table) -> None:
-    for k in range(out.shape[0]):
-        put_product(out[k, k:], factors[0 : k + 1], rows)
-
-
 def address_sum(out: Floats) -> None:
     small, large = scratch(1), scratch(3, 5)
     small[0] = large[2, 4] = 1.0
@@ -216,15 +209,6 @@ def test_arrays_may_be_the_same_memory() -> None:
     compiled(shifted)(machine[:-1], machine[1:])
     shifted(python[:-1], python[1:])
     assert machine.tolist() == python.tolist()
-
-
-@pytest.mark.parametrize("columns", [1, 7, 8, 9, 16, 21])
-def test_products(columns: int) -> None:
-    """Of every width: as many columns as are asked for, and no other is written."""
-    random = np.random.default_rng(columns)
-    factors, rows = random.normal(size=4), random.normal(size=(5, columns + 2))
-    factors[1], rows[0, 0] = -0.0, -math.inf
-    same(products, factors, rows, np.full((4, columns), 7.0))
 
 
 def test_scratch_memory() -> None:

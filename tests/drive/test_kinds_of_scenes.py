@@ -24,7 +24,7 @@ def drive_of(balls: int, stepper: str, *further: str) -> Drive:
     return Drive(load_scene("thesis-hold", [*changes, *further]))
 
 
-@pytest.mark.parametrize("stepper", ["rk8", "generalized-alpha", "collocation", "taylor"])
+@pytest.mark.parametrize("stepper", ["rk8", "generalized-alpha", "imex8", "taylor"])
 def test_a_drive_goes_on_when_its_kind_is_forgotten(
     monkeypatch: pytest.MonkeyPatch, stepper: str
 ) -> None:
@@ -40,7 +40,7 @@ def test_a_drive_goes_on_when_its_kind_is_forgotten(
     assert first + one.advance(20).samples.tobytes() == whole
 
 
-@pytest.mark.parametrize("stepper", ["collocation", "taylor"])
+@pytest.mark.parametrize("stepper", ["imex8", "taylor"])
 def test_a_forgotten_kind_that_nothing_runs_is_freed(
     monkeypatch: pytest.MonkeyPatch, stepper: str
 ) -> None:

@@ -173,8 +173,6 @@ def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
     scene = ab_sim.load_scene(SCENE, [f"deck_model={NAME}"])
     with pytest.raises(SceneError, match="deck_model: OnFixedAxes does not say how it moves"):
         ab_sim.modes(scene)
-    with pytest.raises(SceneError, match="collocation.*OnFixedAxes says nothing of it"):
-        ab_sim.Drive(ab_sim.load_scene(SCENE, [f"deck_model={NAME}", "solver.stepper=collocation"]))
 
 
 @needs_compiler

@@ -3,8 +3,10 @@
 from pathlib import Path
 
 import matplotlib
+import numpy as np
 import pytest
 from matplotlib import image
+from matplotlib.figure import Figure
 
 from ab_sim.analysis.modes import vibration_of
 from ab_sim.figures.campbell import campbell_figure
@@ -37,6 +39,14 @@ def test_branches_are_named_by_what_moves(tmp_path: Path) -> None:
     text = texts_of(load_scene("feeding-deck"), tmp_path / "figure.svg")
     for words in ("364.7  tilt about y, tilt about x", "335.4  turn about z, X", "178.8  Z"):
         assert words in text
+
+
+def test_damping_ratios_fill_their_panel(tmp_path: Path, drawn: list[Figure]) -> None:
+    campbell_figure(vibration_of(load_scene("thesis-hold")), tmp_path / "figure.svg")
+    below = drawn[0].axes[1]
+    assert below.get_ylabel() == "damping ratio [1]"
+    most = float(np.nanmax(np.concatenate([line.get_ydata() for line in below.lines])))
+    assert most <= below.get_ylim()[1] < 1.5 * most
 
 
 @pytest.mark.parametrize("change", ["damping=40", "stiffness=0"])

@@ -40,6 +40,16 @@ def test_every_kind_of_scene(name: str, tmp_path: Path) -> None:
     assert image.imread(file)[..., :3].std() > 0.05
 
 
+def test_the_whirl_fills_its_panel(tmp_path: Path, drawn: list[Figure]) -> None:
+    texts_of(load_scene("no-ball"), tmp_path / "figure.svg")
+    (whirl,) = (axes for axes in drawn[0].axes if axes.get_ylabel().startswith("whirl radius"))
+    low, high = whirl.get_ylim()
+    peak = max(
+        float(np.nanmax(line.get_ydata())) for line in whirl.lines if len(line.get_ydata()) > 2
+    )
+    assert low < peak < high < 10.0 * peak
+
+
 def test_nothing_is_drawn_of_balls_that_are_not_there(tmp_path: Path) -> None:
     text = texts_of(load_scene("no-ball"), tmp_path / "figure.svg")
     assert "Start-up of no-ball" in text and "whirl radius W/e" in text

@@ -18,37 +18,33 @@ from tests.hard_cases.extremes import errors, fast, imbalance, run
 
 @pytest.mark.parametrize(
     ("factor", "stepper"),
-    [(0, "rk8"), (10, "collocation"), (100, "collocation"), (1000, "collocation")],
+    [(0, "rk8"), (10, "rk8"), (100, "imex8"), (1000, "imex8"), (10_000, "imex8")],
 )
 def test_drag_of_any_size(factor: float, stepper: str) -> None:
     drive = run(fast(effects={"viscous_drag": {"coefficient": float(factor)}}), 0.1)
     assert drive.stepper.name == stepper
-    assert ("rk8 would need steps of at most" in drive.choice.reason) == (stepper != "rk8")
+    assert ("rk8 would need steps of at most" in drive.choice.reason) == (factor > 0)
     assert imbalance(drive) < 1e-8
     balls, deck = errors(drive, "Radau" if factor else "DOP853")
     assert balls < 1e-8 and deck < 1e-8
 
 
 @pytest.mark.parametrize("factor", [10.0, 1000.0])
-def test_a_tolerance_is_kept_where_drag_is_stiff(factor: float) -> None:
-    """Splitting the drag off would leave errors that fall with the step alone."""
+def test_errors_fall_with_the_step_where_drag_is_stiff(factor: float) -> None:
+    """Stiffness reduces the order 8, but not to that of a splitting method."""
     effects = {"viscous_drag": {"coefficient": factor}}
-    tolerances = [1e-6, 1e-9, 1e-11, 1e-14]
-    runs = []
-    for tolerance in tolerances:
-        solver = {"stepper": "collocation", "parameters": {"tolerance": tolerance}, "step": 2.5e-3}
-        runs.append(run(fast(effects=effects, solver=solver), 0.5))
+    steps = [2.5e-3, 1.25e-3, 2.5e-4]
+    runs = [
+        run(fast(effects=effects, solver={"stepper": "imex8", "step": step}), 0.5) for step in steps
+    ]
     last = [np.append(d.observe().theta, 100 * d.observe().u) for d in runs]
-    missed = np.array([np.abs(x - last[-1]).max() for x in last[:-1]])
-    assert np.all(missed < 10.0 * np.array(tolerances[:-1])), missed
-    assert missed[0] > 0.0, "a setting that makes a difference"
+    coarse, fine = (np.abs(x - last[-1]).max() for x in last[:-1])
+    assert coarse < 1e-7 and fine < coarse / 2**4, (coarse, fine)
 
 
 def test_refusal_names_settings_that_work() -> None:
     effects = {"viscous_drag": {"coefficient": 10.0}}
-    with pytest.raises(
-        SceneError, match="leave solver.stepper to auto, or name collocation"
-    ) as told:
+    with pytest.raises(SceneError, match="leave solver.stepper to auto") as told:
         Drive(fast(effects=effects, solver={"stepper": "rk8"}))
     found = re.search(r"use at most (\S+) s", str(told.value))
     assert found is not None

@@ -103,6 +103,7 @@ def test_the_fitted_scene_runs_and_says_how_sure_it_is(
     starts = [blind[f"start angle of ball {ball} of with"].value for ball in (0, 1)]
     assert list(scene.start.ball_angles) == starts
     assert "the fitted scene's balls start where those of with did" in blind.notes
+    assert "# equal balls cannot be told apart" in file.read_text()
     assert len(ab_sim.simulate(scene).trajectory) == 101
     report = blind.report()
     assert report["parameters"][5]["low"] is None and report["verdict"] == OPEN

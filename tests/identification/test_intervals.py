@@ -10,6 +10,7 @@ from ab_sim.identification.intervals import CURVATURE, HELD, PROFILE, intervals_
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
+from ab_sim.reports.identification import QUANTILE
 from tests.identification import drives
 
 DECK = ["effects.suspension.stiffness", "effects.suspension.damping", "rotor.eccentricity"]
@@ -74,6 +75,23 @@ def test_skew_start_angles_have_the_intervals_of_their_profiles() -> None:
         values[1] = end
         rise = 2.0 * (minimise(own, values, [0, 2], 30, last=True).cost - fit.cost)
         assert rise == pytest.approx(1.96**2, rel=0.05)
+        assert rise == pytest.approx(QUANTILE, rel=0.05), "the page's line of 95 %"
+
+
+def test_balls_that_start_together_leave_the_other_intervals() -> None:
+    """Equal balls may be exchanged: next to each other, their distance has no curvature."""
+    drive = drives.scene({"start.ball_angles": [0.7, 0.703]})
+    measured = drives.measured(drive)
+    common = fitted_parameters(drive, [DECK[0], "balls.mass"], {})
+    own = Problem(drive, common, [measured], [0.01 * measured.rms])
+    start, free = np.array([1000.0, 5.5e-4, 0.7015, 0.7015]), range(4)
+    fit = minimise(own, start, free, 60, last=True)
+    found = intervals_of(own, fit.values, free, quiet).estimates
+    # With the start of one of the balls known.
+    regular = intervals_of(own, fit.values, range(3), quiet, profiles=False).estimates
+    for each, other in zip(found[:2], regular[:2], strict=True):
+        assert each.low < other.value < each.high
+        assert each.high - each.low == pytest.approx(other.high - other.low, rel=0.2), each.name
 
 
 def test_a_gain_at_its_bound_has_the_interval_of_its_profile() -> None:

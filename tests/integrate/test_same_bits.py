@@ -39,14 +39,14 @@ RUNS: dict[str, list[str]] = {
     "everything": ["start.speed=60"],
     "weak-motor": [],
     "couple-unbalance": ["start.speed=60"],
-    "nsc-case-1": ["start.speed=100", "solver.stepper=collocation"],
-    "on-edge": ["start.speed=95", "solver.stepper=collocation"],
-    "feeding-deck": ["start.speed=60", "solver.stepper=collocation"],
-    "one-ball": ["solver.stepper=collocation", "solver.parameters={tolerance: 1e-12}"],
+    "nsc-case-1": ["start.speed=100", "solver.stepper=imex8"],
+    "on-edge": ["start.speed=95", "solver.stepper=imex8"],
+    "feeding-deck": ["start.speed=60", "solver.stepper=imex8"],
+    "one-ball": ["solver.stepper=imex8", "effects.viscous_drag.coefficient=100"],
     "nsc-case-2": ["start.speed=100", "solver={stepper: taylor, parameters: {order: 6}}"],
 }
-"""Scenes with and without events, in the plane and in space, by steps and by collocation."""
-IN_LANES = {"rk8": [], "taylor": ["solver.parameters={order: 6}"]}
+"""Scenes with and without events, in the plane and in space, by steps and by series."""
+IN_LANES = {"rk8": [], "imex8": [], "taylor": ["solver.parameters={order: 6}"]}
 """Steppers of batches, with their parameters."""
 STEPS = 300
 

@@ -7,8 +7,8 @@ corotating one solved by an eighth-order implicit method; they agree to about 1e
 Frames: x, y, vx, vy inertial; theta from the unbalance, unwrapped; dpsi absolute.
 Tolerance: 1e-8 relative, on vectors relative to their length, on angles in rad: what the issue
 asks of at least one stepper at a stated step: the one that ``auto`` takes at 1 ms, which is RK8
-but for the stiff case P09, and 0.5 ms for P16; and trajectories of collocation, with samples each
-millisecond and its usual tolerance, and of taylor likewise. For P10, where friction holds the
+but for the stiff case P09, and 0.5 ms for P16; and trajectories of taylor, with samples each
+millisecond and its usual tolerance. For P10, where friction holds the
 balls, 1e-9 and the angles exactly. Left out: P17 (the deck in space).
 """
 
@@ -63,12 +63,12 @@ def go_to(drive: Drive, time: float) -> None:
     drive.advance(steps - drive.steps)
 
 
-@pytest.mark.parametrize("stepper", ["auto", "collocation", "taylor"])
+@pytest.mark.parametrize("stepper", ["auto", "imex8", "taylor"])
 @pytest.mark.parametrize("name", [i for i, c in CASES.items() if c["kind"] == "trajectory"])
 def test_trajectory(name: str, stepper: str, scene: Any) -> None:
     case = CASES[name]
     drive = drive_of(case, scene, len(case["theta0_rad"]), stepper)
-    by_itself = "collocation" if name == "P09" else "rk8"
+    by_itself = "imex8" if name == "P09" else "rk8"
     assert drive.stepper.name == (by_itself if stepper == "auto" else stepper)
     for time, expected in case["expected"].items():
         go_to(drive, float(time))

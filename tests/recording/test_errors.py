@@ -179,6 +179,17 @@ def test_unreadable_files(tmp_path: Path) -> None:
             read_recording(path)
 
 
+@pytest.mark.parametrize("text", ["no code", "```json\n{\n```", "```json\n[1]\n```"])
+def test_a_description_that_is_no_mapping_is_told(text: str, tmp_path: Path) -> None:
+    stream = rr.RecordingStream("ab_sim", recording_id="odd")
+    stream.set_sinks(rr.FileSink(tmp_path / "odd.rrd"))
+    rr.log("/description", rr.TextDocument(text), static=True, recording=stream)
+    stream.flush(timeout_sec=5)
+    stream.disconnect()
+    with pytest.raises(RecordingError, match=r"odd\.rrd: its description cannot be read"):
+        read_recording(tmp_path / "odd.rrd")
+
+
 def test_a_recording_of_an_earlier_ab_sim_is_said_to_be_one(tmp_path: Path) -> None:
     stream = rr.RecordingStream("ab_sim", recording_id="old")
     stream.set_sinks(rr.FileSink(tmp_path / "old.rrd"))

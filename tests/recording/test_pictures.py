@@ -1,5 +1,6 @@
 """What the pictures of a run show, against the run itself."""
 
+from collections import Counter
 from pathlib import Path
 from typing import Any
 
@@ -10,14 +11,19 @@ from rerun.chunk import RrdReader
 from scipy.signal import periodogram
 
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.conventions import last_stretch
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.recording import SHOWN_PERIOD, Recording, read_recording
 from ab_sim.recording.curves import FRAMES
+from ab_sim.recording.layout import SAMPLES
 from ab_sim.recording.pictures import PERIOD
+from ab_sim.recording.signals import FinalRms
 from ab_sim.recording.spindle_phase import PERIOD as VARIABLE
+from ab_sim.recording.spindle_phase import SpindlePhase
 from ab_sim.recording.vibration import SIZES
 from ab_sim.scene import Scene, load_scene
 from tests.recording.runs import cells, curves, plotted, still, views
@@ -199,6 +205,20 @@ def test_the_spindle_s_phases_are_named(file: Path, run: Trajectory) -> None:
     assert np.isnan(marked[-1]), "the line ends"
 
 
+@pytest.mark.parametrize(
+    ("first", "last", "phase"),
+    [
+        (0.50, 0.52, "speeding up"),
+        (0.52, 0.50, "slowing down"),
+        (-0.50, -0.52, "speeding up"),
+        (-0.52, -0.50, "slowing down"),
+    ],
+)
+def test_phases_of_a_slow_spindle(first: float, last: float, phase: str) -> None:
+    phases = SpindlePhase(("time", "speed"), 10.0, None)
+    assert phases.phase_of(np.array([0.0, 0.02]), np.array([first, last])) == phase
+
+
 def moving(file: Path) -> dict[tuple[str, str], list[tuple[int, object]]]:
     """Every cell that a file has, by entity and component, in order of step."""
     found: dict[tuple[str, str], list[tuple[int, object]]] = {}
@@ -307,3 +327,37 @@ def test_a_copy_for_a_viewer(scene: Scene, run: Trajectory, file: Path, tmp_path
         np.testing.assert_array_equal(plotted(path, SIZES, name), plotted(file, SIZES, name))
     # One that follows, and at the end one that is paused.
     assert len(RrdReader(path).blueprints()) == 2
+
+
+def test_a_batch_for_a_viewer_is_four_messages(
+    scene: Scene, run: Trajectory, tmp_path: Path
+) -> None:
+    """A page drawn by software takes some five messages a frame; the rest follows rarely."""
+    path = tmp_path / "shown.rrd"
+    batches = np.array_split(run.samples, 8)
+    with Recording(path, description=describe(scene), shown=True) as recording:
+        recording.lay_out(run.channels, ["real_time_factor"])
+        for batch in batches:
+            recording.scalar("real_time_factor", batch[0, 1], 1.0)
+            recording.block(run.channels, batch)
+            recording.flush()
+    sent = Counter(
+        chunk.entity_path for chunk in RrdReader(path).stream().to_chunks() if not chunk.is_static
+    )
+    always = {SAMPLES, "/space/deck", "/space/deck/rotor", FRAMES}
+    assert {entity for entity, count in sent.items() if count == len(batches)} == always
+    rarely = {entity: count for entity, count in sent.items() if entity not in always}
+    assert rarely.keys() >= {SIZES, "/run/real_time_factor"}
+    # in the first batch and at the end, and a spectrum's axis
+    assert max(rarely.values()) <= 3
+
+
+def test_the_final_whirl_is_the_metric(scene: Scene, run: Trajectory) -> None:
+    final = FinalRms()
+    for block in np.array_split(run.samples, 7):
+        piece = Trajectory(run.channels, block)
+        final.take(piece["time"], piece.whirl)
+    value = final.value
+    assert value is not None
+    assert value.rms == pytest.approx(metrics_of(run, scene).final_whirl, rel=1e-12)
+    assert (value.begin, value.end) == (run["time"][-last_stretch(len(run))], run["time"][-1])

@@ -14,6 +14,7 @@ from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.errors import InputError
 from ab_sim.figures.balls import ball_styles
+from ab_sim.figures.curves import in_degrees
 from ab_sim.recording import Recording, open_recording
 from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_recording
 from ab_sim.reports.gather import gather
@@ -112,6 +113,22 @@ def test_another_scene_is_as_far_as_it_is(tmp_path: Path, scene: Scene, live: Tr
     assert x.rms == pytest.approx(np.sqrt(np.mean(off**2)), rel=1e-12)
     assert x.relative(x.largest) == pytest.approx(off.max() / np.ptp(live["x"]))
     assert not found.same and found.report()["same_to_the_bit"] is False
+
+
+def test_the_picture_has_ball_angles_in_degrees_in_one_turn(tmp_path: Path, scene: Scene) -> None:
+    offline = run_scene(scene).trajectory
+    found = beside(
+        tmp_path / "run.rrd", changed_scene(scene, {"balls.mass": 0.0006}, "test"), offline
+    )
+    figure = found.plot()
+    by_label = {axes.get_ylabel(): axes for axes in figure.axes}
+    assert "speed [rad/s]" in by_label
+    recorded, simulated = by_label["ball_0_angle [deg]"].get_lines()
+    expected = in_degrees(found.recorded.curve("ball_0_angle")[1])
+    np.testing.assert_array_equal(np.asarray(recorded.get_ydata()), expected)
+    assert np.nanmin(expected) > -330.0 and np.nanmax(expected) <= 30.0
+    (legend,) = figure.legends
+    assert [text.get_text() for text in legend.get_texts()] == ["recorded", "simulated"]
 
 
 def test_a_strangers_recording_is_aligned_by_time(

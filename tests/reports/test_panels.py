@@ -40,6 +40,10 @@ def test_one_wild_run_flattens_no_other(
     assert (calm.get_ylim() != other.get_ylim()) == own
     assert calm.get_xlim() == other.get_xlim() == still.get_xlim() == (0.0, 4.0)
     assert all(("own scale" in axes.get_title()) == own for axes in drawn[0].axes)
+    for axes, name in zip(drawn[0].axes, "abc", strict=True):
+        (label,) = (text for text in axes.texts if text.get_text() == name)
+        extent, box = label.get_window_extent(), axes.get_window_extent()
+        assert box.x0 < extent.x0 and extent.x1 < box.x1, "the run's name is above its panel"
     assert not list(overlaps(written(drawn[0])))
 
 
@@ -59,6 +63,12 @@ def test_a_legend_covers_no_curve(tmp_path: Path, drawn: list[Figure]) -> None:
         assert drawn[0].bbox.contains(legend.x1, legend.y1)
     assert all(box.width > 0.3 * drawn[0].bbox.width for box in panels), "room is left to see them"
     assert not list(overlaps(written(drawn[0])))
+
+
+def test_a_curve_of_zeros_has_an_axis() -> None:
+    ((limits,),) = grid_of("a", [panel(0.0 * T)]).limits
+    low, high = limits[1]
+    assert low < 0.0 < high
 
 
 def test_logarithmic_axes_stay_shared() -> None:

@@ -282,7 +282,7 @@ def test_defaults_of_steppers_are_theirs() -> None:
         ("rotor", "rotor", 7),
         ("rotor.mass", "rotor.mass", 1),
         ("effects.motor", "effects.motor", 6),
-        ("solver.parameters", "solver.parameters", 8),
+        ("solver.parameters", "solver.parameters", 5),
         ("mounts.3.stiffness", "mounts.N.stiffness", 1),
         ("sensors.on_top.seed", "sensors.NAME.seed", 1),
         ("profile.segments.0.until", "profile.segments.N.until", 6),

@@ -126,12 +126,12 @@ def test_parameters_of_steppers_and_sensors_take_units() -> None:
     scene = load_scene(
         "thesis-hold",
         [
-            "solver.stepper=collocation",
-            "solver.parameters={tolerance: 1e-6 deg, nodes: 5}",
+            "solver.stepper=taylor",
+            "solver.parameters={tolerance: 1e-6 deg, order: 8}",
             "sensors={top: {bandwidth: 0.2 kHz, range: 16 g_0, axis_angle: 90 deg}}",
         ],
     )
-    assert scene.solver.parameters == {"tolerance": math.radians(1e-6), "nodes": 5.0}
+    assert scene.solver.parameters == {"tolerance": math.radians(1e-6), "order": 8.0}
     top = scene.sensors["top"]
     assert (top.bandwidth, top.range, top.axis_angle) == (200.0, 156.9064, math.pi / 2)
 

@@ -64,7 +64,7 @@ class Drive:
         kind = self.legs[0].kind
         assert all(leg.kind is kind for leg in self.legs)
         code = code_of(system, kind)
-        address = code.step(weights.a, weights.b, weights.c)
+        address = code.step(weights)
         state, discrete = start_state(scene, system), start_discrete_state(scene, system)
         bounds = state_bounds(system, step)
         self.run = run_of(system, code, address, step, state, discrete, bounds)

@@ -87,7 +87,7 @@ def order(rows: list[SettingCost], least: float = 0.0) -> float:
     return float(np.polyfit(*np.log(np.array(pairs)).T, 1)[0])
 
 
-OF_THEIR_OWN = "collocation", "taylor"
+OF_THEIR_OWN = ("taylor",)
 """They choose their own steps; those of the study are only how often they show a sample."""
 
 
@@ -312,7 +312,7 @@ def test_missing_peers_are_named_with_what_to_install(monkeypatch: pytest.Monkey
 
 def test_stiff_drag_gets_steps_below_the_ladder() -> None:
     stiff = {"viscous_drag": {"coefficient": 100.0}}
-    scene = made(effects=stiff, solver={"stepper": "collocation"})
+    scene = made(effects=stiff, solver={"stepper": "imex8"})
     found, _ = all_families(scene, sampling_of(scene), None, True, LADDER, ())
     settings = {name: [what for what, _ in each] for name, each in found}
     assert settings["rk8"][-3:] == ["0.05 ms", "0.02 ms", "0.01 ms"]

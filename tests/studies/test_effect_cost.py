@@ -62,7 +62,7 @@ def test_leave_one_out_skips_what_another_effect_needs(scene: Any) -> None:
 
 def test_all_variants_take_the_scenes_stepper(scene: Any) -> None:
     made = scene(effects={"viscous_drag": {"coefficient": 100.0}}, solver={"stepper": "auto"})
-    assert {variant.scene.solver.stepper for variant in variants(made)} == {"collocation"}
+    assert {variant.scene.solver.stepper for variant in variants(made)} == {"imex8"}
 
 
 def test_numbers_are_complete_and_make_a_report_and_a_picture(scene: Any, tmp_path: Path) -> None:

@@ -179,7 +179,7 @@ def test_effects_with_events_are_refused_by_name(name: str) -> None:
         "packed-balls": r"ball_contact \(balls collide\)",
         "weak-motor": r"motor \(a motor reaches its limit\)",
     }
-    with pytest.raises(SceneError, match=f"{words[name]}.*name one of: collocation, rk4"):
+    with pytest.raises(SceneError, match=f"{words[name]}.*name one of: imex8, rk4"):
         Drive(load_scene(name, ["solver.stepper=taylor"]))
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from ab_sim.tracing import Expression, Graph, cos, sin, sqrt, total, where
-from ab_sim.tracing.expression import fma, lane, rows
+from ab_sim.tracing.expression import across, fma, rows
 from ab_sim.tracing.latex import latex, latex_symbol
 from ab_sim.tracing.local_names import with_local_names
 from ab_sim.tracing.plain_text import plain_text
@@ -53,7 +53,7 @@ CASES: list[tuple[Expression, str, str]] = [
     (total(m + a) * b, "b sum_i (m_i + a)", r"b \, \sum_i \left(m_{i} + a\right)"),
     (rows(m * a) * m, "m_i sum_j B_ij m_j a", r"m_{i} \, \sum_j B_{ij} \, m_{j} \, a"),
     (fma(a, b, -c), "a b - c", r"a \, b - c"),
-    (lane(a, 3), "lane_3(a)", r"\mathrm{lane\_3} a"),
+    (across(a), "across(a)", r"\mathrm{across} a"),
 ]
 
 

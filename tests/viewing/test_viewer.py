@@ -16,6 +16,7 @@ from rerun.chunk import RrdReader
 from ab_sim.errors import InputError, RecordingError
 from ab_sim.recording import Recording, read_recording
 from ab_sim.viewing import Viewer, check_view
+from ab_sim.viewing.feed import Feed
 from ab_sim.viewing.program import Program
 from ab_sim.viewing.proxy import Answer, Proxy, free_port
 from tests.recording.runs import describe, run
@@ -160,6 +161,16 @@ def test_two_drives_in_one_that_runs_already(
         guest.close()
     assert web.process is not None, "whose it is not does not end it"
     assert web.proxy.ask() is Answer.HERE
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_file_that_is_gone_ends_its_feed(tmp_path: Path) -> None:
+    program = Program()
+    feed = Feed(tmp_path / "gone.rrd", "127.0.0.1", free_port(), program)
+    until(lambda: feed.over, "its process ends")
+    assert feed.waiting == 0
+    feed.stop()
+    program.close()
 
 
 def test_nobody_there_until_somebody_is(growing: Growing, watch: Watch) -> None:

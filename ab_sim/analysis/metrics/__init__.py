@@ -1,7 +1,6 @@
 """Metrics of a run; all of them are declared in ``declared.Metrics``."""
 
 from ab_sim.analysis.metrics.declared import Metrics
-from ab_sim.analysis.metrics.judging import LAST
 from ab_sim.analysis.metrics.metric import described_metrics, reported_metrics
 from ab_sim.analysis.metrics.of_run import metrics_of, metrics_of_pieces, passes_of
 from ab_sim.analysis.metrics.watches import BAND, FLOOR, rms
@@ -9,7 +8,6 @@ from ab_sim.analysis.metrics.watches import BAND, FLOOR, rms
 __all__ = [
     "BAND",
     "FLOOR",
-    "LAST",
     "Metrics",
     "described_metrics",
     "reported_metrics",

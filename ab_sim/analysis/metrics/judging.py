@@ -16,13 +16,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.rest import Rest, rest_of
+from ab_sim.conventions import last_stretch
 from ab_sim.drive.trajectory import Trajectory, balls_in, column_of, whirl_of
 from ab_sim.equations.neighbours import start_angles
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Balanced
-
-LAST = 0.1
-"""Fraction of the run at its end over which final values are computed."""
 
 _NEAR = 2**14
 """Size of a block in numbers (128 kB).
@@ -103,7 +101,7 @@ class JudgedRuns:
         self, scenes: Sequence[Scene], samples: int, numbers: RunNumbers | None = None
     ) -> None:
         self.scenes, self.samples = scenes, samples
-        self.last = max(1, round(LAST * samples))
+        self.last = last_stretch(samples)
         """Number of samples in the last stretch."""
         self._given = numbers
 

@@ -18,8 +18,8 @@ from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.equilibria import Equilibria, RestingState, equilibria_of
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.states import resting_state
-from ab_sim.analysis.metrics import LAST
 from ab_sim.analysis.startup import peak_whirl
+from ab_sim.conventions import LAST, last_stretch
 from ab_sim.drive import Drive
 from ab_sim.drive.drive import AT_ONCE
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
@@ -232,5 +232,5 @@ def settled_at(run: Trajectory, steady: float, band: float) -> float:
 
 def _rests(path: np.ndarray, band: float) -> bool:
     """Return whether the whirl stays within a band over the last stretch."""
-    last = path[-max(1, round(LAST * len(path))) :]
+    last = path[-last_stretch(len(path)) :]
     return bool(np.ptp(np.hypot(last[:, 1], last[:, 2])) <= 2.0 * band)

@@ -3,6 +3,7 @@
 import math
 from typing import Any, NamedTuple
 
+from ab_sim.conventions import LAST
 from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.scene.load import changed_scene, check_scene
@@ -10,8 +11,6 @@ from ab_sim.scene.model import Scene
 
 TURN_OF_A_STEP = 0.2
 """Largest spindle angle of a step [rad]."""
-LAST = 0.1
-"""Fraction of a run at its end over which final metrics are taken."""
 RESTITUTION = 0.5
 """Restitution coefficient of colliding balls."""
 NAME = "sized"

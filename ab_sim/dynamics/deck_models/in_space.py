@@ -8,7 +8,6 @@ import numpy as np
 
 from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.own_motion import in_modes, length_beside_turns
 from ab_sim.dynamics.registry import IN_SPACE, DeckFromScene, register_deck_model
 from ab_sim.dynamics.system import (
     MASS,
@@ -179,25 +178,6 @@ def linearised(system: System) -> Linearised:
     )  # fmt: skip
 
 
-def own_motion(system: System) -> np.ndarray:
-    """Return the motion in modes about the position at rest, see ``dynamics.own_motion``.
-
-    For a deck that nothing holds, the modes are about the position with relaxed mounts.
-    """
-    try:
-        motion = linearised(system)
-    except SceneError:
-        motion = linearised(_weightless(system))
-    radius = float(system.balls[0, RACE_RADIUS]) if len(system.balls) else None
-    return in_modes(motion, length_beside_turns(radius, motion))
-
-
-def spindle_inertia(system: System) -> float:
-    """Return the moment of inertia about the shaft of all that turns with the spindle [kg m^2]."""
-    xx, yy = system.deck_model.rotor_second[:2]
-    return float(xx + yy + system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2)
-
-
 def _weightless(system: System) -> System:
     """Return the system without gravity, so that its mounts are relaxed at rest."""
     return system._replace(deck_model=system.deck_model._replace(gravity=(0.0, 0.0, 0.0)))
@@ -340,7 +320,5 @@ register_deck_model(
         yields=yields_of,
         rates=rates_of,
         linearised=linearised,
-        own_motion=own_motion,
-        spindle_inertia=spindle_inertia,
     ),
 )

@@ -8,14 +8,11 @@ import numpy as np
 
 from ab_sim.dynamics.hanging import place_at_rest
 from ab_sim.dynamics.linearised import Linearised
-from ab_sim.dynamics.own_motion import alike
 from ab_sim.dynamics.registry import PLANAR, DeckFromScene, register_deck_model
 from ab_sim.dynamics.system import (
     MASS,
-    RACE_RADIUS,
     System,
     has_gravity,
-    rotor_moment,
 )
 from ab_sim.equations.motion import DeckMotion
 from ab_sim.equations.planar import Planar
@@ -133,18 +130,6 @@ def linearised(system: System) -> Linearised:
     )
 
 
-def own_motion(system: System) -> np.ndarray:
-    """Return the motion of the suspension at rest, see ``dynamics.own_motion``; isotropic."""
-    return alike(linearised(system))
-
-
-def spindle_inertia(system: System) -> float:
-    """Return the moment of inertia about the shaft of all that turns with the spindle [kg m^2]."""
-    body = system.deck_model
-    held = system.balls[:, MASS] @ system.balls[:, RACE_RADIUS] ** 2
-    return float(rotor_moment(system.effects) + body.unbalance * body.eccentricity + held)
-
-
 @functools.lru_cache(maxsize=64)
 def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
     """Return the sag under gravity, from the suspension's unloaded position [m]."""
@@ -209,7 +194,5 @@ register_deck_model(
         yields=yields_of,
         rates=rates_of,
         linearised=linearised,
-        own_motion=own_motion,
-        spindle_inertia=spindle_inertia,
     ),
 )

@@ -63,13 +63,13 @@ def taylor(tolerance: float, order: float, steps: float) -> Stepper:
     """Return the method for a tolerance [rad], an order, and a number of the scene's steps."""
     chosen = int(order) or order_for(tolerance)
 
-    share = steps or 1.0 / PARTS
-    """Length of the method's shortest own step, in steps of the scene."""
+    length = steps or 1.0
+    """Length of the method's own steps, in steps of the scene or in parts of one."""
 
     def growth(z: complex) -> complex:
         term = total = 1.0 + 0.0j
         for k in range(1, chosen + 1):
-            term *= z * share / k
+            term *= z * length / k
             total += term
         return total
 
@@ -84,6 +84,5 @@ def taylor(tolerance: float, order: float, steps: float) -> Stepper:
         parts=1 if steps else PARTS,
         takes_lanes=True,
         locates_events=False,
-        priced=False,
         keeps_tolerance=True,
     )

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from ab_sim import Scene, Trajectory, simulate_batch
-from ab_sim.analysis.metrics import LAST, metrics_of
+from ab_sim.analysis.metrics import metrics_of
+from ab_sim.conventions import last_stretch
 
 STARTS = ((0.01, 0.02, 0.03), (0.30, 0.32, 0.34))
 """Ball angles of the paper's two starts, in pi; balls and deck rest on axes that turn with the
@@ -35,7 +36,7 @@ def settled(trajectory: Trajectory, scene: Scene) -> tuple[float, tuple[float, .
     metrics = metrics_of(trajectory, scene)
     e = scene.rotor.eccentricity
     low, high = metrics.span
-    last = trajectory.ball_angles[-round(LAST * len(trajectory["time"])) :]
+    last = trajectory.ball_angles[-last_stretch(len(trajectory["time"])) :]
     moving = float(np.ptp(last, axis=0).max())
     if high - low > max(0.02 * metrics.final_whirl, 1e-3 * e) or moving > STILL:
         return None
