@@ -4,6 +4,7 @@ import os
 import re
 import resource
 import signal
+import sys
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -231,7 +232,8 @@ def test_of_two_drives_in_one_place_one_is_recorded(fleet: "Fleet", tmp_path: Pa
     """Both are heard in turns, and steps run back at each: not a file for each, and it says so."""
     fleet.start("recorder", path=tmp_path / "run.rrd")
     for name in ("drive_sim", "other"):
-        fleet.start(name, "ab_sim.nodes.drive_sim", scene="thesis-hold")
+        command = (sys.executable, "-m", "ab_sim.nodes.drive_sim", "--ros-args")
+        fleet.start_process(name, *command, "-p", "scene:=thesis-hold")
         wait_for_samples(fleet, 500)
     fleet.until(lambda: number(fleet, "messages malformed") > 50, "they take turns")
     assert fleet.health("recorder").level.name == "WARN"
