@@ -128,9 +128,10 @@ def _searches(ringing: list[dict[str, Any]], far: list[dict[str, Any]]) -> list[
         )  # fmt: skip
     return [
         "## Recordings that look wrong, and far starts",
-        "`python benchmarks/identification.py --only ringing,far`. *Inside* is a fit with each "
-        "value within three half-widths of its interval; *right* is one with each value within "
-        "1 % as well; *wrong, but fits* is one that is not inside, with the verdict *fits*.",
+        f"`python benchmarks/identification.py --only ringing,far --ringing {len(ringing)} --far "
+        f"{len(far)}`. *Inside* is a fit with each value within three half-widths of its interval; "
+        "*right* is one with each value within 1 % as well; *wrong, but fits* is one that is not "
+        "inside, with the verdict *fits*.",
         table(["recordings", "number", "refused", "inside", "right", "wrong, but fits",
                "CPU s, median"], rows),
     ]  # fmt: skip
