@@ -1,5 +1,7 @@
 """Base class of all nodes."""
 
+from __future__ import annotations
+
 import functools
 from collections.abc import Callable
 from typing import Any

@@ -1,5 +1,7 @@
 """Parameters of a node as a table: meaning, unit, range, and whether they may change later."""
 
+from __future__ import annotations
+
 import os
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
