@@ -71,7 +71,7 @@ def test_a_spread_and_a_tuning_are_shown_so_too() -> None:
     assert low < spread["final_speed"][0] * 30 / np.pi < high
     tuned = ab_sim.tune(scene, {"balls.mass": "1 g..2 g"}, minimise="peak_whirl_over_e", runs=16)
     axes = tuned.in_units("g").plot().axes[0]
-    assert axes.get_xlabel() == "balls.mass [g]"
+    assert axes.get_xlabel() == "m, mass of a ball\nballs.mass [g]"
     assert max(tuned.candidates[:, 0]) * 1e3 == max(
         x for line in axes.lines for x in np.atleast_1d(line.get_xdata()) if x <= 2.0
     )
