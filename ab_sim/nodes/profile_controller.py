@@ -43,7 +43,7 @@ NOT_SIMULATED = (
     "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
 )
 
-PARAMETERS = (
+PROFILE_PARAMETERS = (
     ParameterSpec(
         "profile",
         "thesis-hold",
@@ -86,6 +86,7 @@ PARAMETERS = (
         fixed=True,
     ),
 )
+"""All parameters of the node."""
 
 
 class ProfileController(BaseNode):
@@ -99,7 +100,7 @@ class ProfileController(BaseNode):
 
     def __init__(self) -> None:
         super().__init__("profile_controller")
-        self._settings = Parameters(self, PARAMETERS)
+        self._settings = Parameters(self, PROFILE_PARAMETERS)
         values = self._settings.values
         self._slope, self._silence = values["abort_deceleration"], values["vibration_timeout"]
         self._lead = values["lead_time"]

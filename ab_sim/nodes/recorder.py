@@ -43,23 +43,49 @@ SILENCE = 5.0
 """Time without a drive before the recorder reports it [s]."""
 NONE = "none"
 """Value of the parameter ``view``: no viewer."""
-RECORDER_PARAMETERS = [
-    ParameterSpec(*row)._replace(fixed=True)
-    for row in (
-        ("path", "", ".rrd file; empty: recordings/<date>_<time>.rrd"),
-        ("view", NONE,
-         "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy"),
-        ("web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535)),
-        ("bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none"),
-        ("keep", True, "whether an .rrd file stays; false: only to watch, or beside a bag"),
-        ("every", 1, "keep one sample of so many in the .rrd file, but for what happens", "1",
-         (1, 1e9)),
-        ("around", AROUND,
-         "keep all samples so long before and after an event, or a turn of the command", "s",
-         (0.0, 60.0)),
-        ("queue", 10_000, "messages of each topic kept while the disk is slow", "1", (10, 1e6)),
-    )
-]  # fmt: skip
+RECORDER_PARAMETERS = (
+    ParameterSpec("path", "", ".rrd file; empty: recordings/<date>_<time>.rrd", fixed=True),
+    ParameterSpec(
+        "view",
+        NONE,
+        "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy",
+        fixed=True,
+    ),
+    ParameterSpec(
+        "web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535), fixed=True
+    ),
+    ParameterSpec("bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none", fixed=True),
+    ParameterSpec(
+        "keep",
+        True,
+        "whether an .rrd file stays; false: only to watch, or beside a bag",
+        fixed=True,
+    ),
+    ParameterSpec(
+        "every",
+        1,
+        "keep every nth sample in the .rrd file, and all around events",
+        "1",
+        (1, 1e9),
+        fixed=True,
+    ),
+    ParameterSpec(
+        "around",
+        AROUND,
+        "keep all samples so long before and after an event, or a turn of the command",
+        "s",
+        (0.0, 60.0),
+        fixed=True,
+    ),
+    ParameterSpec(
+        "queue",
+        10_000,
+        "messages of each topic kept while the disk is slow",
+        "1",
+        (10, 1e6),
+        fixed=True,
+    ),
+)
 """All parameters of the node."""
 
 
