@@ -94,11 +94,16 @@ def whirl_of(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     return np.sqrt(found, out=found)
 
 
+def is_ball_angle(channel: str) -> bool:
+    """Return whether a channel is the angle of a ball."""
+    return channel.startswith("ball_") and channel.endswith("_angle")
+
+
 @lru_cache
 def balls_in(channels: tuple[str, ...]) -> int:
     """Return the number of balls whose angles are among these channels."""
     # Cached: a drive calls this at every observation.
-    return sum(name.startswith("ball_") and name.endswith("_angle") for name in channels)
+    return sum(map(is_ball_angle, channels))
 
 
 @dataclass(frozen=True, repr=False, init=False)

@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.design.judged import OUTCOME, metric_columns
 from ab_sim.design.tune import AS_IT_IS, NO_PERIOD, Tuning
-from ab_sim.errors import InputError
 from ab_sim.figures.saved import ResultFigure
 from ab_sim.figures.sweep import BEST, LINE, WIDE
 from ab_sim.scene.keys import scene_keys
@@ -34,9 +33,9 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     ends = _left_out(found)
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
         _panel(found, axes, place, values, ends)
-        axes.set_xlabel(_label(found, key), fontsize=9)
+        axes.set_xlabel(_label(found, key, scene_keys(key)[0].meaning), fontsize=9)
         if place % columns == 0:
-            axes.set_ylabel(_label(found, aim), fontsize=9)
+            axes.set_ylabel(_label(found, aim, _meaning_of(aim)), fontsize=9)
     there = np.concatenate([values, ends])
     there = there[np.isfinite(there)]
     if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
@@ -53,13 +52,13 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
     return figure
 
 
-def _label(found: Tuning, name: str) -> str:
+def _meaning_of(aim: str) -> str:
+    (metric,) = metric_columns([aim])
+    return metric.meaning if metric.row is None else metric.row.head("W/e")
+
+
+def _label(found: Tuning, name: str, meaning: str) -> str:
     """Return the meaning of a key or metric, and below it its name with the unit."""
-    try:
-        meaning = scene_keys(name)[0].meaning
-    except InputError:
-        (metric,) = metric_columns([name])
-        meaning = metric.meaning if metric.row is None else metric.row.head("W/e")
     return f"{textwrap.fill(re.split('[;:]', meaning)[0], 50)}\n{found.runs.titled(name)}"
 
 
@@ -124,15 +123,10 @@ def _legend(found: Tuning) -> list[Line2D]:
         if (count := int(np.count_nonzero(chosen)))
     ]
     if hollow := int(np.count_nonzero(_not_balanced(found) & valued)):
-        ring: dict[str, Any] = {
-            "marker": "o",
-            "ls": "",
-            "mfc": "white",
-            "mec": LINE,
-            "mew": 1.4,
-            "ms": 5,
-        }
-        handles.append(Line2D([], [], **ring, label=f"white inside: not balanced: {hollow}"))
+        text = f"white inside: not balanced: {hollow}"
+        handles.append(
+            Line2D([], [], marker="o", ls="", mfc="white", mec=LINE, mew=1.4, ms=5, label=text)
+        )
     if nothing := int(np.count_nonzero(~valued & ~ends)):
         text = f"without a value, e.g. not balanced; at the upper edge: {nothing}"
         handles.append(Line2D([], [], **NO_VALUE, ms=4, label=text))

@@ -1,18 +1,17 @@
 """Picture of a recording, a simulation and the difference."""
 
 import math
-import re
 import textwrap
 from pathlib import Path
 
 from matplotlib.axes import Axes
 
+from ab_sim.drive.trajectory import is_ball_angle
 from ab_sim.figures.colours import GREY, RUN, VERMILION
 from ab_sim.figures.curves import in_degrees, say_conventions
 from ab_sim.figures.saved import ResultFigure, save
 from ab_sim.reports.compare import ChannelDeviation, RecordingComparison
 
-_BALL_ANGLE = re.compile(r"ball_\d+_angle")
 MOST = 6
 """Largest number of drawn channels, the most important ones first."""
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
@@ -70,7 +69,7 @@ def _place(deviation: ChannelDeviation) -> int:
 
 
 def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: ChannelDeviation) -> None:
-    name, turned = deviation.channel, _BALL_ANGLE.fullmatch(deviation.channel) is not None
+    name, turned = deviation.channel, is_ball_angle(deviation.channel)
     # angles as in other pictures: in degrees, in one turn
     unit = " [deg]" if turned else "" if deviation.unit is None else f" [{deviation.unit}]"
     factor = math.degrees(1.0) if turned else 1.0

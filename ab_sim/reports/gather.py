@@ -13,7 +13,7 @@ from ab_sim.conventions import last_stretch
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.rotor_without_balls import RotorWithoutBalls, WhirlWithoutBalls
 from ab_sim.drive.rows import channels_of
-from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.trajectory import Trajectory, is_ball_angle
 from ab_sim.dynamics.assemble import system_of
 from ab_sim.errors import AbSimError, InputError
 from ab_sim.recording import StoredRun
@@ -180,7 +180,7 @@ class _Collected:
         extent = run.extent
         self._count, self._done = count, 0
         self._last = self._count - last_stretch(self._count)
-        balls = [n for n in run.channels if n.startswith("ball_") and n.endswith("_angle")]
+        balls = [name for name in run.channels if is_ball_angle(name)]
         self._plain = [n for n in ("speed", "command", "motor_torque", *balls) if n in run.channels]
         names = list(self._plain)
         names += ["whirl"] if {"x", "y"} <= set(run.channels) else []
