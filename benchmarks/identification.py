@@ -100,15 +100,26 @@ def bounds_of(blind: Blind, recordings: list[Measured]) -> dict[str, float]:
     }
 
 
+def fitted(
+    blind: Blind, recordings: list[Measured], seed: int
+) -> tuple[Identification, dict[str, Any]]:
+    """Fit a drive, and return the result with the figures that all parts have in common."""
+    begin = time.process_time()
+    question = Question(tuple(blind.true), seed=seed, propose=False)
+    found = run_identification(blind.guess, recordings, question)
+    return found, {
+        "seed": seed,
+        "seconds": time.process_time() - begin,
+        "verdict": found.verdict,
+        "z": [each.worst for each in found.whiteness],
+    }
+
+
 def identified(seed: int, friction: bool) -> dict[str, Any]:
     """A drive, blind."""
     blind = blind_drive(seed, friction)
     recordings = recordings_of(blind.scene, seed)
-    begin = time.process_time()
-    found = run_identification(
-        blind.guess, recordings, Question(tuple(blind.true), seed=seed, propose=False)
-    )
-    seconds = time.process_time() - begin
+    found, common = fitted(blind, recordings, seed)
     errors = errors_of(found, blind)
     off = {
         key: float((found[key].value - true) / found[key].deviation)
@@ -118,16 +129,13 @@ def identified(seed: int, friction: bool) -> dict[str, Any]:
     right = max(map(abs, off.values())) < RIGHT and noise < LARGEST
     angles = [each.deviation for each in found.estimates if each.name.startswith("start angle")]
     return {
-        "seed": seed,
+        **common,
         "right": right,
-        "seconds": seconds,
         "runs": found.runs,
-        "verdict": found.verdict,
         "errors": errors,
         "bounds": bounds_of(blind, recordings),
         "deviations_off": {**off, ANGLES: errors[ANGLES] / max(angles)},
         "noise": noise,
-        "z": [each.worst for each in found.whiteness],
     }
 
 
@@ -159,41 +167,30 @@ def with_effect(seed: int) -> dict[str, Any]:
     name = EFFECTS[seed % len(EFFECTS)]
     blind = blind_drive(seed, False)
     richer, change = drive_with(blind, name, seed)
-    recordings = recordings_of(richer, seed)
-    begin = time.process_time()
-    found = run_identification(
-        blind.guess, recordings, Question(tuple(blind.true), seed=seed, propose=False)
-    )
+    found, common = fitted(blind, recordings_of(richer, seed), seed)
     return {
-        "seed": seed,
+        **common,
         "effect": name,
         "change": change,
-        "z": [each.worst for each in found.whiteness],
         "flagged": not all(each.white for each in found.whiteness),
         "named": as_good_as_the_best(found.tried),
-        "seconds": time.process_time() - begin,
     }
 
 
 def judged(blind: Blind, recordings: list[Measured], seed: int) -> dict[str, Any]:
     """Fit, and compare the values with the true ones."""
-    begin = time.process_time()
-    question = Question(tuple(blind.true), seed=seed, propose=False)
-    found = run_identification(blind.guess, recordings, question)
+    found, common = fitted(blind, recordings, seed)
     values = [(found[key], value) for key, value in blind.true.items()]
     errors = {each.name: each.value / value - 1.0 for each, value in values}
     widths = {each.name: abs(each.value - value) / (0.5 * (each.high - each.low))
               for each, value in values}  # fmt: skip
     inside = max(widths.values()) <= INTERVALS
     return {
-        "seed": seed,
+        **common,
         "right": inside and max(map(abs, errors.values())) <= ERROR,
         "wrong_but_fits": not inside and found.verdict == FITS,
-        "verdict": found.verdict,
         "errors": errors,
         "intervals_off": widths,
-        "z": [each.worst for each in found.whiteness],
-        "seconds": time.process_time() - begin,
     }
 
 

@@ -3,7 +3,7 @@
     python benchmarks/stepper_table.py [--out docs] [--repeats 3]
 
 writes stepper-table.json and prints the table of docs/explanation/steppers.md. Each scene and
-stepper runs in a process of its own. Errors are the largest of the balls' angles every 5 ms,
+stepper runs in a separate process. Errors are the largest of the balls' angles every 5 ms,
 against rk8 at a step that is shorter than any other. Times are CPU times. "First" is the first
 whole call of a process: scene, drive, machine code and run. "Again" is a drive's run after a reset,
 the least of the repeats. "Batch" is the first call of `simulate_batch` with a metric and balls of

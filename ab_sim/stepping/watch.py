@@ -183,7 +183,7 @@ def _doubt_of_force(
     dips = where(r0 < sure, where(r1 > -sure, low, 0.0), 0.0)
     is_far = _least(g0, g1) > (1.0 + SURE) * NEAR * size
     # A force negative at the end, or NaN, always counts: the comparison is false for NaN. Far from
-    # zero there is no event, whatever the changes are.
+    # zero there is no event for any changes.
     return where(g1 >= 0.0, where(is_far, 0.0, dips), 1.0)
 
 

@@ -27,7 +27,7 @@ Step range: begin of its segment, from the start of the run [s]; its offset with
 step [s]; length of each step [s]; steps taken before it; number of its steps; number of these
 already taken; 1 if a sample is due in the current Taylor step; time of the next sample [s].
 
-Run: base-2 logarithm of the tolerance; shortest step, whatever its error, and longest [s]; the
+Run: base-2 logarithm of the tolerance; shortest step at any error, and longest [s]; the
 scene's step [s]; then 0 while a part of a step is taken that another part follows, else 1.
 
 Memory of the samples, in numbers: index of the run's first sample; stride between samples; steps
