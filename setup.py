@@ -60,7 +60,7 @@ setup(
     package_data={
         "ab_sim": [
             *("py.typed", "nodes/*.xml"),
-            *("c_code/template_files/*", "c_code/fmi_headers/*.h"),
+            *("export/c_code/template_files/*", "export/c_code/fmi_headers/*.h"),
         ],
         "ab_msgs_py": ["py.typed"],
     },

@@ -3,7 +3,7 @@
 This module is the public Python API; each name in ``__all__`` is imported when it is first used.
 Also public are ``ab_sim.results`` (the types of results, for annotations) and the tools for own
 effects: ``cos``, ``sin``, ``sqrt``, ``where`` and ``total`` of ``ab_sim.tracing``, and the methods
-that ``ab_sim.equations.effects`` lists. All else is private, and may change with any version.
+that ``ab_sim.model.equations.effects`` lists. All else is private, and may change with any version.
 
 Examples
 --------
@@ -23,7 +23,9 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from ab_sim import results
+    from ab_sim.analysis.accuracy_cost import accuracy_cost
     from ab_sim.analysis.comparison import compare_run
+    from ab_sim.analysis.effect_cost import effect_cost
     from ab_sim.analysis.metrics.of_run import metrics_of
     from ab_sim.analysis.metrics.registered import register_metric
     from ab_sim.api.c_code import write_c, write_fmu
@@ -38,20 +40,18 @@ if TYPE_CHECKING:
         simulate,
     )
     from ab_sim.api.sizing import size
-    from ab_sim.batch.simulate import simulate_batch
+    from ab_sim.base.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
+    from ab_sim.base.scene_files import scene_names
     from ab_sim.design.basin import basin
+    from ab_sim.design.batch.simulate import simulate_batch
     from ab_sim.design.derivatives import metric_sensitivities, sensitivities
     from ab_sim.design.sweep import open_sweep
     from ab_sim.drive.drive import Drive
     from ab_sim.drive.trajectory import Trajectory
-    from ab_sim.errors import AbSimError, DivergedError, InputError, RecordingError, SceneError
-    from ab_sim.recording import Recording, open_recording
-    from ab_sim.reports.compare import compare_recording
+    from ab_sim.record.recording import Recording, open_recording
     from ab_sim.scene.load import load_scene
     from ab_sim.scene.model import Scene
-    from ab_sim.scene_files import scene_names
-    from ab_sim.studies.accuracy_cost import accuracy_cost
-    from ab_sim.studies.effect_cost import effect_cost
+    from ab_sim.show.reports.compare import compare_recording
 
 __version__ = "0.1.0"
 
@@ -103,7 +103,7 @@ __all__ = [
 ]
 
 # Except `results`, no name may equal that of a module in this package: importing that module would
-# replace the public name (`ab_sim.accuracy` is a package). A test checks this.
+# replace the public name (`ab_sim.drive.accuracy` is a package). A test checks this.
 _MODULES = {
     "analysis.comparison": ("compare_run",),
     "analysis.metrics.of_run": ("metrics_of",),
@@ -120,20 +120,20 @@ _MODULES = {
         "simulate",
     ),
     "api.sizing": ("size",),
-    "batch.simulate": ("simulate_batch",),
+    "design.batch.simulate": ("simulate_batch",),
     "design.basin": ("basin",),
     "design.derivatives": ("metric_sensitivities", "sensitivities"),
     "design.sweep": ("open_sweep",),
     "drive.drive": ("Drive",),
     "drive.trajectory": ("Trajectory",),
-    "errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),
-    "recording": ("Recording", "open_recording"),
-    "reports.compare": ("compare_recording",),
+    "base.errors": ("AbSimError", "DivergedError", "InputError", "RecordingError", "SceneError"),
+    "record.recording": ("Recording", "open_recording"),
+    "show.reports.compare": ("compare_recording",),
     "scene.load": ("load_scene",),
     "scene.model": ("Scene",),
-    "scene_files": ("scene_names",),
-    "studies.accuracy_cost": ("accuracy_cost",),
-    "studies.effect_cost": ("effect_cost",),
+    "base.scene_files": ("scene_names",),
+    "analysis.accuracy_cost": ("accuracy_cost",),
+    "analysis.effect_cost": ("effect_cost",),
 }
 """Module of each public name."""
 

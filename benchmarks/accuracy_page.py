@@ -16,7 +16,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from beside.page import peers_part  # noqa: E402
 from page_parts import conditions, error, sentence, table  # noqa: E402
 
-from ab_sim.accuracy import SAFETY  # noqa: E402
+from ab_sim.drive.accuracy import SAFETY  # noqa: E402
 
 DOCS = Path(__file__).resolve().parents[1] / "docs"
 SHOWN_STEPS = (0.005, 0.0025, 0.001, 0.0005)
@@ -123,7 +123,7 @@ Measured by `python benchmarks/step_cost.py` ([step-cost.json](step-cost.json));
 
 ![Simulated seconds per CPU second](batch-throughput.png)
 
-`ab_sim.batch.simulate_batch(scene, variations)` steps eight variations of a scene together in
+`ab_sim.simulate_batch(scene, variations)` steps eight variations of a scene together in
 vector registers. Simulated seconds per CPU second, {batch_runs} runs, `rk8`. The whole call
 includes checking each scene and storing its trajectory:
 

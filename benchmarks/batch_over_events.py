@@ -28,15 +28,15 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
+from ab_sim.analysis.effect_cost import Quartiles, conditions  # noqa: E402
 from ab_sim.analysis.metrics import metrics_of  # noqa: E402
-from ab_sim.batch import Batch, simulate_batch  # noqa: E402
-from ab_sim.batch.prepared_run import steps_of  # noqa: E402
-from ab_sim.batch.variations import each_run, varied_scene  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.design.batch import Batch, simulate_batch  # noqa: E402
+from ab_sim.design.batch.prepared_run import steps_of  # noqa: E402
+from ab_sim.design.batch.variations import each_run, varied_scene  # noqa: E402
 from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 PROCESSES, FRICTION = 2, "balanced-start-up"
 STEPS, REFERENCE_STEP, COMPARED, APART = (1e-3, 2.5e-3), 2.5e-4, 64, 0.03

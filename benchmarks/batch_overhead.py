@@ -32,11 +32,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.batch import Batch, simulate_batch  # noqa: E402
+from ab_sim.analysis.effect_cost import Quartiles, conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.design.batch import Batch, simulate_batch  # noqa: E402
 from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.stepper=rk8", "duration=6"]
 STEPS = (1e-3, 5e-3, 6e-3)

@@ -21,13 +21,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from rich.console import Console  # noqa: E402
 
-from ab_sim.accuracy.deviation import Deviation, Samples, deviation  # noqa: E402
-from ab_sim.batch import simulate_batch  # noqa: E402
+from ab_sim.analysis.effect_cost import Quartiles, conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.design.batch import simulate_batch  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
+from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation  # noqa: E402
+from ab_sim.engine.stepping.side_by_side import LANES  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
-from ab_sim.stepping.side_by_side import LANES  # noqa: E402
-from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 SCENE, SMOOTH = "thesis-hold", "effects.rolling_friction="
 RUNS = 25 * LANES

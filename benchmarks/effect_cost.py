@@ -16,11 +16,11 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import arguments  # noqa: E402
 
+from ab_sim.analysis.effect_cost import EffectCost, conditions, effect_cost  # noqa: E402
 from ab_sim.cli.costs import cost_table  # noqa: E402
 from ab_sim.cli.progress import progress_bar  # noqa: E402
-from ab_sim.figures.effect_cost import cost_figure  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import EffectCost, conditions, effect_cost  # noqa: E402
+from ab_sim.show.figures.effect_cost import cost_figure  # noqa: E402
 
 SCENES = ("thesis-hold", "everything")
 

@@ -13,7 +13,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from arguments import folder  # noqa: E402
 
-from ab_sim.formulas.page import page_from_code  # noqa: E402
+from ab_sim.export.formulas.page import page_from_code  # noqa: E402
 
 
 def main() -> None:

@@ -47,8 +47,9 @@ from identification_drives import (  # noqa: E402
 from identification_page import write_page  # noqa: E402
 from rich.console import Console  # noqa: E402
 
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
+from ab_sim.base.errors import InputError  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.errors import InputError  # noqa: E402
 from ab_sim.identification.information import deviations_of  # noqa: E402
 from ab_sim.identification.intervals import intervals_of  # noqa: E402
 from ab_sim.identification.measured import Measured  # noqa: E402
@@ -59,7 +60,6 @@ from ab_sim.identification.residuals import noises_of, whiteness_over  # noqa: E
 from ab_sim.identification.result import FITS, Identification  # noqa: E402
 from ab_sim.identification.run import Question, run_identification  # noqa: E402
 from ab_sim.identification.stages import LAST_STEPS, minimise  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
 RIGHT, LARGEST = 6.0, 1.1
 """Standard deviations, and times the noise, up to which a fit is right."""

@@ -27,13 +27,13 @@ from rich.console import Console  # noqa: E402
 
 import ab_sim  # noqa: E402
 from ab_sim.analysis.comparison import without_balls  # noqa: E402
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
+from ab_sim.base.errors import InputError  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.design.draws import value_of  # noqa: E402
-from ab_sim.errors import InputError  # noqa: E402
 from ab_sim.identification.result import FITS  # noqa: E402
 from ab_sim.scene import Scene  # noqa: E402
 from ab_sim.scene.load import changed_scene  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.nodes.faulty_recordings import AT, Live, bench, recorded_live  # noqa: E402
 
 OFF = {

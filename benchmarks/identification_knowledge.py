@@ -21,8 +21,8 @@ from identification_drives import blind_drive  # noqa: E402
 from identification_page import write_page  # noqa: E402
 from rich.console import Console  # noqa: E402
 
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.identification.knowledge_cases import CASES, Case, opened_in, problem_of  # noqa: E402
 
 

@@ -32,19 +32,19 @@ from cosmic_ray.plugins import get_operator, operator_names
 DECK = "tests/analysis/test_deck.py::test_metrics_of_a_deck"
 ROOMS = {
     "equations": (
-        "ab_sim/equations/*.py",
+        "ab_sim/model/equations/*.py",
         ["tests/events/test_elimination.py", "tests/dynamics", "tests/effects/test_laws.py"],
     ),
-    "events": ("ab_sim/events/*.py", ["tests/events", "tests/stepping"]),
+    "events": ("ab_sim/engine/events/*.py", ["tests/events", "tests/stepping"]),
     "effects": (
-        "ab_sim/equations/effects/*.py",
+        "ab_sim/model/equations/effects/*.py",
         [
             "tests/effects/test_laws.py",
             "tests/effects/test_parameters.py",
             "tests/effects/test_against_reference.py",
         ],
     ),
-    "spindle": ("ab_sim/spindle/*.py", ["tests/spindle"]),
+    "spindle": ("ab_sim/model/spindle/*.py", ["tests/spindle"]),
     "metrics": ("ab_sim/analysis/metrics/watches.py", ["tests/analysis/test_metrics.py", DECK]),
     "command_path": ("ab_sim/nodes/command_path.py", ["tests/nodes/test_command_path.py"]),
     "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),

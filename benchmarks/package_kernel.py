@@ -8,8 +8,8 @@ import numpy as np
 
 from ab_sim.drive import Drive
 from ab_sim.drive.step_plan import StepPlan
+from ab_sim.model.spindle.step_ranges import StepRange
 from ab_sim.scene import Scene
-from ab_sim.spindle.step_ranges import StepRange
 
 
 class PackageKernel:

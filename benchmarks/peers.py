@@ -25,9 +25,9 @@ from beside.picture import picture  # noqa: E402
 from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
 from rich.console import Console  # noqa: E402
 
+from ab_sim.analysis.accuracy_cost.results import peer_versions  # noqa: E402
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.studies.accuracy_cost.results import peer_versions  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
 WANTED = (1e-6, 1e-9, 1e-12)
 """Errors in ball angle, the largest over the run [rad]."""

@@ -49,8 +49,8 @@ from live_drive import (  # noqa: E402
     Bench,
 )
 
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
 USUAL = 10.0
 """s before a load, to which recovery is compared."""

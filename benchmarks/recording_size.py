@@ -20,7 +20,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.drive.description import describe  # noqa: E402
-from ab_sim.recording import Recording  # noqa: E402
+from ab_sim.record.recording import Recording  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
 
 SCENE = "thesis-hold"

@@ -14,12 +14,12 @@ import argparse
 import hashlib
 from collections.abc import Iterable
 
+from ab_sim.base.scene_files import scene_names
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.kernels.code import code_of
+from ab_sim.engine.kernels.code import code_of
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.spindle import Ramp
 from ab_sim.scene import Scene, load_scene
-from ab_sim.scene_files import scene_names
-from ab_sim.spindle import Ramp
 from ab_sim.tracing.llvm_text import module_text
 
 STEPS = 300

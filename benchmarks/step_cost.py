@@ -27,10 +27,10 @@ from first_run import (
 from package_kernel import PackageKernel, ns_per_step  # noqa: E402
 from rich.console import Console  # noqa: E402
 
+from ab_sim.analysis.effect_cost import Quartiles, conditions  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.integrate.explicit import Tableau  # noqa: E402
+from ab_sim.engine.integrate.explicit import Tableau  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import Quartiles, conditions  # noqa: E402
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction=", "solver.step=0.001"]
 BALLS, BESIDE_C = (0, 1, 2, 5, 16, 64), (2, 5)

@@ -24,13 +24,13 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 from arguments import arguments  # noqa: E402
 from page_parts import table  # noqa: E402
 
-from ab_sim.batch import simulate_batch  # noqa: E402
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
+from ab_sim.base.errors import AbSimError  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
+from ab_sim.design.batch import simulate_batch  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
-from ab_sim.errors import AbSimError  # noqa: E402
-from ab_sim.integrate.registry import parameters_of, steppers  # noqa: E402
+from ab_sim.engine.integrate.registry import parameters_of, steppers  # noqa: E402
 from ab_sim.scene import load_scene  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 
 BASE = ["duration=3.2", "start.ball_angles=[0.3, 2.0]"]
 SMOOTH = [*BASE, "effects.rolling_friction="]

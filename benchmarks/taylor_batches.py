@@ -30,12 +30,12 @@ from beside import expert_peer, ours, width  # noqa: E402
 from beside.case import BatchCase  # noqa: E402
 from beside.turns import candidates, compare, reports, take_turns, verdict  # noqa: E402
 
-from ab_sim.batch import simulate_batch  # noqa: E402
+from ab_sim.analysis.effect_cost import conditions  # noqa: E402
+from ab_sim.base.errors import SceneError  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
-from ab_sim.errors import SceneError  # noqa: E402
+from ab_sim.design.batch import simulate_batch  # noqa: E402
 from ab_sim.scene import Scene  # noqa: E402
 from ab_sim.scene.load import changed_scene  # noqa: E402
-from ab_sim.studies.effect_cost import conditions  # noqa: E402
 from tests.integrate.random_scenes import PLANTS, scene_at_random  # noqa: E402
 
 WANTED = (1e-6, 1e-9, 1e-12)

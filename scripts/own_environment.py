@@ -23,5 +23,5 @@ def run(node: str) -> NoReturn:
         os.environ.pop("_ROS_WHEELS_BOOTSTRAP_COMPLETE", None)
         python = str(prefix / "bin" / "python3")
         os.execv(python, [python, *sys.argv])
-    import_module("ab_sim.interruption").watch()
+    import_module("ab_sim.base.interruption").watch()
     sys.exit(import_module(f"ab_sim.nodes.{node}").main())

@@ -4,7 +4,7 @@ import numpy as np
 
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.equations.neighbours import start_angles
+from ab_sim.model.equations.neighbours import start_angles
 from tests.reference.contact import chain_of
 from tests.reference.of_scene import plant_of
 

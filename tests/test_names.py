@@ -13,15 +13,16 @@ ROOT = Path(__file__).parents[1]
 PACKAGE = ROOT / "ab_sim"
 GLOSSARY = ROOT / "docs" / "glossary.md"
 
-# Modules of commands and figures are named after their subject on purpose.
-NAMED_FOR_A_SUBJECT = {"cli", "figures", "studies"}
+# Modules of commands, pictures and studies are named after their subject on purpose.
+NAMED_FOR_A_SUBJECT = {"cli", "show", "accuracy_cost"}
 # Classes of a scene's sections have the names of its keys, and so do packages on these topics. The
 # other classes are the main subject of their package.
 SECTIONS = {"Accuracy", "Balanced", "Balls", "Deck", "Race", "Scene", "Spindle"}
 
 
 def room_of(path: Path) -> str:
-    return path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    room, *inner = path.with_suffix("").relative_to(PACKAGE).parts
+    return inner[0] if inner and inner[0] in NAMED_FOR_A_SUBJECT else room
 
 
 def public_classes() -> dict[str, list[Path]]:

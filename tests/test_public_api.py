@@ -20,8 +20,8 @@ from matplotlib.figure import Figure
 
 import ab_sim
 from ab_sim.analysis.metrics import metric
-from ab_sim.integrate import registry as steppers
-from ab_sim.presentation import Presented
+from ab_sim.base.presentation import Presented
+from ab_sim.engine.integrate import registry as steppers
 from ab_sim.scene import registry as effects
 from tests.waiting import PATIENCE
 
@@ -65,7 +65,7 @@ def test_importing_it_imports_nothing_that_takes_long() -> None:
 def test_names_stay_what_they_are_after_all_modules_are_imported() -> None:
     program = """
 import importlib, pkgutil
-import ab_sim, ab_sim.accuracy
+import ab_sim, ab_sim.drive.accuracy
 kinds = {name: type(getattr(ab_sim, name)) for name in ab_sim.__all__}
 held = {name: getattr(ab_sim, name) for name in ab_sim.__all__}
 for found in pkgutil.walk_packages(ab_sim.__path__, "ab_sim."):
@@ -74,10 +74,10 @@ for found in pkgutil.walk_packages(ab_sim.__path__, "ab_sim."):
 print([name for name in ab_sim.__all__ if getattr(ab_sim, name) is not held[name]])
 import types
 modules = [name for name, kind in kinds.items() if kind is types.ModuleType]
-print(modules, ab_sim.accuracy.resolve_accuracy.__module__)
+print(modules, ab_sim.drive.accuracy.resolve_accuracy.__module__)
 """
     assert in_a_process(program).split("\n")[:2] == [
-        "[]", "['results'] ab_sim.accuracy.resolve"
+        "[]", "['results'] ab_sim.drive.accuracy.resolve"
     ]  # fmt: skip
 
 

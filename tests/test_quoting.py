@@ -11,12 +11,12 @@ from xml.dom import minidom
 import pytest
 from matplotlib.figure import Figure
 
+from ab_sim.base.errors import SceneError
+from ab_sim.base.quoting import MOST, short, visible
 from ab_sim.cli.outputs import PlainConsole
-from ab_sim.errors import SceneError
-from ab_sim.figures.saved import save
-from ab_sim.quoting import MOST, short, visible
-from ab_sim.recording import Recording
+from ab_sim.record.recording import Recording
 from ab_sim.scene import find_scene, load_scene
+from ab_sim.show.figures.saved import save
 from tests.recording.runs import describe, run
 
 RED = "\x1b[31m"

@@ -9,9 +9,9 @@ from collections.abc import Iterator
 
 import pytest
 
-from ab_sim import workers
-from ab_sim.errors import SceneError
-from ab_sim.workers import WorkerLost, Workers
+from ab_sim.base import workers
+from ab_sim.base.errors import SceneError
+from ab_sim.base.workers import WorkerLost, Workers
 from tests.design.calls import picky, where
 
 

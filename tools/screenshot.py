@@ -20,9 +20,9 @@ import rerun_cli
 from PIL import Image
 from rerun.experimental import ViewerClient
 
-from ab_sim.recording import read_recording
-from ab_sim.recording.blueprint import blueprint
-from ab_sim.recording.drawing import Drawing
+from ab_sim.record.recording import read_recording
+from ab_sim.record.recording.blueprint import blueprint
+from ab_sim.record.recording.drawing import Drawing
 
 RENDERER = "/usr/share/vulkan/icd.d/lvp_icd.x86_64.json"
 SIZE = "1400x900"

@@ -37,7 +37,7 @@ ALSO = {
     "stepping": ("integrate",),
     "api": ("test_public_api.py",),
 }
-"""Folders of tests for rooms of the package, beside that of the room's name."""
+"""Folders of tests of a package, in addition to the one with its name."""
 ELSEWHERE = {
     "ab_msgs_py": ("tests/msgs",),
     "config": ("tests/scene", "tests/deck/test_scenes_that_ship.py"),
@@ -75,8 +75,8 @@ def tests_of(changed: Iterable[str]) -> list[str]:
             own.append(name if path.name.startswith("test_") else str(path.parent))
         elif top == "ab_sim":
             files += _importers(path)
-            room = path.parts[1]
-            folders += [f"tests/{folder}" for folder in (room, *ALSO.get(room, ()))]
+            for package in path.with_suffix("").parts[1:3]:
+                folders += [f"tests/{folder}" for folder in (package, *ALSO.get(package, ()))]
         else:
             folders += ELSEWHERE.get(top, ())
     own = [name for name in own if name != "tests"]  # a helper of all tests: they are too many

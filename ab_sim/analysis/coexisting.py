@@ -24,7 +24,7 @@ from ab_sim.analysis.circulating import (
 )
 from ab_sim.analysis.equilibria.resting import LEFT_OUT
 from ab_sim.analysis.floquet.circulating import CirculatingSolution, circulating_solution
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 from ab_sim.scene.model import Scene
 
 MOST_NUMBERS = 8

@@ -5,9 +5,9 @@ from collections.abc import Callable
 from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.rest import from_rest
+from ab_sim.base.errors import AbSimError
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import AbSimError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

@@ -1,11 +1,11 @@
 """Equations of motion of a scene at constant spindle speed."""
 
-from ab_sim.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.dynamics.system import has_motor
-from ab_sim.errors import InputError, SceneError, exact
-from ab_sim.integrate.vector_field import VectorField
+from ab_sim.base.errors import InputError, SceneError, exact
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
+from ab_sim.model.dynamics.system import has_motor
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule
 
 FASTEST = 1e5
 """Largest absolute speed that can be held, the same as the limit of scenes [rad/s]."""

@@ -17,9 +17,9 @@ import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
 
 import ab_sim
-from ab_sim.dynamics.assemble import linearised, system_of
-from ab_sim.dynamics.linearised import MATTERS, Linearised
-from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.model.dynamics.assemble import linearised, system_of
+from ab_sim.model.dynamics.linearised import MATTERS, Linearised
 from ab_sim.scene.model import Scene
 
 AVERAGE = "rotor and balls averaged over one turn; balls spread evenly, turning with the rotor"

@@ -10,21 +10,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 import ab_sim
-from ab_sim.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Comparison
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest
-from ab_sim.conventions import LAST
+from ab_sim.base.conventions import LAST
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.presentation import Columns, Presented, drawn, ends, number
+from ab_sim.base.progress import Progress
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
 from ab_sim.drive.adaptive import AdaptiveRun
 from ab_sim.drive.leader import Decided
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn
-from ab_sim.errors import InputError, exact
-from ab_sim.presentation import Columns, Presented, drawn, ends, number
-from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:

@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from ab_sim.analysis.start_state import start_from
+from ab_sim.base.errors import CommandError, InputError, exact
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import CommandError, InputError, exact
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

@@ -2,9 +2,9 @@
 
 Repeated requests are served from the cache. Work that is done in pieces, each stored separately,
 continues after an interruption. A file name is a hash of the function, the scene, the numbers, and
-the sources and versions in use, which are found through imports (``ab_sim.sources``). Results are
-therefore never stale. A stored file must carry a digest that matches its key; otherwise the result
-is computed again.
+the sources and versions in use, which are found through imports (``ab_sim.base.sources``). Results
+are therefore never stale. A stored file must carry a digest that matches its key; otherwise the
+result is computed again.
 """
 
 import functools
@@ -17,13 +17,13 @@ from pathlib import Path
 from typing import Any
 
 import ab_sim
-from ab_sim.cache_folder import cache_folder
-from ab_sim.integrate import steppers as steppers_folder
-from ab_sim.integrate.registry import steppers
-from ab_sim.output_file import write_whole
-from ab_sim.quoting import visible
+from ab_sim.base.cache_folder import cache_folder
+from ab_sim.base.output_file import write_whole
+from ab_sim.base.quoting import visible
+from ab_sim.base.sources import NotOfSources, sources, versions
+from ab_sim.engine.integrate import steppers as steppers_folder
+from ab_sim.engine.integrate.registry import steppers
 from ab_sim.scene.model import Scene
-from ab_sim.sources import NotOfSources, sources, versions
 
 Result = dict[str, Any]
 """JSON-able mapping: mappings, lists, texts, finite numbers, booleans, None."""

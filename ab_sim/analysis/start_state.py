@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.base.errors import InputError
 from ab_sim.drive.orientation import tilt_of
-from ab_sim.dynamics.deck_models.in_space import angular_velocity
-from ab_sim.errors import InputError
+from ab_sim.model.dynamics.deck_models.in_space import angular_velocity
 
 
 def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str, Any]:

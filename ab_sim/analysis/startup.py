@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory, whirl_of
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule
 
 _ROUNDS = 12
 """Number of Newton steps; a smooth curve between two samples needs four or five."""

@@ -5,6 +5,10 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import AbstractContextManager
 from pathlib import Path
 
+from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
+from ab_sim.base.quoting import short
+from ab_sim.base.workers import Workers
 from ab_sim.design import sweep as sweeps
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
@@ -20,11 +24,7 @@ from ab_sim.design.tolerances import Tolerance, tolerance_of
 from ab_sim.design.tune import DRAWS, RUNS, SHARE, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, Variable, range_, values, variable_of
 from ab_sim.design.work import Executor
-from ab_sim.errors import InputError
-from ab_sim.progress import Progress
-from ab_sim.quoting import short
 from ab_sim.scene.load import SceneLike, as_scene
-from ab_sim.workers import Workers
 
 Over = Mapping[str, str | Sequence[object]]
 """Values by dotted key: a list, or a text as on the command line, ``"0.5 g..3 g:26"``; for a

@@ -4,9 +4,9 @@ from collections.abc import Callable, Sequence
 from difflib import get_close_matches
 from typing import TypeVar
 
-from ab_sim.formulas.methods import METHODS
-from ab_sim.integrate import registry as steppers
-from ab_sim.integrate.explicit import explicit
+from ab_sim.engine.integrate import registry as steppers
+from ab_sim.engine.integrate.explicit import explicit
+from ab_sim.export.formulas.methods import METHODS
 from ab_sim.scene import registry as effects
 
 Effect = TypeVar("Effect", bound=type[tuple[object, ...]])
@@ -22,7 +22,8 @@ def register_effect(
 
     An effect is a ``NamedTuple`` whose fields are its parameters and whose methods are its physics,
     plain Python on numbers: ``deck_force``, ``ball_drag`` and others, which
-    ``ab_sim.equations.effects`` lists. Machine code, derivatives, text and LaTeX are made of them.
+    ``ab_sim.model.equations.effects`` lists. Machine code, derivatives, text and LaTeX are made of
+    them.
     A method that is not in that list is called by your own deck models only.
 
     Parameters
@@ -86,7 +87,7 @@ def _check(name: str, effect: type[object]) -> None:
             raise ValueError(
                 f"effect {name!r}: its method {own!r} would not be called; did you mean "
                 f"{near[0]!r}? Begin its name with an underscore if it is a helper; "
-                "ab_sim.equations.effects lists what is called"
+                "ab_sim.model.equations.effects lists what is called"
             )
 
 

@@ -3,11 +3,11 @@
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
 from ab_sim.identification.files import Files, read_files
 from ab_sim.identification.result import Identification
 from ab_sim.identification.run import Question, run_identification
-from ab_sim.progress import Progress
 from ab_sim.scene.load import SceneLike, as_scene
 
 Paths = Sequence[Path | str]

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 from ab_sim.analysis.equilibria import Equilibria
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.floquet import Stability
-from ab_sim.errors import InputError
-from ab_sim.presentation import Column, Columns, Presented, ends, number
+from ab_sim.base.errors import InputError
+from ab_sim.base.presentation import Column, Columns, Presented, ends, number
 from ab_sim.scene.model import Scene
 
 if TYPE_CHECKING:
@@ -35,8 +35,8 @@ class BranchesOverSpeed(Presented):
         matplotlib.figure.Figure
             The figure of ``ab-sim equilibria --plot``.
         """
-        from ab_sim.figures.branches import drawn_branches
-        from ab_sim.figures.saved import with_plain_texts
+        from ab_sim.show.figures.branches import drawn_branches
+        from ab_sim.show.figures.saved import with_plain_texts
 
         return with_plain_texts(drawn_branches(self.scene, self.at_speed, self.over_speed))
 
@@ -112,8 +112,8 @@ class PeriodicSolutions(Presented):
         InputError
             There is no solution to draw.
         """
-        from ab_sim.figures.multipliers import drawn_multipliers
-        from ab_sim.figures.saved import with_plain_texts
+        from ab_sim.show.figures.multipliers import drawn_multipliers
+        from ab_sim.show.figures.saved import with_plain_texts
 
         if not self.solutions:
             raise InputError(f"{self.scene.name}: no periodic solution was found; none to draw")

@@ -3,14 +3,14 @@
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from ab_sim import accuracy, analysis
-from ab_sim.accuracy import WorkPrecision
+from ab_sim import analysis
 from ab_sim.analysis import OfflineRun
-from ab_sim.drive import Drive
+from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
+from ab_sim.drive import Drive, accuracy
+from ab_sim.drive.accuracy import WorkPrecision
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError
-from ab_sim.progress import Progress
 from ab_sim.scene import Scene
 from ab_sim.scene.load import SceneLike, as_scene
 
@@ -151,7 +151,7 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
     >>> bool(same)
     True
     """
-    from ab_sim.recording import Recording
+    from ab_sim.record.recording import Recording
 
     if every < 1:
         raise InputError(f"every = {every}: must be at least 1")

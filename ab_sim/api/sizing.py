@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from ab_sim.api.design import executors_of
+from ab_sim.base.progress import Progress
 from ab_sim.design.sizing.size import RUNS, Sizing, run_sizing
 from ab_sim.design.sizing.specification import (
     BALLS,
@@ -16,7 +17,6 @@ from ab_sim.design.sizing.specification import (
     specification_of,
 )
 from ab_sim.design.sizing.spread_share import Running
-from ab_sim.progress import Progress
 
 
 def size(

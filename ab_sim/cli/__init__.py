@@ -4,7 +4,7 @@ import errno
 import os
 import sys
 
-from ab_sim import interruption
+from ab_sim.base import interruption
 
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 
@@ -16,8 +16,8 @@ def main() -> None:
     0 done, 1 refused by a node, 2 bad input, 3 diverged, 130 interrupted.
     """
     interruption.watch()
-    from ab_sim.errors import AbSimError, Interrupted
-    from ab_sim.quoting import visible
+    from ab_sim.base.errors import AbSimError, Interrupted
+    from ab_sim.base.quoting import visible
 
     try:
         from ab_sim.cli.app import app

@@ -8,12 +8,12 @@ import typer
 from typer.core import TyperGroup
 
 import ab_sim
+from ab_sim.base.quoting import visible
 from ab_sim.cli.analysis_commands import stability_and_vibration
 from ab_sim.cli.design_commands import choose_a_design
 from ab_sim.cli.node_commands import node_commands
 from ab_sim.cli.recording_commands import nodes_and_bags, recordings_and_measurements
 from ab_sim.cli.scene_commands import accuracy_and_cost, other_tools, run_and_watch, write_a_scene
-from ab_sim.quoting import visible
 
 _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 """Typer's class of usage errors, for which it has no name."""

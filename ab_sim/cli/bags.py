@@ -6,7 +6,15 @@ from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 
-from ab_sim.bags import STATE_RATE, Bag, export_bag, import_bag, repair_bag
+from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.output_file import (
+    CSV,
+    PARQUET,
+    RECORDING,
+    check_ending,
+    check_folder,
+    check_writable,
+)
 from ab_sim.cli.checks import check_positive, require_ros
 from ab_sim.cli.outputs import people, say_written
 from ab_sim.cli.progress import Tell, progress_bar
@@ -17,17 +25,9 @@ from ab_sim.cli.recording_commands import (
     ReplayOptions,
 )
 from ab_sim.cli.runner import Command, Outcome
-from ab_sim.errors import AbSimError, InputError
-from ab_sim.output_file import (
-    CSV,
-    PARQUET,
-    RECORDING,
-    check_ending,
-    check_folder,
-    check_writable,
-)
-from ab_sim.recording import StoredRun, open_recording
-from ab_sim.recording import export as formats
+from ab_sim.record.bags import STATE_RATE, Bag, export_bag, import_bag, repair_bag
+from ab_sim.record.recording import StoredRun, open_recording
+from ab_sim.record.recording import export as formats
 
 _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 

@@ -1,14 +1,14 @@
 """`ab-sim c` and `ab-sim urdf`."""
 
-from ab_sim.c_code.sources import NAMES, sources_of
-from ab_sim.c_code.writing import check_output, write_fmu, write_sources
+from ab_sim.base.errors import InputError
+from ab_sim.base.output_file import FMU
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.recording_commands import UrdfOptions
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import COptions
 from ab_sim.drive.urdf import urdf_of
-from ab_sim.errors import InputError
-from ab_sim.output_file import FMU
+from ab_sim.export.c_code.sources import NAMES, sources_of
+from ab_sim.export.c_code.writing import check_output, write_fmu, write_sources
 from ab_sim.scene import load_scene
 
 

@@ -4,17 +4,17 @@ from collections.abc import Iterable, Iterator
 
 from rich.table import Table
 
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.rest import rest_of
+from ab_sim.base.errors import SceneError
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.scene_commands import CheckOptions
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.overlap import WHAT_CHANGES, overlaps_at_start, together_at_start
-from ab_sim.dynamics.assemble import free_coordinates, system_of
-from ab_sim.dynamics.system import System
-from ab_sim.equations.planar import Planar
-from ab_sim.errors import SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import free_coordinates, system_of
+from ab_sim.model.dynamics.system import System
+from ab_sim.model.equations.planar import Planar
 from ab_sim.scene import Scene, find_scene, load_scene
 from ab_sim.scene.sensors import steps_per_sample
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from contextlib import AbstractContextManager
 from typing import TYPE_CHECKING
 
-from ab_sim.errors import InputError
-from ab_sim.quoting import short
+from ab_sim.base.errors import InputError
+from ab_sim.base.quoting import short
 
 if TYPE_CHECKING:
     from ab_sim.design.sweep import Sweep
@@ -68,8 +68,8 @@ def executor_of(workers: int | None, scheduler: str | None) -> "AbstractContextM
     Raises:
         InputError: both are given, or no workers; or see ``Cluster``.
     """
+    from ab_sim.base.workers import Workers
     from ab_sim.design.cluster import Cluster
-    from ab_sim.workers import Workers
 
     if scheduler is not None:
         if workers is not None:

@@ -4,13 +4,13 @@ from collections.abc import Iterator
 
 from rich.table import Table
 
+from ab_sim.analysis.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
+from ab_sim.analysis.effect_cost import EffectCost, VariantCost, effect_cost
+from ab_sim.base.errors import InputError
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
-from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
-from ab_sim.studies.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
-from ab_sim.studies.effect_cost import EffectCost, VariantCost, effect_cost
 
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors [rad] for which the cheapest setting is named."""
@@ -23,7 +23,7 @@ def accuracy_command(given: AccuracyOptions) -> Command:
 
     def work(tell: Tell) -> Outcome:
         cost = accuracy_cost(scene, given.repeats, progress=tell)
-        draw = picture("ab_sim.figures.accuracy_cost:accuracy_figure", cost)
+        draw = picture("ab_sim.show.figures.accuracy_cost:accuracy_figure", cost)
         return Outcome(accuracy_shown(cost), cost.report, draw)
 
     return Command(work, scene.name)
@@ -131,7 +131,7 @@ def cost_command(given: CostOptions) -> Command:
 
     def work(tell: Tell) -> Outcome:
         cost = effect_cost(scene, given.repeats, leave_one_out=given.leave_one_out, progress=tell)
-        draw = picture("ab_sim.figures.effect_cost:cost_figure", [cost])
+        draw = picture("ab_sim.show.figures.effect_cost:cost_figure", [cost])
         return Outcome([cost_table(cost)], cost.report, draw)
 
     return Command(work, scene.name)

@@ -6,6 +6,8 @@ import threading
 
 from rich.text import Text
 
+from ab_sim.base.errors import InputError
+from ab_sim.base.output_file import check_writable
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.scene_commands import DemoOptions
 from ab_sim.cli.watching import (
@@ -17,10 +19,8 @@ from ab_sim.cli.watching import (
     serve_page,
     start_run,
 )
-from ab_sim.errors import InputError
-from ab_sim.output_file import check_writable
 from ab_sim.scene import load_scene
-from ab_sim.viewing import WEB
+from ab_sim.show.viewing import WEB
 
 SCENE = "balanced-start-up"
 REPORT = "ab_sim.cli.startup_report"

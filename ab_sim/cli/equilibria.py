@@ -28,13 +28,13 @@ from ab_sim.analysis.equilibria.extremes import ALL
 from ab_sim.analysis.equilibria.over_speed import OverSpeed
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
+from ab_sim.base.conventions import NOTATION, in_one_turn
+from ab_sim.base.errors import DivergedError, InputError, SceneError
 from ab_sim.cli.analysis_commands import EquilibriaOptions, StabilityOptions
 from ab_sim.cli.checks import check_speed
 from ab_sim.cli.outputs import own_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
-from ab_sim.conventions import NOTATION, in_one_turn
-from ab_sim.errors import DivergedError, InputError, SceneError
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
 
@@ -82,7 +82,9 @@ def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
                 yield WholeLine(f"  {_command(scene, given.scene, given.change)}")
 
         drawn = scene, found, over_speed
-        return Outcome(shown(), report, picture("ab_sim.figures.branches:branches_figure", *drawn))
+        return Outcome(
+            shown(), report, picture("ab_sim.show.figures.branches:branches_figure", *drawn)
+        )
 
     return Command(work, f"resting states of {scene.name}")
 

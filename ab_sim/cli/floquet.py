@@ -17,13 +17,13 @@ from ab_sim.analysis.floquet import (
     solutions_of,
 )
 from ab_sim.analysis.floquet.follow import Case
+from ab_sim.base.conventions import NOTATION, in_one_turn
+from ab_sim.base.errors import InputError
+from ab_sim.base.limited_yaml import read_yaml
 from ab_sim.cli.analysis_commands import FloquetOptions
 from ab_sim.cli.progress import Tell, progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture
-from ab_sim.conventions import NOTATION, in_one_turn
-from ab_sim.dynamics.assemble import free_coordinates, system_of
-from ab_sim.errors import InputError
-from ab_sim.limited_yaml import read_yaml
+from ab_sim.model.dynamics.assemble import free_coordinates, system_of
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 
@@ -73,9 +73,9 @@ def _follow(
 def _draw(scene: Scene, found: list[Stability], followed: Followed | None) -> Draw | None:
     """Return the function that draws the result; None if there is nothing to draw."""
     if followed is not None and any(point.found is not None for point in followed.points):
-        return picture("ab_sim.figures.multipliers:modulus_figure", scene.name, followed)
+        return picture("ab_sim.show.figures.multipliers:modulus_figure", scene.name, followed)
     if followed is None and found:
-        return picture("ab_sim.figures.multipliers:multipliers_figure", found)
+        return picture("ab_sim.show.figures.multipliers:multipliers_figure", found)
     return None
 
 

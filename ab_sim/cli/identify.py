@@ -6,17 +6,17 @@ from pathlib import Path
 import numpy as np
 from rich.table import Table
 
+from ab_sim.base.errors import Interrupted
+from ab_sim.base.output_file import PAGE, SCENE
+from ab_sim.base.presentation import number, titled
 from ab_sim.cli.checks import processes
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.recording_commands import IdentifyOptions
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
-from ab_sim.errors import Interrupted
 from ab_sim.identification.files import Files, read_files, trial_masses_of
 from ab_sim.identification.parameters import bounds_of
 from ab_sim.identification.result import INTERRUPTED, Identification, share_words
 from ab_sim.identification.run import Question, run_identification
-from ab_sim.output_file import PAGE, SCENE
-from ab_sim.presentation import number, titled
 from ab_sim.scene import load_scene
 
 MOST_NAMED = 3
@@ -38,7 +38,7 @@ def identify_command(given: IdentifyOptions) -> Command:
         found = run_identification(scene, recordings, question, held_out, tell, workers)
 
         def write_page(file: Path) -> None:
-            from ab_sim.reports.identification import identification_page
+            from ab_sim.show.reports.identification import identification_page
 
             identification_page(found, file)
 

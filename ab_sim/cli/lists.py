@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 from rich.table import Table
 from rich.text import Text
 
+from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.output_file import REPORT
+from ab_sim.base.scene_files import find_scene, read_scene_file, scene_names
 from ab_sim.cli.outputs import PlainConsole, check_files, own_command, say_written, write_json
 from ab_sim.cli.scene_commands import (
     EffectsOptions,
@@ -17,12 +20,9 @@ from ab_sim.cli.scene_commands import (
     SchemaOptions,
     SensorsOptions,
 )
-from ab_sim.errors import InputError, nearest
-from ab_sim.output_file import REPORT
-from ab_sim.scene_files import find_scene, read_scene_file, scene_names
 
 if TYPE_CHECKING:
-    from ab_sim.formulas.effects import Formula
+    from ab_sim.export.formulas.effects import Formula
 
 # Imports of scenes and effects are in the functions: `ab-sim scenes` needs none of them.
 
@@ -159,7 +159,7 @@ def print_effects(given: EffectsOptions) -> None:
 
 def _print_formulas(name: str, effect: type[Any]) -> None:
     """Print the formulas of an effect: as text, then as LaTeX."""
-    from ab_sim.formulas.effects import formulas_of
+    from ab_sim.export.formulas.effects import formulas_of
 
     console.print(name, style="bold")
     for formula in formulas_of(effect):

@@ -6,6 +6,8 @@ import shutil
 import tempfile
 from pathlib import Path
 
+from ab_sim.base.errors import InputError, Interrupted
+from ab_sim.base.output_file import RECORDING, check_can_be_made, check_ending, check_writable
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.scene_commands import LiveOptions
 from ab_sim.cli.watching import (
@@ -19,10 +21,8 @@ from ab_sim.cli.watching import (
     start_run,
 )
 from ab_sim.drive.overlap import together_at_start
-from ab_sim.errors import InputError, Interrupted
-from ab_sim.output_file import RECORDING, check_can_be_made, check_ending, check_writable
 from ab_sim.scene import load_scene
-from ab_sim.viewing import WEB
+from ab_sim.show.viewing import WEB
 
 RECORDINGS = Path("recordings")
 """Folder for recordings of runs with a viewer but without ``--record``."""

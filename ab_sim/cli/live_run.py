@@ -23,12 +23,12 @@ from std_srvs.srv import SetBool, Trigger
 
 from ab_msgs_py import ENDED, Health, MalformedMessage, topics
 from ab_msgs_py.services import answer_of, switch_request, trigger_request
-from ab_sim import interruption
-from ab_sim.errors import AbSimError, InputError, Interrupted
+from ab_sim.base import interruption
+from ab_sim.base.errors import AbSimError, InputError, Interrupted
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.leaving import leave_graph
 from ab_sim.scene import Scene
-from ab_sim.viewing import STARTED
+from ab_sim.show.viewing import STARTED
 
 READY = 90.0
 """Time for the nodes to start [s]; the first time, this includes compiling the kernel."""

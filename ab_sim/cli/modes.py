@@ -20,7 +20,7 @@ def modes_command(given: ModesOptions) -> Command:
 
     def work(_: Tell) -> Outcome:
         found = vibration_of(scene, given.speed)
-        draw = picture("ab_sim.figures.campbell:campbell_figure", found)
+        draw = picture("ab_sim.show.figures.campbell:campbell_figure", found)
         return Outcome(_shown(found), found.report, draw)
 
     return Command(work)

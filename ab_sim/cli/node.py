@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 from rich.table import Table
 
+from ab_sim.base.errors import AbSimError, InputError, Interrupted, Refused
+from ab_sim.base.limited_yaml import read_yaml
+from ab_sim.base.quoting import short, visible
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.node_commands import CommandOptions, GetOptions, ListOptions, SetOptions
 from ab_sim.cli.node_services import SERVICES, ServiceCommand
 from ab_sim.cli.outputs import PlainConsole, people
-from ab_sim.errors import AbSimError, InputError, Interrupted, Refused
-from ab_sim.limited_yaml import read_yaml
-from ab_sim.quoting import short, visible
 from ab_sim.scene.units import has_unit, in_si
 
 if TYPE_CHECKING:

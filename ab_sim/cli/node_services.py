@@ -4,7 +4,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 
 DRIVE, CONTROLLER = "drive_sim", "profile_controller"
 

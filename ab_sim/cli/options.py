@@ -5,7 +5,7 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-_FILES = Path(__file__).parents[1].joinpath("integrate", "steppers").glob("[a-z]*.py")
+_FILES = Path(__file__).parents[1].joinpath("engine", "integrate", "steppers").glob("[a-z]*.py")
 STEPPERS = ("auto", *sorted(file.stem.replace("_", "-") for file in _FILES))
 """Names of the steppers, from their files, because importing the registry would slow down --help. A
 test compares them."""

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 from rich.table import Table
 
 import ab_sim
+from ab_sim.base.errors import InputError
+from ab_sim.base.output_file import check_can_be_made, check_writable, write_whole
 from ab_sim.cli.analysis_commands import PaperOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
-from ab_sim.errors import InputError
-from ab_sim.output_file import check_can_be_made, check_writable, write_whole
 
 if TYPE_CHECKING:
     from gallery import page as pages

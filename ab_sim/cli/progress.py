@@ -6,9 +6,9 @@ from contextlib import contextmanager
 
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
+from ab_sim.base.errors import AbSimError, Interrupted
+from ab_sim.base.interruption import in_order
 from ab_sim.cli.outputs import people
-from ab_sim.errors import AbSimError, Interrupted
-from ab_sim.interruption import in_order
 
 EVERY = 10.0
 """Time between two lines [s]."""

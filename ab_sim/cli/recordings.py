@@ -8,18 +8,18 @@ import yaml
 from rich.table import Table
 
 from ab_sim.analysis.start_state import start_from
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.output_file import PAGE, PNG
 from ab_sim.cli.progress import Tell, interruptible
 from ab_sim.cli.recording_commands import CompareOptions, ReportOptions, StateOptions
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.drive.trajectory import balls_in
-from ab_sim.errors import InputError, exact
-from ab_sim.output_file import PAGE, PNG
-from ab_sim.recording import open_recording
-from ab_sim.reports.compare import ChannelDeviation, RecordingComparison, compare_recording
-from ab_sim.reports.gather import RunData, gather
-from ab_sim.reports.grid import Grid
-from ab_sim.reports.summary import CAPTION, summary_rows
+from ab_sim.record.recording import open_recording
 from ab_sim.scene import load_scene
+from ab_sim.show.reports.compare import ChannelDeviation, RecordingComparison, compare_recording
+from ab_sim.show.reports.gather import RunData, gather
+from ab_sim.show.reports.grid import Grid
+from ab_sim.show.reports.summary import CAPTION, summary_rows
 
 MOST_RUNS = 8
 """Largest number of runs side by side; more would be too small to see."""
@@ -43,18 +43,18 @@ def report_command(given: ReportOptions) -> Command:
 
         @cache
         def grid() -> Grid:
-            from ab_sim.reports.grid import grid_of
-            from ab_sim.reports.panels import panels_of
+            from ab_sim.show.reports.grid import grid_of
+            from ab_sim.show.reports.panels import panels_of
 
             return grid_of([data.name for data in runs], [panels_of(data) for data in runs])
 
         def draw(file: Path) -> None:
-            from ab_sim.reports.picture import report_picture
+            from ab_sim.show.reports.picture import report_picture
 
             report_picture(grid(), file)
 
         def write_page(file: Path) -> None:
-            from ab_sim.reports.page import report_page
+            from ab_sim.show.reports.page import report_page
 
             report_page(grid(), summary_rows(runs), [data.notes for data in runs], file)
 
@@ -99,7 +99,7 @@ def compare_command(given: CompareOptions) -> Command:
         return Outcome(
             [compare_table(found, recording.name), *found.notes],
             lambda: {"recording": str(recording), **found.report()},
-            picture("ab_sim.reports.compare_picture:compare_picture", found, recording.name),
+            picture("ab_sim.show.reports.compare_picture:compare_picture", found, recording.name),
         )
 
     return Command(work, f"{scene.name} as {recording.name}", "nothing was written")

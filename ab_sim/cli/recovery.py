@@ -13,10 +13,10 @@ from ab_sim.analysis.recovery import (
     recovery_over_drag,
 )
 from ab_sim.analysis.recovery.response import LONGEST
+from ab_sim.base.errors import InputError
 from ab_sim.cli.analysis_commands import RecoveryOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
-from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 
 MOST = 1000
@@ -30,7 +30,7 @@ def recovery_command(given: RecoveryOptions) -> Command:
 
     def work(tell: Tell) -> Outcome:
         found = recovery_over_drag(scene, values, tell)
-        draw = picture("ab_sim.figures.recovery:recovery_figure", found)
+        draw = picture("ab_sim.show.figures.recovery:recovery_figure", found)
         return Outcome(_shown(found), found.report, draw)
 
     return Command(work, scene.name)

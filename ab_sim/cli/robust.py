@@ -5,6 +5,9 @@ from collections.abc import Iterator, Sequence
 
 from rich.table import Table
 
+from ab_sim.base.output_file import CSV, PARQUET
+from ab_sim.base.presentation import number
+from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes, share_of, wanted_metrics
 from ab_sim.cli.design_commands import RobustOptions
 from ab_sim.cli.outputs import Output, own_command
@@ -16,12 +19,9 @@ from ab_sim.design.intervals import QuantileOfMetric
 from ab_sim.design.spread import DesignDifference, Spread, check_worst_folder, share_text
 from ab_sim.design.spread_runs import DEFAULT_CRITERION, FEW_PAIRS, SpreadQuestion, run_spread
 from ab_sim.design.tolerances import tolerance_of
-from ab_sim.output_file import CSV, PARQUET
-from ab_sim.presentation import number
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.shown_units import shown_units
-from ab_sim.workers import KEPT
 
 FINER = (0.01, 0.001)
 """Half-widths for which the necessary number of runs is printed."""

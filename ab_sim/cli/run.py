@@ -13,15 +13,15 @@ from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
 from ab_sim.analysis.metrics.metric import Metric, Row, WhirlScale
 from ab_sim.analysis.metrics.wording import number_text
+from ab_sim.base.conventions import ANGLES, LAST, WHIRL
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.output_file import RECORDING
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
-from ab_sim.conventions import ANGLES, LAST, WHIRL
 from ab_sim.drive import Drive
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError, exact
-from ab_sim.output_file import RECORDING
 from ab_sim.scene import Scene, load_scene
 
 INTERVALS = 100
@@ -55,8 +55,8 @@ def run_command(given: RunOptions) -> Command:
         report = {**result.report(), **beside}
 
         def draw(file: Path) -> None:
-            from ab_sim.figures.run import DOTS
-            from ab_sim.figures.saved import save
+            from ab_sim.show.figures.run import DOTS
+            from ab_sim.show.figures.saved import save
 
             save(result.plot(comparison), file, DOTS)
 

@@ -8,6 +8,9 @@ from typing import Any, NamedTuple
 
 from rich.table import Table
 
+from ab_sim.base.errors import InputError, NothingFound
+from ab_sim.base.output_file import PICTURE, REPORT, write_whole
+from ab_sim.base.presentation import Presented
 from ab_sim.cli.outputs import (
     Output,
     PlainConsole,
@@ -17,9 +20,6 @@ from ab_sim.cli.outputs import (
     write_json,
 )
 from ab_sim.cli.progress import Tell, interruptible, progress_bar
-from ab_sim.errors import InputError, NothingFound
-from ab_sim.output_file import PICTURE, REPORT, write_whole
-from ab_sim.presentation import Presented
 
 Write = Callable[[Path], list[Path] | None]
 """Function that writes a file; for a folder it returns the files in it."""
@@ -140,7 +140,7 @@ def plotted(found: Presented) -> Draw:
     """Return a function that draws the result's ``plot()`` into a file."""
 
     def draw(file: Path) -> None:
-        from ab_sim.figures.saved import save
+        from ab_sim.show.figures.saved import save
 
         save(found.plot(), file, DOTS)
 

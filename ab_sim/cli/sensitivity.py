@@ -6,13 +6,13 @@ from collections.abc import Iterator
 import numpy as np
 from rich.table import Table
 
-from ab_sim.batch import simulate_batch
+from ab_sim.base.errors import InputError
 from ab_sim.cli.design_commands import SensitivityOptions
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
+from ab_sim.design.batch import simulate_batch
 from ab_sim.design.derivatives import MetricSensitivities, metric_sensitivities, real_keys
 from ab_sim.design.derivatives.of_metrics import differentiable_metrics
-from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 
 

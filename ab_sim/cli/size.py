@@ -5,6 +5,9 @@ from collections.abc import Iterator
 
 from rich.table import Table
 
+from ab_sim.base.output_file import SCENE
+from ab_sim.base.presentation import number
+from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, share_of
 from ab_sim.cli.design_commands import SizeOptions
 from ab_sim.cli.progress import Tell
@@ -13,9 +16,6 @@ from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.size import Sizing, run_sizing, sizing_failure
 from ab_sim.design.sizing.specification import SpecificationTexts, specification_of
 from ab_sim.design.sizing.spread_share import Running
-from ab_sim.output_file import SCENE
-from ab_sim.presentation import number
-from ab_sim.workers import KEPT
 
 
 def size_command(given: SizeOptions) -> Command:

@@ -14,15 +14,15 @@ from ab_sim.analysis.maps.family import Family, family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
+from ab_sim.base.errors import InputError
+from ab_sim.base.workers import KEPT
 from ab_sim.cli.analysis_commands import StabilityOptions
 from ab_sim.cli.checks import check_speed, processes
 from ab_sim.cli.equilibria import equilibria_command
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.design import basin as basins
-from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
-from ab_sim.workers import KEPT
 
 OF_WHICH = {
     ALL: "by all balanced positions of the balls",
@@ -90,7 +90,7 @@ def _map_command(plane: Plane, coarse: int, against: int | None) -> Command:
             )
 
         def draw(file: Path) -> None:
-            from ab_sim.figures.stability_map import map_figure
+            from ab_sim.show.figures.stability_map import map_figure
 
             map_figure(maps[0], file, *maps[1:])
 
@@ -105,7 +105,7 @@ def _family_command(plane: Plane, coarse: int, key: str, values: tuple[float, ..
 
     def work(tell: Tell) -> Outcome:
         found = family(plane, key, values, coarse, processes(None), tell)
-        draw = picture("ab_sim.figures.stability_map:family_figure", found)
+        draw = picture("ab_sim.show.figures.stability_map:family_figure", found)
         return Outcome([family_table(found)], found.report, draw)
 
     return Command(work, plane.scene.name, KEPT)
@@ -117,7 +117,7 @@ def _basin_command(given: StabilityOptions, count: int) -> Command:
 
     def work(tell: Tell) -> Outcome:
         found = basins.basin(scene, count, processes(None), progress=tell)
-        draw = picture("ab_sim.figures.basin_map:basin_figure", found)
+        draw = picture("ab_sim.show.figures.basin_map:basin_figure", found)
         return Outcome([basin_table(found)], found.report, draw)
 
     return Command(work, scene.name, KEPT)

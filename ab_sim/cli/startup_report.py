@@ -6,14 +6,14 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.analysis import compare_run, metrics_of, run_scene, time_of_speed
+from ab_sim.base.errors import AbSimError
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.run import metrics_table
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import AbSimError
-from ab_sim.figures.run import run_figure
-from ab_sim.recording import read_recording
+from ab_sim.model.spindle import SpeedSchedule
+from ab_sim.record.recording import read_recording
 from ab_sim.scene import Scene
-from ab_sim.spindle import SpeedSchedule
+from ab_sim.show.figures.run import run_figure
 
 LOSSES = ("commands lost", "messages dropped by the recorder")
 """Figures of the live run that count as lost messages, together with missing samples."""

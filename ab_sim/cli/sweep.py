@@ -6,6 +6,9 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.analysis.metrics.metric import Better, metrics_named
+from ab_sim.base.output_file import CSV, PARQUET
+from ab_sim.base.presentation import number
+from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes, wanted_metrics
 from ab_sim.cli.design_commands import SweepOptions
 from ab_sim.cli.progress import Tell
@@ -14,11 +17,8 @@ from ab_sim.design.judged import OUTCOME, has_settled
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import Sweep, run_sweep
 from ab_sim.design.variables import variable_of
-from ab_sim.output_file import CSV, PARQUET
-from ab_sim.presentation import number
 from ab_sim.scene import load_scene
 from ab_sim.scene.shown_units import shown_units
-from ab_sim.workers import KEPT
 
 
 def sweep_command(given: SweepOptions) -> Command:

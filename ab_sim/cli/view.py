@@ -1,11 +1,11 @@
 """`ab-sim view`: finished and growing recordings in Rerun's viewer."""
 
-from ab_sim import interruption
+from ab_sim.base import interruption
+from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.output_file import RECORDING, check_ending
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.scene_commands import ViewOptions
-from ab_sim.errors import AbSimError, InputError
-from ab_sim.output_file import RECORDING, check_ending
-from ab_sim.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
+from ab_sim.show.viewing import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
 MEMORY = "50%"
 """Memory limit of the viewer, relative to this machine's, so that long recordings are shown

@@ -3,7 +3,7 @@
 import math
 from typing import Literal, NamedTuple
 
-from ab_sim.errors import InputError, exact
+from ab_sim.base.errors import InputError, exact
 
 Quantity = Literal["displacement", "acceleration"]
 QUANTITIES: tuple[Quantity, ...] = ("displacement", "acceleration")

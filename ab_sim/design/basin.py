@@ -14,20 +14,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.maps.refine import Point
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.judging import limits_of
 from ab_sim.analysis.metrics.verdict import Verdict
-from ab_sim.batch import simulate_batch
-from ab_sim.equations.neighbours import at_one_angle, equal_pairs, start_angles
-from ab_sim.errors import InputError, SceneError
-from ab_sim.presentation import Column, Columns, Presented, number
-from ab_sim.progress import Progress
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
+from ab_sim.design.batch import simulate_batch
+from ab_sim.drive.accuracy import resolve_accuracy
+from ab_sim.model.equations.neighbours import at_one_angle, equal_pairs, start_angles
 from ab_sim.scene.load import SceneLike, as_scene, changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.workers import Workers
 
 JUDGED_BY = ("verdict", "residual_unbalance", "final_whirl_over_e")
 SAMPLES = 1000

@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.base.errors import SceneError
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.judged import Job, varied_scene
 from ab_sim.design.tolerances import Tolerance
 from ab_sim.design.variables import Range
-from ab_sim.errors import SceneError
 from ab_sim.scene.model import Scene
 
 

@@ -21,11 +21,11 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from urllib.parse import urlsplit
 
 import ab_sim
+from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.quoting import short, visible
+from ab_sim.base.sources import NotOfSources
+from ab_sim.base.workers import KEPT, WorkerLost
 from ab_sim.design.remote_call import Answer, Differs, Done, Raised, RemoteCall
-from ab_sim.errors import AbSimError, InputError
-from ab_sim.quoting import short, visible
-from ab_sim.sources import NotOfSources
-from ab_sim.workers import KEPT, WorkerLost
 
 if TYPE_CHECKING:
     from distributed import Client, Future

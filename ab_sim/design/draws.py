@@ -11,6 +11,8 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.base.errors import InputError, SceneError, exact
+from ab_sim.base.quoting import short
 from ab_sim.design.distributions import Discrete, Distribution, Normal
 from ab_sim.design.points import MOST, check_within
 from ab_sim.design.tolerances import (
@@ -23,9 +25,7 @@ from ab_sim.design.tolerances import (
     VALUE,
     Tolerance,
 )
-from ab_sim.equations.neighbours import angles_at_random
-from ab_sim.errors import InputError, SceneError, exact
-from ab_sim.quoting import short
+from ab_sim.model.equations.neighbours import angles_at_random
 from ab_sim.scene.changes import value_at
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import changed_scene

@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.base.errors import InputError
 from ab_sim.design.distributions import Loading
 from ab_sim.design.tolerances import OFFSET, Tolerance
-from ab_sim.errors import InputError
 
 LEAST = 1e-6
 """Components of a deviation below this fraction of the standard deviation are left out."""

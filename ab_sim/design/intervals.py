@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.errors import InputError, exact
+from ab_sim.base.errors import InputError, exact
 
 LEVEL = 0.95
 """Confidence level."""

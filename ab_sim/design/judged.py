@@ -8,10 +8,10 @@ import pyarrow
 
 from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
 from ab_sim.analysis.metrics.verdict import SETTLED, Verdict
-from ab_sim.batch.judging import JudgedPart, judged_parts
-from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.run_columns import split_of
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.design.batch.judging import JudgedPart, judged_parts
+from ab_sim.design.batch.prepared_run import PreparedRun
+from ab_sim.design.batch.run_columns import split_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

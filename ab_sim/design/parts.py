@@ -17,11 +17,11 @@ import pyarrow
 from pyarrow import parquet
 
 from ab_sim.analysis.results import Results
+from ab_sim.base.errors import InputError
+from ab_sim.base.file_locks import lock
+from ab_sim.base.output_file import write_whole
+from ab_sim.base.quoting import visible
 from ab_sim.design.judged import RUN, Job, judged, modules_of
-from ab_sim.errors import InputError
-from ab_sim.file_locks import lock
-from ab_sim.output_file import write_whole
-from ab_sim.quoting import visible
 
 SUFFIX = ".parquet"
 

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
+from ab_sim.base.errors import InputError
+from ab_sim.base.quoting import short
 from ab_sim.design.variables import ListedValues, Range, Variable
-from ab_sim.errors import InputError
-from ab_sim.quoting import short
 
 MOST = 10_000_000
 """Largest number of runs of a sweep."""

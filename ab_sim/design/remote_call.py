@@ -18,7 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 
 import ab_sim
 from ab_sim.analysis.results import sources_and_versions
-from ab_sim.sources import NotOfSources
+from ab_sim.base.sources import NotOfSources
 
 Thing = TypeVar("Thing")
 

@@ -7,8 +7,9 @@ from typing import NamedTuple
 import numpy as np
 import pyarrow
 
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.metrics.metric import MetricKind
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.progress import Progress
 from ab_sim.design.bounds import Bound, bound_of
 from ab_sim.design.draws import DrawnPoints, ExchangedPoints
 from ab_sim.design.intervals import (
@@ -26,8 +27,7 @@ from ab_sim.design.spread import BALANCED, DesignDifference, SobolIndices, Sprea
 from ab_sim.design.sweep import DEFAULT_METRICS, Sweep, check_first, sweep_of
 from ab_sim.design.tolerances import Tolerance
 from ab_sim.design.work import Executor, StudyRuns
-from ab_sim.errors import InputError, exact
-from ab_sim.progress import Progress
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)

@@ -13,9 +13,13 @@ import pyarrow
 from pyarrow import csv, parquet
 
 import ab_sim
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.analysis.metrics.verdict import BALANCED
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.output_file import replacing
+from ab_sim.base.presentation import Column, Columns, Presented, number, titled
+from ab_sim.base.progress import Progress
+from ab_sim.base.quoting import short
 from ab_sim.design.judged import (
     FAILURE,
     OUTCOME,
@@ -28,12 +32,8 @@ from ab_sim.design.judged import (
 )
 from ab_sim.design.points import MOST, Points
 from ab_sim.design.work import Executor, rows_of
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.overlap import together_at_start
-from ab_sim.errors import InputError, SceneError
-from ab_sim.output_file import replacing
-from ab_sim.presentation import Column, Columns, Presented, number, titled
-from ab_sim.progress import Progress
-from ab_sim.quoting import short
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.load import check_scene
 from ab_sim.scene.model import Scene

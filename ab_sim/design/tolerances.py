@@ -4,6 +4,9 @@ import math
 import re
 from typing import Any, NamedTuple
 
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.limited_yaml import read_yaml
+from ab_sim.base.quoting import short
 from ab_sim.design.distributions import (
     LEAST_LEFT,
     Discrete,
@@ -12,9 +15,6 @@ from ab_sim.design.distributions import (
     Normal,
     Uniform,
 )
-from ab_sim.errors import InputError, exact
-from ab_sim.limited_yaml import read_yaml
-from ab_sim.quoting import short
 from ab_sim.scene.keys import SceneKey, scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 

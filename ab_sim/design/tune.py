@@ -10,8 +10,11 @@ import numpy as np
 import pyarrow
 
 import ab_sim
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.metrics.metric import Better
+from ab_sim.base.errors import InputError
+from ab_sim.base.limited_yaml import yaml_text
+from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.base.progress import Progress
 from ab_sim.design.candidates import Candidates, Spreading
 from ab_sim.design.judged import OUTCOME, Job, Point, has_settled, judged, metric_columns
 from ab_sim.design.points import check_keys
@@ -20,10 +23,7 @@ from ab_sim.design.search import Effort, search
 from ab_sim.design.sweep import Sweep, check_first, table_of
 from ab_sim.design.variables import Range
 from ab_sim.design.work import Executor, StudyRuns
-from ab_sim.errors import InputError
-from ab_sim.limited_yaml import yaml_text
-from ab_sim.presentation import Column, Columns, Presented, number
-from ab_sim.progress import Progress
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

@@ -10,13 +10,13 @@ from typing import Any, Protocol, TypeVar, overload
 import numpy as np
 import pyarrow
 
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.design.cluster import Cluster
 from ab_sim.design.judged import RUN, Job, Point, judged, modules_of, schema_of
 from ab_sim.design.parts import Parts
 from ab_sim.design.points import Points
-from ab_sim.progress import Progress
-from ab_sim.stepping.side_by_side import LANES
-from ab_sim.workers import Workers
+from ab_sim.engine.stepping.side_by_side import LANES
 
 CHUNK_SECONDS = 1.5
 """Duration of a chunk [s], long compared with the cost of sending and storing it."""

@@ -7,8 +7,8 @@ from typing import Any
 import ab_sim
 from ab_sim.drive.explanation import explain
 from ab_sim.drive.rows import channels_of
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene.model import Scene
 
 

@@ -10,13 +10,13 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive.observation import Snapshot
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.registry import require_built_in
-from ab_sim.dynamics.system import TURNS, System, has_motor
-from ab_sim.equations.neighbours import reduced
-from ab_sim.errors import SceneError
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.registry import require_built_in
+from ab_sim.model.dynamics.system import TURNS, System, has_motor
+from ab_sim.model.equations.neighbours import reduced
 from ab_sim.scene.deck import inertia_matrix
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene

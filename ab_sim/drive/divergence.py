@@ -2,8 +2,8 @@
 
 from collections.abc import Sequence
 
-from ab_sim.errors import DivergedError
-from ab_sim.integrate.stepper import Stepper
+from ab_sim.base.errors import DivergedError
+from ab_sim.engine.integrate.stepper import Stepper
 
 MOST_NAMED = 3
 """Number of variables that the message names; it counts the others."""

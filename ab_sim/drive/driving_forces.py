@@ -5,8 +5,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.equations.motion import Ball
-from ab_sim.equations.sums import over_effects
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
 

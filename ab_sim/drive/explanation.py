@@ -8,8 +8,8 @@ import numpy as np
 from ab_sim.drive.balance import balance_of
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
+from ab_sim.model.spindle import SpeedSchedule, top_speed_of
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule, top_speed_of
 
 _PEAK = 0.15
 """Factor on the whirl at the critical speed in the scale of a drawing, which need not show all of

@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.drive.orientation import tilt_of
-from ab_sim.sensing import PickupState
-from ab_sim.spindle import SpeedSchedule
+from ab_sim.drive.sensing import PickupState
+from ab_sim.model.spindle import SpeedSchedule
 
 
 @dataclass(frozen=True)

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.equations.neighbours import APART, never_part, reduced, start_angles
+from ab_sim.model.equations.neighbours import APART, never_part, reduced, start_angles
 from ab_sim.scene.model import Scene
 
 WHAT_CHANGES = (

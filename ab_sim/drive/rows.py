@@ -6,14 +6,14 @@ import numpy as np
 
 from ab_sim.drive.driving_forces import DrivenBalls
 from ab_sim.drive.observation import Observation
+from ab_sim.drive.sensing import Pickup
 from ab_sim.drive.trajectory import Trajectory, channels_for
-from ab_sim.dynamics.assemble import start_state
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DIRECTION, LOADED, MASS, System, has_friction, has_motor
-from ab_sim.equations.orientation import turn_of
+from ab_sim.engine.stepping.fixed_step import DECK, STEP
+from ab_sim.model.dynamics.assemble import start_state
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import DIRECTION, LOADED, MASS, System, has_friction, has_motor
+from ab_sim.model.equations.orientation import turn_of
 from ab_sim.scene.model import Scene
-from ab_sim.sensing import Pickup
-from ab_sim.stepping.fixed_step import DECK, STEP
 
 
 def channels_of(scene: Scene, system: System) -> tuple[str, ...]:

@@ -6,17 +6,17 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.leader import Decided, stamp
 from ab_sim.drive.trajectory import Trajectory, taken
-from ab_sim.errors import NOT_AS_WRITTEN, SceneError
+from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.model.spindle.schedule import SpeedSchedule
+from ab_sim.model.spindle.segments_course import PERIOD, SILENCE, SegmentsCourse
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profile_file import AskedProfile
 from ab_sim.scene.sensors import steps_per_sample
-from ab_sim.spindle.profile_run import ProfileRun, ProfileState
-from ab_sim.spindle.schedule import SpeedSchedule
-from ab_sim.spindle.segments_course import PERIOD, SILENCE, SegmentsCourse
 
 
 class SegmentsRun:

@@ -4,14 +4,14 @@ import math
 
 import numpy as np
 
+from ab_sim.base.quoting import short
+from ab_sim.base.stored_numbers import MOST_TIME
 from ab_sim.drive.observation import Snapshot
-from ab_sim.dynamics.assemble import MOST_ANGLE, state_bounds, system_of
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import TURNS, has_motor
-from ab_sim.quoting import short
+from ab_sim.model.dynamics.assemble import MOST_ANGLE, state_bounds, system_of
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import TURNS, has_motor
+from ab_sim.model.spindle.speed_laws import RaisedCosine
 from ab_sim.scene.model import Scene
-from ab_sim.spindle.speed_laws import RaisedCosine
-from ab_sim.stored_numbers import MOST_TIME
 
 MOST_TURNS = 2**53
 """Largest number of whole turns of an angle that a double represents exactly."""

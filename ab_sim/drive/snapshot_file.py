@@ -9,16 +9,16 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
+from ab_sim.base.quoting import short, shortened
+from ab_sim.base.stored_numbers import MOST_TIME
 from ab_sim.drive.observation import Snapshot
+from ab_sim.drive.sensing import PickupState
 from ab_sim.drive.snapshot_bounds import check_bounds
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
-from ab_sim.errors import NOT_AS_WRITTEN, InputError
-from ab_sim.quoting import short, shortened
+from ab_sim.model.spindle import ScheduledSegment, SpeedSchedule
+from ab_sim.model.spindle.speed_laws import RaisedCosine, Ramp
 from ab_sim.scene.model import Scene
-from ab_sim.sensing import PickupState
-from ab_sim.spindle import ScheduledSegment, SpeedSchedule
-from ab_sim.spindle.speed_laws import RaisedCosine, Ramp
-from ab_sim.stored_numbers import MOST_TIME
 
 FORMAT, VERSION = "ab_sim snapshot", 1
 DRIVE = "ab_sim.drive.drive"

@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Any
 
 import ab_sim
-from ab_sim.errors import InputError
-from ab_sim.output_file import REPORT, check_ending, check_writable, write_whole
-from ab_sim.quoting import shortened
-from ab_sim.sources import NotOfSources, sources
+from ab_sim.base.errors import InputError
+from ab_sim.base.output_file import REPORT, check_ending, check_writable, write_whole
+from ab_sim.base.quoting import shortened
+from ab_sim.base.sources import NotOfSources, sources
 
 MOST_BYTES = 1 << 24
 """Largest size of a file; hours of commands take some MB."""

@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.compiling import KeptArray
-from ab_sim.dynamics.assemble import place_on
-from ab_sim.spindle import Ramp, ScheduledSegment, SpeedSchedule
-from ab_sim.spindle.schedule import Segment
-from ab_sim.spindle.step_ranges import StepGrid, StepRange, step_ranges
+from ab_sim.engine.compiling import KeptArray
+from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.spindle import Ramp, ScheduledSegment, SpeedSchedule
+from ab_sim.model.spindle.schedule import Segment
+from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, step_ranges
 
 FOREVER = 2**52
 """Number of steps that no run exceeds; step numbers up to it are exact as floats."""

@@ -6,24 +6,24 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.compiling import BoundFunction, compiled
-from ab_sim.compiling.kinds import aligned
 from ab_sim.drive.step_plan import StepPlanPart
-from ab_sim.dynamics.assemble import state_bounds
-from ab_sim.dynamics.system import System
-from ab_sim.events.run import ImplicitWork, Run
-from ab_sim.events.run_arrays import balls_of, workspace
-from ab_sim.integrate.stepper import Stepper
-from ab_sim.integrate.steppers.generalized_alpha import Alpha
-from ab_sim.integrate.steppers.taylor import TaylorParameters
-from ab_sim.kernels.code import Code, code_of
-from ab_sim.kernels.constants import numbers_of
-from ab_sim.kernels.runge_kutta import EMITTED
-from ab_sim.kernels.tangent import lanes_for, tangent_address
-from ab_sim.stepping.assemble import NOWHERE, known_of, run_with
-from ab_sim.stepping.fixed_step import advance
-from ab_sim.taylor.assemble import memory_size, run_by_taylor
-from ab_sim.taylor.drive import advance_by_taylor
+from ab_sim.engine.compiling import BoundFunction, compiled
+from ab_sim.engine.compiling.kinds import aligned
+from ab_sim.engine.events.run import ImplicitWork, Run
+from ab_sim.engine.events.run_arrays import balls_of, workspace
+from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.integrate.steppers.generalized_alpha import Alpha
+from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
+from ab_sim.engine.kernels.code import Code, code_of
+from ab_sim.engine.kernels.constants import numbers_of
+from ab_sim.engine.kernels.runge_kutta import EMITTED
+from ab_sim.engine.kernels.tangent import lanes_for, tangent_address
+from ab_sim.engine.stepping.assemble import NOWHERE, known_of, run_with
+from ab_sim.engine.stepping.fixed_step import advance
+from ab_sim.engine.taylor.assemble import memory_size, run_by_taylor
+from ab_sim.engine.taylor.drive import advance_by_taylor
+from ab_sim.model.dynamics.assemble import state_bounds
+from ab_sim.model.dynamics.system import System
 
 
 class Steps:

@@ -7,11 +7,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from ab_sim.base.errors import nearest
+from ab_sim.base.presentation import Column, Columns, Presented, ends, number
+from ab_sim.base.quoting import short
 from ab_sim.drive.orientation import NONE, matrix_of, tilt_of
 from ab_sim.drive.units import unit_of
-from ab_sim.errors import nearest
-from ab_sim.presentation import Column, Columns, Presented, ends, number
-from ab_sim.quoting import short
 
 MAX_VALUES = 250_000_000
 """Largest number of values (2 GB); longer runs are refused before they start."""

@@ -5,12 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, whiteness_over
 from ab_sim.identification.stages import StagedFit, minimise
-from ab_sim.progress import Progress
-from ab_sim.workers import Workers
 
 BEGINNINGS = (0.75, 0.5, 0.35, 0.25)
 """Fractions of a recording that are fitted on their own, in turn, until one fits."""

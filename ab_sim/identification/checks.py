@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.errors import InputError, exact
+from ab_sim.base.errors import InputError, exact
 
 FEWEST = 50
 """Least number of samples."""

@@ -9,9 +9,9 @@ and simulated signals both pass the filter.
 import numpy as np
 from scipy.signal import fftconvolve, lfilter
 
+from ab_sim.drive.sensing import Pickup
 from ab_sim.identification.measured import Measured
 from ab_sim.scene.sensors import Sampled
-from ab_sim.sensing import Pickup
 
 LONG = 4096
 """Length of the low-pass' impulse response and of spectra."""

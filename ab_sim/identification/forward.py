@@ -8,15 +8,15 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ab_sim.analysis.comparison import without_balls
-from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.base.errors import AbSimError, SceneError
+from ab_sim.design.batch.prepared_run import PreparedRun
 from ab_sim.design.draws import value_of
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.assemble import start_state
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.errors import AbSimError, SceneError
 from ab_sim.identification.colour import low_pass_alone
 from ab_sim.identification.measured import DISPLACEMENT, Measured
 from ab_sim.identification.runs import AlikeRuns
+from ab_sim.model.dynamics.assemble import start_state
+from ab_sim.model.dynamics.layout import layout_of
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

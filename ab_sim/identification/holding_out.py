@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of, total_z, whiteness_over
 from ab_sim.identification.result import HeldOut, RecordingFit
 from ab_sim.identification.stages import StagedFit
-from ab_sim.progress import Progress
-from ab_sim.workers import Workers
 
 
 def held_out(

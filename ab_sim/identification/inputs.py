@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 from pydantic import ValidationError
 
-from ab_sim.errors import InputError, nearest
+from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.quoting import short
 from ab_sim.identification.checks import (
     check_agree,
     check_finite,
@@ -41,11 +42,10 @@ from ab_sim.identification.measured import (
 from ab_sim.identification.sampling_checks import check_held, check_held_signal, spikes_in
 from ab_sim.identification.speed_profile import schedule_from
 from ab_sim.identification.tables import Table, read_table
-from ab_sim.quoting import short
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
 from ab_sim.scene.probes import ProximityProbe
 from ab_sim.scene.sensors import Accelerometer, Sampled, steps_per_sample
-from ab_sim.spindle import SpeedSchedule
 
 SENSORS: dict[str, type[Sampled]] = {"sensors": Accelerometer, "probes": ProximityProbe}
 """Sensor class by section of a scene: accelerations and displacements."""

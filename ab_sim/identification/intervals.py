@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.stats import t as student
 
+from ab_sim.base.progress import Progress
 from ab_sim.identification.information import covariance_of, sum_of_squares
 from ab_sim.identification.knowledge import UNKNOWN
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.stages import minimise
-from ab_sim.progress import Progress
 
 SHARE = 0.95
 """Confidence level of intervals."""

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from scipy.interpolate import UnivariateSpline
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 
 FEWEST = 10
 """Least number of pulses."""

@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.base.progress import Progress
 from ab_sim.identification.information import ROUNDING, beyond
 from ab_sim.identification.measured import GAIN
 from ab_sim.identification.problem import Problem
-from ab_sim.progress import Progress
 
 LOOKS = 2
 """Number of draws of start angles at which identifiability is evaluated."""

@@ -7,10 +7,10 @@ from typing import Any, Literal
 
 from pydantic import Field, ValidationError, model_validator
 
-from ab_sim.errors import InputError, nearest
+from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.limited_yaml import read_yaml_file
+from ab_sim.base.quoting import short
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, UNITS
-from ab_sim.limited_yaml import read_yaml_file
-from ab_sim.quoting import short
 from ab_sim.scene.section import Section
 from ab_sim.scene.units import has_unit, in_si
 

@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.sensors import Sampled
-from ab_sim.spindle import SpeedSchedule
 
 DISPLACEMENT, ACCELERATION = "displacement", "acceleration"
 UNITS = {DISPLACEMENT: "m", ACCELERATION: "m/s^2"}

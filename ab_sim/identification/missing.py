@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.errors import AbSimError
+from ab_sim.base.errors import AbSimError
+from ab_sim.base.progress import Progress
 from ab_sim.identification.forward import MOTOR, KeyPlace
 from ab_sim.identification.measured import NUISANCES
 from ab_sim.identification.parameters import FitParameter
@@ -19,7 +20,6 @@ from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
 from ab_sim.identification.result import TriedEffect
 from ab_sim.identification.stages import Fitted, minimise
-from ab_sim.progress import Progress
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.quoting import short
 from ab_sim.design.draws import value_of
 from ab_sim.design.variables import Range, variable_of
-from ab_sim.errors import InputError, exact
 from ab_sim.identification.forward import KeyPlace
 from ab_sim.identification.measured import BIAS, DELAY, DISC_ANGLE, GAIN, Measured
-from ab_sim.quoting import short
 from ab_sim.scene.bounds import Bounds, bounds_at
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.model import Scene

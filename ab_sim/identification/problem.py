@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from ab_sim.engine.stepping.side_by_side import LANES
 from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.forward import STEP_SHARE, RecordedDrive, SimulatedSignals
 from ab_sim.identification.information import sum_of_squares
@@ -19,7 +20,6 @@ from ab_sim.identification.parameters import (
     own_parameters,
 )
 from ab_sim.scene.model import Scene
-from ab_sim.stepping.side_by_side import LANES
 
 BEYOND = 1e3
 """Residuals of a failed run, relative to the signals."""

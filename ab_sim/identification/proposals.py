@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.errors import AbSimError
+from ab_sim.base.errors import AbSimError
+from ab_sim.base.progress import Progress
 from ab_sim.identification.information import beyond, deviations_of
 from ab_sim.identification.knowledge import UNKNOWN, shared_numbers
 from ab_sim.identification.measured import BIAS, GAIN, Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.result import Proposal
-from ab_sim.progress import Progress
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 from ab_sim.scene.load import changed_scene
-from ab_sim.spindle import Ramp, SpeedSchedule
 
 RAMP, SLOW, HOLD, COAST = 4.0, 16.0, 8.0, 12.0
 """Durations of the standard recordings [s]."""

@@ -6,12 +6,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 import ab_sim
+from ab_sim.base.limited_yaml import yaml_text
+from ab_sim.base.presentation import Column, Columns, Presented, finite_or_none
 from ab_sim.identification.intervals import Estimate, Intervals
 from ab_sim.identification.knowledge import Knowledge
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.residuals import Whiteness
-from ab_sim.limited_yaml import yaml_text
-from ab_sim.presentation import Column, Columns, Presented, finite_or_none
 from ab_sim.scene.model import Scene
 
 FITS = "fits"
@@ -114,7 +114,7 @@ class Proposal(NamedTuple):
 class Identification(Presented):
     """Parameters of a drive identified from recordings, with their uncertainty."""
 
-    _picture = "ab_sim.figures.identification:drawn_identification"
+    _picture = "ab_sim.show.figures.identification:drawn_identification"
 
     scene: Scene
     """Fitted scene, which can be run."""

@@ -7,9 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.accuracy import resolve_accuracy
-from ab_sim.equations.neighbours import equal_pairs
-from ab_sim.errors import InputError, Interrupted
+from ab_sim.base.errors import InputError, Interrupted
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import WorkerLost, Workers
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.identification.changes import Departure, changes_in
 from ab_sim.identification.holding_out import held_out
 from ab_sim.identification.intervals import HELD, Intervals, intervals_of
@@ -31,10 +32,9 @@ from ab_sim.identification.result import (
 from ab_sim.identification.stages import DRAWS, LAST_STEPS, StagedFit, minimise
 from ab_sim.identification.time_scale import tried_scales
 from ab_sim.identification.verdict import Findings, explained_by, misfits_of, verdict_of
-from ab_sim.progress import Progress
+from ab_sim.model.equations.neighbours import equal_pairs
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
-from ab_sim.workers import WorkerLost, Workers
 
 NEAR = 0.7
 """Speed relative to the critical speed below which a run tells little about the suspension."""

@@ -4,10 +4,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ab_sim.batch.lane_group import LaneGroup, LaneStarts
-from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.sequential import run_one_by_one
-from ab_sim.stepping.side_by_side import LANES, LaneSamples
+from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
+from ab_sim.design.batch.prepared_run import PreparedRun
+from ab_sim.design.batch.sequential import run_one_by_one
+from ab_sim.engine.stepping.side_by_side import LANES, LaneSamples
 
 
 class AlikeRuns:

@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.identification.checks import FEWEST
 
 SPIKE, TALL, AROUND = 8.0, 3.0, 12

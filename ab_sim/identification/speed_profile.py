@@ -10,8 +10,8 @@ import numpy as np
 from scipy.interpolate import BSpline, make_lsq_spline
 from scipy.optimize import least_squares
 
-from ab_sim.errors import InputError
-from ab_sim.spindle import Ramp, SpeedSchedule
+from ab_sim.base.errors import InputError
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 
 MOST_PIECES = 400
 """Largest number of pieces; more would fit noise, or curvature that does not affect balls."""

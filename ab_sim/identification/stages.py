@@ -9,10 +9,10 @@ import numpy as np
 from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.identification.information import deviations_of, sum_of_squares, triangle
 from ab_sim.identification.problem import Problem
-from ab_sim.progress import Progress
-from ab_sim.workers import Workers
 
 Function = Callable[[np.ndarray], np.ndarray]
 Seen = Callable[[np.ndarray, float], None]

@@ -14,11 +14,11 @@ import pyarrow as pa
 import pyarrow.csv
 import pyarrow.parquet
 
-from ab_sim.bags import import_bag
+from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.quoting import short
 from ab_sim.drive.units import unit_of
-from ab_sim.errors import InputError, nearest
-from ab_sim.quoting import short
-from ab_sim.recording import StoredRun, open_recording
+from ab_sim.record.bags import import_bag
+from ab_sim.record.recording import StoredRun, open_recording
 
 MOST_ROWS = 1_000_000
 """Largest number of rows; an identification takes about 2.3 kB of memory per row."""

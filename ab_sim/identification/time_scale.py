@@ -11,14 +11,14 @@ from dataclasses import replace
 import numpy as np
 from scipy.optimize import minimize_scalar
 
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.identification.measured import Measured
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import total_z, whiteness_over
 from ab_sim.identification.result import TriedEffect
 from ab_sim.identification.stages import Fitted, StagedFit, minimise
-from ab_sim.progress import Progress
-from ab_sim.spindle import Ramp, SpeedSchedule
-from ab_sim.workers import Workers
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 
 TIME_SCALE = "time_scale"
 MOST = 0.08

@@ -3,7 +3,7 @@
 import importlib.util
 import sys
 
-from ab_sim import interruption
+from ab_sim.base import interruption
 
 NEEDS_ROS = (
     "ROS 2 is needed to run a node, and there is no rclpy; install it with "

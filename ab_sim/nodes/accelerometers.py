@@ -13,10 +13,10 @@ from ab_msgs_py.imu import FORCE
 from ab_msgs_py.prefilled import Prefilled
 from ab_msgs_py.samples import frame_of
 from ab_sim.drive.faults.active import ActiveFaults
+from ab_sim.drive.sensing import noise_variance
 from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.scene import Scene
 from ab_sim.scene.sensors import steps_per_sample
-from ab_sim.sensing import noise_variance
 
 
 class _Stream(NamedTuple):

@@ -7,8 +7,8 @@ from typing import Any
 from ab_msgs_py import topics
 from ab_sim.control import StartUp, StartUpSettings, State
 from ab_sim.control.watch import TEXTS, Reason
+from ab_sim.model.spindle.course import Believed
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
-from ab_sim.spindle.course import Believed
 
 SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
 """States with which the controller's own status text begins."""

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 import rclpy
 from rclpy.signals import SignalHandlerOptions
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
+from ab_sim.base.quoting import visible
 from ab_sim.nodes import discovery
 from ab_sim.nodes.participants import unheard_users
-from ab_sim.quoting import visible
 
 MOST_DOMAIN = 232
 """Largest domain whose ports exist (DDSI-RTPS, 9.6.2)."""
@@ -19,8 +19,8 @@ MOST_DOMAIN = 232
 def init_ros(arguments: Sequence[str] | None = None) -> None:
     """Call ``rclpy.init`` with strict arguments and discovery on this machine only.
 
-    ``ab_sim.interruption`` handles signals. rclpy's own handlers would shut down the context while
-    messages are in flight.
+    ``ab_sim.base.interruption`` handles signals. rclpy's own handlers would shut down the context
+    while messages are in flight.
 
     Args:
         arguments: program and arguments; default: those of the process.

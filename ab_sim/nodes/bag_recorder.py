@@ -10,9 +10,9 @@ from typing import Any
 from rclpy.node import Node
 
 from ab_msgs_py import topics
-from ab_sim.bags import BagWriter
-from ab_sim.bags.contract import offered_qos
 from ab_sim.nodes.inbox import Inbox
+from ab_sim.record.bags import BagWriter
+from ab_sim.record.bags.contract import offered_qos
 
 
 class BagRecorder:

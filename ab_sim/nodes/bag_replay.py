@@ -17,12 +17,12 @@ from rosbags.interfaces import Qos, QosDurability, QosReliability
 from ab_msgs_py import topics
 from ab_msgs_py.ros_messages import class_of
 from ab_msgs_py.services import PAUSE, Answer
-from ab_sim.bags import Bag
-from ab_sim.bags.contract import topic_by_name
-from ab_sim.bags.importing import choose_namespace
-from ab_sim.errors import InputError, Interrupted
+from ab_sim.base.errors import InputError, Interrupted
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.process import run_node
+from ab_sim.record.bags import Bag
+from ab_sim.record.bags.contract import topic_by_name
+from ab_sim.record.bags.importing import choose_namespace
 
 DISCOVERY = 1.0
 """Time before the first message for the discovery of subscribers [s]."""

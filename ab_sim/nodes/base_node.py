@@ -11,8 +11,8 @@ from rclpy.node import Node
 from rclpy.service import Service
 
 from ab_msgs_py.services import Answer, serve_switch, serve_trigger
-from ab_sim.errors import AbSimError
-from ab_sim.quoting import visible
+from ab_sim.base.errors import AbSimError
+from ab_sim.base.quoting import visible
 
 
 class BaseNode(Node):

@@ -17,8 +17,8 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.parameter import Parameter, parameter_value_to_python
 
 from ab_msgs_py import Health, topics
-from ab_sim import interruption
-from ab_sim.errors import AbSimError, InputError, Interrupted, Refused, nearest
+from ab_sim.base import interruption
+from ab_sim.base.errors import AbSimError, InputError, Interrupted, Refused, nearest
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.discovery import DISCOVERY_RANGE
 from ab_sim.nodes.leaving import completes

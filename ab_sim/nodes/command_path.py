@@ -18,11 +18,11 @@ import numpy as np
 
 from ab_msgs_py.set_points import SetPoints
 from ab_msgs_py.topics import PAST
-from ab_sim.errors import CommandError, InputError, exact
-from ab_sim.quoting import short
-from ab_sim.spindle import Ramp, SpeedServo
-from ab_sim.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
-from ab_sim.stored_numbers import finite, whole
+from ab_sim.base.errors import CommandError, InputError, exact
+from ab_sim.base.quoting import short
+from ab_sim.base.stored_numbers import finite, whole
+from ab_sim.model.spindle import Ramp, SpeedServo
+from ab_sim.model.spindle.set_points import LATEST, TimedSpeeds, timed_speeds
 
 ROUNDING = 1e-6
 """Fraction by which a trajectory may exceed a limit: times of points are rounded to 1 ns."""

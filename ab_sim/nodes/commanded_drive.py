@@ -2,8 +2,8 @@
 
 from collections.abc import Iterator
 
-from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.drive.faults.active import ActiveFaults
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory

@@ -13,7 +13,7 @@ from rclpy.subscription import Subscription
 from ab_msgs_py import MalformedMessage, topics
 from ab_msgs_py.samples import nanoseconds_of
 from ab_msgs_py.topic import Topic, arrived
-from ab_sim.errors import CommandError, exact
+from ab_sim.base.errors import CommandError, exact
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
 from ab_sim.nodes.durations import DurationHistogram
 

@@ -4,15 +4,15 @@ import json
 from collections.abc import Mapping
 from typing import Any
 
+from ab_sim.base.errors import InputError, exact
 from ab_sim.control import SensorFacts, StartUpSettings
 from ab_sim.drive.adaptive import settings_of
-from ab_sim.errors import InputError, exact
+from ab_sim.model.spindle import SpeedSchedule
+from ab_sim.model.spindle.course import Course, ProfileInputs
+from ab_sim.model.spindle.segments_course import SegmentsCourse, waits_for_vibration
 from ab_sim.nodes.adaptive_course import AdaptiveCourse
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.profile_file import AskedProfile
-from ab_sim.spindle import SpeedSchedule
-from ab_sim.spindle.course import Course, ProfileInputs
-from ab_sim.spindle.segments_course import SegmentsCourse, waits_for_vibration
 
 PERIODS_AGREE = 1e-9
 """Largest relative difference between the periods of an adaptive start-up and of the commands."""

@@ -5,10 +5,10 @@ from collections.abc import Callable
 
 from ab_msgs_py import services
 from ab_msgs_py.services import Answer, Stepped
+from ab_sim.base.errors import CommandError, InputError
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import Fault, faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
-from ab_sim.errors import CommandError, InputError
 from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.drive_node import DriveNode
 from ab_sim.nodes.drive_settings import TimeMode

@@ -3,9 +3,9 @@
 from collections import deque
 from typing import NamedTuple
 
-from ab_sim.accuracy import WorkPrecision, share_of
-from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import WorkPrecision, share_of
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.drive.overlap import OverlapWatch, overlaps_text
 from ab_sim.nodes.pacing import Pacer
 

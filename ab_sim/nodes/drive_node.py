@@ -12,8 +12,9 @@ from rclpy.subscription import Subscription
 
 from ab_msgs_py import ENDED, Level
 from ab_msgs_py.services import EMERGENCY_STOP, answer_waiting
+from ab_sim.base.errors import AbSimError, CommandError, Interrupted
+from ab_sim.base.output_file import REPORT, check_ending
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.errors import AbSimError, CommandError, Interrupted
 from ab_sim.nodes.commands import not_called
 from ab_sim.nodes.drive_health import PERIOD
 from ab_sim.nodes.drive_settings import DRIVE_PARAMETERS, rates_of, tolerance_of
@@ -24,7 +25,6 @@ from ab_sim.nodes.parameters import Parameters, Values, path_of
 from ab_sim.nodes.prepared_drive import PreparedDrive, scene_of
 from ab_sim.nodes.session import INACTIVE, Session
 from ab_sim.nodes.stall_guard import StallGuard
-from ab_sim.output_file import REPORT, check_ending
 from ab_sim.scene import Scene
 
 PROMPT = 0.003

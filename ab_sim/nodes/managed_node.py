@@ -19,7 +19,7 @@ from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackRet
 from rclpy.service import Service
 
 from ab_msgs_py.services import CHANGE_STATE, answer_waiting
-from ab_sim.errors import AbSimError, Interrupted
+from ab_sim.base.errors import AbSimError, Interrupted
 from ab_sim.nodes.base_node import BaseNode
 
 GLANCE = 0.05

@@ -3,7 +3,7 @@
 import math
 from dataclasses import dataclass
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.nodes.durations import DurationHistogram
 
 WARM_UP = 25

@@ -17,8 +17,8 @@ from rcl_interfaces.msg import (
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
-from ab_sim.errors import AbSimError, InputError, nearest
-from ab_sim.output_file import RECORDING, check_ending, check_folder, check_writable
+from ab_sim.base.errors import AbSimError, InputError, nearest
+from ab_sim.base.output_file import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.scene.units import NO_UNIT
 
 Values = Mapping[str, Any]

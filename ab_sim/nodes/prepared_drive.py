@@ -5,13 +5,13 @@ import copy
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.accuracy import WorkPrecision, resolve_accuracy
-from ab_sim.accuracy.live_checks import LiveChecks
+from ab_sim.base.errors import DivergedError
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.drive.description import describe
 from ab_sim.drive.faults.fault import Fault
-from ab_sim.errors import DivergedError
-from ab_sim.integrate.registry import AUTO
+from ab_sim.engine.integrate.registry import AUTO
 from ab_sim.nodes.drive_health import DriveHealth, RealTimeTolerance
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.nodes.parameters import whole_ratio

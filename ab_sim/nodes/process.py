@@ -13,11 +13,11 @@ from rclpy.duration import Duration
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
-from ab_sim import interruption
-from ab_sim.errors import AbSimError
+from ab_sim.base import interruption
+from ab_sim.base.errors import AbSimError
+from ab_sim.base.quoting import visible
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.leaving import leave_graph
-from ab_sim.quoting import visible
 
 LINGER = 0.5
 """Time for subscribers to receive the last messages [s]."""

@@ -14,7 +14,10 @@ from ab_msgs_py import ENDED, Level, Task, services, topics
 from ab_msgs_py.actions import Asked, Outcome
 from ab_msgs_py.services import Answer
 from ab_msgs_py.set_points import SetPoints
-from ab_sim.errors import AbSimError, InputError
+from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.model.spindle.profile_run import ProfileState
+from ab_sim.model.spindle.segments_course import PERIOD, SILENCE
+from ab_sim.model.spindle.set_points import set_points_of
 from ab_sim.nodes import profile_words
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.courses import PlannedCourse
@@ -27,9 +30,6 @@ from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_s
 from ab_sim.nodes.profile_subscriptions import ProfileSubscriptions
 from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
-from ab_sim.spindle.profile_run import ProfileState
-from ab_sim.spindle.segments_course import PERIOD, SILENCE
-from ab_sim.spindle.set_points import set_points_of
 
 REPORT_PERIOD = 1.0
 """s between two diagnostics."""

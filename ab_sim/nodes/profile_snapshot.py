@@ -8,10 +8,10 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
+from ab_sim.base.quoting import short
+from ab_sim.base.stored_numbers import whole
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
-from ab_sim.errors import NOT_AS_WRITTEN, InputError
-from ab_sim.quoting import short
-from ab_sim.stored_numbers import whole
 
 FORMAT = "ab_sim profile snapshot"
 OTHERWISE = (

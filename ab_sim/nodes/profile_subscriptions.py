@@ -7,10 +7,10 @@ from rclpy.node import Node
 
 from ab_msgs_py import Qos, Topic, topics
 from ab_msgs_py.samples import spindle_of
+from ab_sim.model.spindle.course import Course, ProfileInputs
+from ab_sim.model.spindle.segments_course import SegmentsCourse
 from ab_sim.nodes.adaptive_course import AdaptiveCourse
 from ab_sim.nodes.paired_samples import Reading, SpindleSample
-from ab_sim.spindle.course import Course, ProfileInputs
-from ab_sim.spindle.segments_course import SegmentsCourse
 
 
 def _as_boards_have_it(topic: Topic, depth: int) -> Topic:

@@ -2,7 +2,7 @@
 
 from ab_msgs_py import Level
 from ab_msgs_py.actions import Outcome, Progress
-from ab_sim.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 
 GAVE_UP = "at the final speed, but "
 """Beginning of the message on a finished profile that missed its aim; the reason follows."""

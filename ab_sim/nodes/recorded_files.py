@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 from rclpy.impl.rcutils_logger import RcutilsLogger
 
 from ab_msgs_py import MalformedMessage
-from ab_sim.errors import RecordingError
-from ab_sim.recording import SHOWN_PERIOD, Recording
-from ab_sim.viewing import Viewer
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording import SHOWN_PERIOD, Recording
+from ab_sim.show.viewing import Viewer
 
 REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
 """Names of the scalars that a recorder writes."""

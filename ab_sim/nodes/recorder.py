@@ -15,7 +15,7 @@ from typing import Any
 from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, Topic, topics
 from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
-from ab_sim.errors import InputError, RecordingError
+from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
@@ -29,9 +29,9 @@ from ab_sim.nodes.parameters import (
 )
 from ab_sim.nodes.process import run_node, share_heaps
 from ab_sim.nodes.recorded_files import COMMANDS, REAL_TIME_FACTOR, RecordedFiles
-from ab_sim.recording import AROUND
-from ab_sim.recording.drawing import Drawing
-from ab_sim.viewing import Viewer
+from ab_sim.record.recording import AROUND
+from ab_sim.record.recording.drawing import Drawing
+from ab_sim.show.viewing import Viewer
 
 NICENESS = 5
 """Difference by which the recorder's priority is lower than that of the drive (`man nice`)."""

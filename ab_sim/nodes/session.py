@@ -5,10 +5,10 @@ import uuid
 from collections.abc import Callable
 
 from ab_msgs_py import Level, topics
-from ab_sim.accuracy.live_checks import LiveChecks
+from ab_sim.base.errors import DivergedError
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.drive.faults.active import transfer_faults
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import DivergedError
 from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands

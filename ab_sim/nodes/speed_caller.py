@@ -5,10 +5,10 @@ from typing import Any, NamedTuple
 from rclpy.duration import Duration
 
 from ab_msgs_py import Health, topics
-from ab_sim.errors import AbSimError, InputError, Refused
+from ab_sim.base.errors import AbSimError, InputError, Refused
+from ab_sim.model.spindle import SpeedServo
 from ab_sim.nodes.caller import ANSWER, Caller
 from ab_sim.nodes.session import INACTIVE
-from ab_sim.spindle import SpeedServo
 
 COUNTS = ("commands accepted", "commands rejected", "commands ignored")
 ROUNDED = 1.0 + 1e-5

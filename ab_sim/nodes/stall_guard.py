@@ -8,7 +8,7 @@ from types import TracebackType
 
 from rclpy.node import Node
 
-from ab_sim import interruption
+from ab_sim.base import interruption
 from ab_sim.nodes.leaving import leave_graph
 
 GLANCE = 0.1

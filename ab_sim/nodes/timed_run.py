@@ -2,12 +2,12 @@
 
 from collections.abc import Callable
 
-from ab_sim.errors import NOT_AS_WRITTEN, InputError
+from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
+from ab_sim.base.quoting import short
+from ab_sim.model.spindle.course import Course
+from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.profile_snapshot import ProfileSnapshot
-from ab_sim.quoting import short
-from ab_sim.spindle.course import Course
-from ab_sim.spindle.profile_run import ProfileRun, ProfileState
 
 LEAP = 2_000_000_000
 """Advance of a clock between two commands beyond which it has jumped [ns]."""

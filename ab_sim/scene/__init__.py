@@ -1,7 +1,7 @@
 """Scenes: sections of a simulation's input, their checks, and their files."""
 
+from ab_sim.base.scene_files import find_scene, scene_names
 from ab_sim.scene.load import check_scene, load_scene
 from ab_sim.scene.model import Scene
-from ab_sim.scene_files import find_scene, scene_names
 
 __all__ = ["Scene", "check_scene", "find_scene", "load_scene", "scene_names"]

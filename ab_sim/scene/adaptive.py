@@ -4,8 +4,8 @@ import math
 from collections.abc import Mapping
 from typing import Literal
 
+from ab_sim.base.errors import InputError, exact, nearest
 from ab_sim.control import SensorFacts, StartUpSettings, checked
-from ab_sim.errors import InputError, exact, nearest
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 from ab_sim.scene.segments import KIND

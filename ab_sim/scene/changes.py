@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 from typing import Any, NamedTuple
 
-from ab_sim.errors import SceneError, nearest
-from ab_sim.limited_yaml import read_yaml
-from ab_sim.quoting import short
+from ab_sim.base.errors import SceneError, nearest
+from ab_sim.base.limited_yaml import read_yaml
+from ab_sim.base.quoting import short
 from ab_sim.scene.sections import MAX_BALLS
 
 REMOVED: Any = object()

@@ -2,9 +2,9 @@
 
 from importlib import import_module
 
-from ab_sim.errors import nearest
+from ab_sim.base.errors import nearest
 
-REGISTRY = "ab_sim.dynamics.registry"
+REGISTRY = "ab_sim.model.dynamics.registry"
 """Module of the deck models, imported by name as effects are: its imports lead to this package."""
 
 

@@ -9,8 +9,8 @@ from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
 
-from ab_sim.errors import exact, nearest
-from ab_sim.quoting import short
+from ab_sim.base.errors import exact, nearest
+from ab_sim.base.quoting import short
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import KINDS
 from ab_sim.scene.quantities import EACH, ONE

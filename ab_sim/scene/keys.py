@@ -5,8 +5,8 @@ import math
 from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.errors import InputError, exact
-from ab_sim.quoting import short
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.quoting import short
 from ab_sim.scene.schema import Schema, bare_schema
 
 ENTRY, NAME = "N", "NAME"

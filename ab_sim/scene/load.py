@@ -8,14 +8,14 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationError, create_model
 
-from ab_sim.errors import SceneError
-from ab_sim.quoting import short
+from ab_sim.base.errors import SceneError
+from ab_sim.base.quoting import short
+from ab_sim.base.scene_files import find_scene, read_scene_file
 from ab_sim.scene.changes import REMOVED, Change, all_parsed, apply
 from ab_sim.scene.explain import explain
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.unit_texts import without_units
-from ab_sim.scene_files import find_scene, read_scene_file
 
 SceneLike = Scene | str | Path
 """A scene, the name of one in the package, or the path of a YAML file."""
@@ -55,7 +55,7 @@ def load_scene(scene: str | Path, changes: Iterable[str] = ()) -> Scene:
     0.002
     >>> ab_sim.load_scene("thesis-hold", ["balls.mas=0.002"])
     Traceback (most recent call last):
-    ab_sim.errors.SceneError: ...balls.mas...
+    ab_sim.base.errors.SceneError: ...balls.mas...
     """
     path = find_scene(scene)
     raw = read_mapping(path)

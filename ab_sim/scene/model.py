@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import Field, model_validator
 
-from ab_sim.errors import exact
+from ab_sim.base.errors import exact
 from ab_sim.scene.adaptive import AdaptiveProfile
 from ab_sim.scene.deck import Deck, Mount, check_deck, inertia_matrix
 from ab_sim.scene.deck_models import check_deck_model

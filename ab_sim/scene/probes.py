@@ -15,7 +15,7 @@ class ProximityProbe(Sampled):
     It senses the displacement r of a point of the deck from its position with the deck at rest. In
     physical order: r is turned into the probes' axes, white noise is added, a second-order
     Butterworth low-pass follows, then come sampling, range and quantisation, as in an accelerometer
-    (``ab_sim.sensing.Pickup``).
+    (``ab_sim.drive.sensing.Pickup``).
     """
 
     unit: ClassVar[str] = "m"

@@ -5,15 +5,15 @@ from typing import Any, NamedTuple
 
 from pydantic import TypeAdapter, ValidationError
 
-from ab_sim.errors import SceneError
-from ab_sim.limited_yaml import read_yaml
+from ab_sim.base.errors import SceneError
+from ab_sim.base.limited_yaml import read_yaml
+from ab_sim.base.scene_files import find_scene
 from ab_sim.scene.changes import all_parsed, apply
 from ab_sim.scene.explain import explain
 from ab_sim.scene.load import load_scene, read_mapping
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import AnyProfile, Profile, check_profile
 from ab_sim.scene.unit_texts import without_units
-from ab_sim.scene_files import find_scene
 
 GIVEN = "the profile in braces"
 INF = float("inf")

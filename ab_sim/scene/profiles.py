@@ -4,7 +4,7 @@ from typing import Annotated, Literal, get_args
 
 from pydantic import Field, model_validator
 
-from ab_sim.errors import exact
+from ab_sim.base.errors import exact
 from ab_sim.scene.adaptive import AdaptiveProfile, RunUp
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section

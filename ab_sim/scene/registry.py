@@ -2,8 +2,8 @@
 
 An effect is a ``NamedTuple`` class. Its fields are its parameters (each a checked number with
 meaning and unit), its docstring states its purpose and source, and its methods are its physics (see
-``ab_sim.equations.effects``). This package only needs the fields, which may have defaults, and one
-optional method:
+``ab_sim.model.equations.effects``). This package only needs the fields, which may have defaults,
+and one optional method:
 
     check_scene(self, scene) -> None
         called with an otherwise valid scene; raises a ValueError if the effect makes no sense in
@@ -18,7 +18,7 @@ from pydantic import TypeAdapter
 
 EffectClass = TypeVar("EffectClass", bound=type[Any])
 
-PROVIDER = "ab_sim.equations.effects"
+PROVIDER = "ab_sim.model.equations.effects"
 """Module that registers the effects on import. It is imported on first use, because its imports
 lead to this package and take seconds that not every use needs."""
 

@@ -16,7 +16,7 @@ from ab_sim.scene.units import NUMBER
 Schema = dict[str, Any]
 
 DIALECT = "https://json-schema.org/draft/2020-12/schema"
-STEPPERS = "ab_sim.integrate.registry"
+STEPPERS = "ab_sim.engine.integrate.registry"
 """Module of the steppers, imported by name as effects are: its imports lead to this package."""
 WITH_UNIT = rf"^\s*{NUMBER}\s*[A-Za-zµμ°(]"
 """Beginning of a number with its unit; ``check_scene`` checks the unit itself."""

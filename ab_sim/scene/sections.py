@@ -5,7 +5,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator, Field, model_validator
 
-from ab_sim.quoting import visible
+from ab_sim.base.quoting import visible
 from ab_sim.scene.quantities import Count, Inertia, Length, Number, PerBall, Vector, quantity
 from ab_sim.scene.section import Section
 

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from pydantic import Field, model_validator
 
-from ab_sim.errors import exact
+from ab_sim.base.errors import exact
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 

@@ -6,7 +6,7 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator
 
-from ab_sim.errors import exact
+from ab_sim.base.errors import exact
 from ab_sim.scene.frames import TAKEN, is_taken
 from ab_sim.scene.quantities import Count, InSchema, Length, Number, quantity
 from ab_sim.scene.section import Section
@@ -112,7 +112,7 @@ class Accelerometer(Sampled):
 
     It senses specific force f, acceleration minus gravity. In physical order: f is turned into the
     sensor's axes, white noise is added, a second-order Butterworth low-pass follows, then come
-    sampling, range and quantisation (``ab_sim.sensing.Pickup``).
+    sampling, range and quantisation (``ab_sim.drive.sensing.Pickup``).
 
     In the plane the deck does not turn, so the reading is the same at every point; in space it
     depends on the position.

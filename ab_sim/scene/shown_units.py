@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from ab_sim.errors import InputError
-from ab_sim.quoting import short
+from ab_sim.base.errors import InputError
+from ab_sim.base.quoting import short
 from ab_sim.scene.units import KINDS, in_si, si_unit
 
 

@@ -14,7 +14,7 @@ from contextlib import contextmanager
 from decimal import Context, Decimal, localcontext
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ab_sim.quoting import short
+from ab_sim.base.quoting import short
 
 if TYPE_CHECKING:
     import pint

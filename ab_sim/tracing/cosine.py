@@ -1,9 +1,9 @@
 """Cosine and sine by arithmetic alone, bitwise the same on every machine.
 
-The formula takes floats and expressions, and is in the subset of Python that ``ab_sim.compiling``
-translates. Source: fdlibm's k_cos and k_sin (Sun Microsystems, 1993), with its three-piece
-reduction. The polynomials are evaluated in pairs (Estrin's scheme), whose operations depend less on
-each other than those of Horner's.
+The formula takes floats and expressions, and is in the subset of Python that
+``ab_sim.engine.compiling`` translates. Source: fdlibm's k_cos and k_sin (Sun Microsystems, 1993),
+with its three-piece reduction. The polynomials are evaluated in pairs (Estrin's scheme), whose
+operations depend less on each other than those of Horner's.
 """
 
 from ab_sim.tracing.functions import fma

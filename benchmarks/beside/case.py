@@ -8,15 +8,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.accuracy.deviation import Samples, deviation
-from ab_sim.equations.motion import Ball
-from ab_sim.equations.sums import over_effects
+from ab_sim.analysis.accuracy_cost.collocation import collocate, step_for
+from ab_sim.analysis.accuracy_cost.reference import Reference, smooth_reference
+from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.analysis.accuracy_cost.sampling import SampleTimes
+from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.studies.accuracy_cost.collocation import collocate, step_for
-from ab_sim.studies.accuracy_cost.reference import Reference, smooth_reference
-from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.studies.accuracy_cost.sampling import SampleTimes
 
 SCENE, CHANGES = "thesis-hold", ["effects.rolling_friction="]
 SAMPLING = SampleTimes(0.005, 1200)

@@ -19,10 +19,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.analysis.accuracy_cost.methods import FailedError
+from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide, SmoothInterval
+from ab_sim.model.spindle.speed_laws import Ramp
 from ab_sim.scene import Scene
-from ab_sim.spindle.speed_laws import Ramp
-from ab_sim.studies.accuracy_cost.methods import FailedError
-from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide, SmoothInterval
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case, equal_balls
 from beside.turns import AbsentError, Family, Maker, timed
 from beside.width import lanes

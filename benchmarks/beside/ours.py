@@ -4,9 +4,9 @@ from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any
 
-from ab_sim.accuracy.deviation import Samples
-from ab_sim.batch import Batch, simulate_batch
+from ab_sim.design.batch import Batch, simulate_batch
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy.deviation import Samples
 from ab_sim.scene import Scene
 from beside.case import SAMPLING, VARIATIONS, BatchCase, Case
 from beside.turns import Family, Maker, timed

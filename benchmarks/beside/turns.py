@@ -7,8 +7,8 @@ from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
-from ab_sim.errors import AbSimError
-from ab_sim.studies.effect_cost import Quartiles
+from ab_sim.analysis.effect_cost import Quartiles
+from ab_sim.base.errors import AbSimError
 
 MOST_TIME = 4.0
 """s of CPU time that the repeats of one setting may take; slow ones take part in fewer."""

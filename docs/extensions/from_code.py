@@ -239,8 +239,8 @@ def scene_keys() -> Iterator[str]:
 
 def effects() -> Iterator[str]:
     """Every effect: meaning, equation, source, parameters, and what its code computes."""
-    from ab_sim.formulas.effects import formulas_of
-    from ab_sim.formulas.page import typeset
+    from ab_sim.export.formulas.effects import formulas_of
+    from ab_sim.export.formulas.page import typeset
     from ab_sim.scene.registry import effect_classes, effect_parameters
 
     for name, effect in effect_classes().items():
@@ -352,7 +352,7 @@ def topics() -> Iterator[str]:
 
 def scenes() -> Iterator[str]:
     """Every scene of the package, and how its description begins."""
-    from ab_sim.scene_files import find_scene, read_scene_file, scene_names
+    from ab_sim.base.scene_files import find_scene, read_scene_file, scene_names
 
     rows = []
     for name in scene_names():

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 from ab_sim import InputError
-from ab_sim.errors import nearest
+from ab_sim.base.errors import nearest
 from gallery.page import Paper
 
 PAPERS = {

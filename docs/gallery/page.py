@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import Any, NamedTuple
 
 import ab_sim
-from ab_sim.conventions import NOTATION
+from ab_sim.base.conventions import NOTATION
 
 Cell = str | float | None
 

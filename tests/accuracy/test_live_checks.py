@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.accuracy import live_checks
-from ab_sim.accuracy.deviation import Deviation, Samples, deviation
-from ab_sim.accuracy.live_checks import SLICE, WINDOW, LiveChecks
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import live_checks
+from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation
+from ab_sim.drive.accuracy.live_checks import SLICE, WINDOW, LiveChecks
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene
 

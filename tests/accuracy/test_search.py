@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
-from ab_sim.accuracy import SAFETY, Timed, cheapest
-from ab_sim.accuracy.deviation import MOST_SAMPLES, Samples
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.base.errors import DivergedError, SceneError
+from ab_sim.drive.accuracy import SAFETY, Timed, cheapest
+from ab_sim.drive.accuracy.deviation import MOST_SAMPLES, Samples
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import Scene, load_scene
 from tests.accuracy.asked_tolerances import SHORT, wished
 

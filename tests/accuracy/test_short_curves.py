@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.accuracy import resolve_accuracy
-from ab_sim.accuracy.live_checks import LiveChecks
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
+from ab_sim.drive.accuracy import resolve_accuracy
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import THESIS, merge
 from tests.reference import simulate

@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
+from ab_sim.analysis.accuracy_cost import accuracy_cost
+from ab_sim.analysis.effect_cost import effect_cost
+from ab_sim.base.progress import Progress
 from ab_sim.cli import runner
 from ab_sim.cli.run import run_command
 from ab_sim.cli.scene_commands import RunOptions
 from ab_sim.design.basin import basin
-from ab_sim.progress import Progress
 from ab_sim.scene import Scene
-from ab_sim.studies.accuracy_cost import accuracy_cost
-from ab_sim.studies.effect_cost import effect_cost
 from tests.accuracy.asked_tolerances import SHORT, wished
 
 

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive.trajectory import Trajectory, channels_for
-from ab_sim.equations.planar import Planar
+from ab_sim.model.equations.planar import Planar
 
 
 def made(balls: int = 1, step: float = 1e-3, count: int = 1001, **channels: Any) -> Trajectory:

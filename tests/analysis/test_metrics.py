@@ -19,7 +19,7 @@ from ab_sim.analysis import (
 from ab_sim.analysis.metrics import rms
 from ab_sim.analysis.metrics.metric import metrics_named
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.assemble import system_of
+from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
 from tests.analysis.made import made
 

@@ -14,12 +14,12 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.modes import Mode, campbell, modal_assurance, modes_of, moving, vibration_of
-from ab_sim.dynamics.assemble import linearised, start_discrete_state, start_state, system_of
-from ab_sim.dynamics.deck_models.in_space import angular_velocity
-from ab_sim.errors import SceneError
-from ab_sim.integrate.vector_field import VectorField
+from ab_sim.base.errors import SceneError
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics.assemble import linearised, start_discrete_state, start_state, system_of
+from ab_sim.model.dynamics.deck_models.in_space import angular_velocity
+from ab_sim.model.spindle import Ramp, ScheduledSegment
 from ab_sim.scene import Scene, load_scene, scene_names
-from ab_sim.spindle import Ramp, ScheduledSegment
 from tests.deck.of_params import scene_of
 from tests.deck.scenes import ODD, Changes, made
 from tests.reference import deck_modes

@@ -68,7 +68,7 @@ def test_other_numbers_version_and_sources_are_computed(
 
     def edited(modules: Any) -> Any:
         found = read(modules)
-        name = "ab_sim.events.rows"
+        name = "ab_sim.engine.events.rows"
         return {**found, name: found[name]._replace(digest="of other content")}
 
     with monkeypatch.context() as changed:

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.start_state import start_from
+from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError
 from ab_sim.scene import load_scene
 from ab_sim.scene.load import changed_scene
 

@@ -15,11 +15,11 @@ from ab_sim.analysis import (
     run_scene,
     time_of_speed,
 )
+from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError
-from ab_sim.recording import Recording, read_recording
+from ab_sim.record.recording import Recording, read_recording
 from ab_sim.scene import check_scene
 from tests.analysis.made import made
 

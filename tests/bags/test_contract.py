@@ -27,7 +27,7 @@ from ab_msgs_py import (  # noqa: E402
     topics,
 )
 from ab_msgs_py.set_points import SetPoint, SetPoints  # noqa: E402
-from ab_sim.bags import contract, messages  # noqa: E402
+from ab_sim.record.bags import contract, messages  # noqa: E402
 from ab_sim.scene import frames  # noqa: E402
 
 TIME = 3_123_456_789

@@ -15,10 +15,10 @@ import yaml
 from mcap.reader import make_reader
 from mcap_ros2.decoder import DecoderFactory
 
-from ab_sim.bags import Bag, export_bag, import_bag
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
-from ab_sim.recording import LEFT_OUT, Recording, open_recording, read_recording
+from ab_sim.record.bags import Bag, export_bag, import_bag
+from ab_sim.record.recording import LEFT_OUT, Recording, open_recording, read_recording
 from ab_sim.scene import load_scene
 from tests.bags.made import export_of
 from tests.recording import runs
@@ -110,8 +110,9 @@ def test_a_long_one_with_many_balls(tmp_path: Path) -> None:
 
 
 def test_files_need_no_ros() -> None:
-    said = "import sys, ab_sim.bags; print([m for m in ('rclpy', 'std_msgs') if m in sys.modules])"
-    done = subprocess.run([sys.executable, "-c", said], capture_output=True, text=True, check=True)
+    ros = "[m for m in ('rclpy', 'std_msgs') if m in sys.modules]"
+    code = f"import sys, ab_sim.record.bags; print({ros})"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout == "[]\n"
 
 

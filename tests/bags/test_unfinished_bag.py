@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.bags.unfinished_bag import END, MAGIC, CompletedFile, torn_bytes
+from ab_sim.record.bags.unfinished_bag import END, MAGIC, CompletedFile, torn_bytes
 
 
 def record(kind: int, content: bytes) -> bytes:

@@ -7,11 +7,11 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.batch import simulate_batch
-from ab_sim.batch.variations import varied
+from ab_sim.base.errors import DivergedError, InputError, SceneError
+from ab_sim.design.batch import simulate_batch
+from ab_sim.design.batch.variations import varied
 from ab_sim.drive import Drive
-from ab_sim.equations.motion import DeckMotion
-from ab_sim.errors import DivergedError, InputError, SceneError
+from ab_sim.model.equations.motion import DeckMotion
 from ab_sim.scene import Scene, load, registry
 from ab_sim.scene.quantities import Count, Number, quantity
 from ab_sim.scene.registry import effect_classes, register

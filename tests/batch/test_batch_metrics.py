@@ -10,13 +10,13 @@ from ab_sim.analysis import run_scene
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.judging import RunNumbers
 from ab_sim.analysis.metrics.metric import MetricKind, metrics_named, reported_metrics
-from ab_sim.batch import Batch, judging, run_columns, simulate_batch
-from ab_sim.batch.lane_group import LaneStarts
-from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.run_columns import columns_of
-from ab_sim.batch.variations import varied, varied_scene
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.design.batch import Batch, judging, run_columns, simulate_batch
+from ab_sim.design.batch.lane_group import LaneStarts
+from ab_sim.design.batch.prepared_run import PreparedRun
+from ab_sim.design.batch.run_columns import columns_of
+from ab_sim.design.batch.variations import varied, varied_scene
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene, load_scene
 
 KEYS = [metric.key for metric in reported_metrics()]

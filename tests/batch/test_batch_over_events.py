@@ -8,15 +8,15 @@ import pytest
 
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.metric import reported_metrics
-from ab_sim.batch import simulate_batch
-from ab_sim.batch.lane_group import LaneGroup, LaneStarts
-from ab_sim.batch.prepared_run import PreparedRun
-from ab_sim.batch.variations import varied
+from ab_sim.base.errors import DivergedError
+from ab_sim.design.batch import simulate_batch
+from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
+from ab_sim.design.batch.prepared_run import PreparedRun
+from ab_sim.design.batch.variations import varied
 from ab_sim.drive import Drive
-from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, TURNS
-from ab_sim.errors import DivergedError
+from ab_sim.engine.stepping.side_by_side import LaneSamples
+from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED, TURNS
 from ab_sim.scene import Scene, load_scene
-from ab_sim.stepping.side_by_side import LaneSamples
 from tests.deck.scenes import odd
 
 Variations = list[dict[str, Any]]

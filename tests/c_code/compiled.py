@@ -10,7 +10,7 @@ from tempfile import TemporaryDirectory
 import numpy as np
 import pytest
 
-from ab_sim.c_code.sources import sources_of
+from ab_sim.export.c_code.sources import sources_of
 from ab_sim.scene import Scene
 
 GLUE = """

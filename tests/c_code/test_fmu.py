@@ -10,13 +10,13 @@ from xml.etree import ElementTree as Xml
 import numpy as np
 import pytest
 
-from ab_sim.c_code import fmu as made_by
-from ab_sim.c_code.fmu import Fmu, fmu_of, identifier_of
-from ab_sim.c_code.model_description import base_units
-from ab_sim.c_code.sources import sources_of
+from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.drive.orientation import tilt_of
-from ab_sim.errors import InputError
+from ab_sim.export.c_code import fmu as made_by
+from ab_sim.export.c_code.fmu import Fmu, fmu_of, identifier_of
+from ab_sim.export.c_code.model_description import base_units
+from ab_sim.export.c_code.sources import sources_of
 from ab_sim.scene import load_scene
 from tests.c_code.compiled import STRICT, needs_compiler
 from tests.c_code.importer import ERROR, OK, WARNING, Importer

@@ -8,10 +8,10 @@ import pytest
 
 import ab_sim.tracing
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import MOST_ANGLE
+from ab_sim.engine.stepping.fixed_step import ANGLE
+from ab_sim.model.dynamics.assemble import MOST_ANGLE
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene import registry as effects
-from ab_sim.stepping.fixed_step import ANGLE
 from tests.c_code.compiled import DIVERGED, OK, REFUSED, InC, needs_compiler
 
 pytestmark = needs_compiler

@@ -3,8 +3,8 @@
 import json
 from pathlib import Path
 
-from ab_sim.integrate.registry import steppers
-from ab_sim.studies.accuracy_cost import REPEATS
+from ab_sim.analysis.accuracy_cost import REPEATS
+from ab_sim.engine.integrate.registry import steppers
 from tests.cli.tool import PNG, ab_sim
 
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from ab_sim.base.errors import InputError, RecordingError
 from ab_sim.cli.bags import export_command, import_command, replay_command
 from ab_sim.cli.recording_commands import ExportOptions, ImportOptions, ReplayOptions
-from ab_sim.errors import InputError, RecordingError
-from ab_sim.recording import read_recording
+from ab_sim.record.recording import read_recording
 from tests.bags.made import export_of
 from tests.cli.tool import ab_sim
 from tests.recording.runs import describe, record, run
@@ -54,7 +54,7 @@ def test_what_cannot_be_exported(here: Path) -> None:
         export_command(ExportOptions(Path("no.rrd"), mcap=bag))
     with pytest.raises(InputError, match="a bag has the whole recording"):
         export_command(ExportOptions(file, mcap=bag, every=2))
-    from ab_sim.recording import Recording
+    from ab_sim.record.recording import Recording
 
     Recording("empty.rrd", description=describe()).close()
     with pytest.raises(RecordingError, match="no samples: there is nothing to export"):

@@ -10,8 +10,8 @@ import pytest
 
 from ab_sim import __version__
 from ab_sim.cli.options import STEPPERS
-from ab_sim.integrate.registry import AUTO, steppers
-from ab_sim.recording import read_recording
+from ab_sim.engine.integrate.registry import AUTO, steppers
+from ab_sim.record.recording import read_recording
 from ab_sim.scene import find_scene, scene_names
 from tests.cli.tool import PNG, ab_sim, refused
 
@@ -287,7 +287,7 @@ def test_what_is_looked_up_only_imports_little() -> None:
     program = (
         "import sys\n"
         "from ab_sim.cli.app import app\n"
-        "from ab_sim.errors import SceneError\n"
+        "from ab_sim.base.errors import SceneError\n"
         "try: app(sys.argv[1:], standalone_mode=False)\n"
         "except SceneError as error: print(error)\n"
         "print([name for name in ('ab_sim.scene', 'llvmlite', 'numpy') if name in sys.modules])\n"

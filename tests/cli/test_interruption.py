@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim import interruption
+from ab_sim.base import interruption
 from tests.nodes import slow_to_compile
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -173,7 +173,7 @@ def test_a_node_of_live_or_demo_at_its_first_instructions(start: Start, after: f
 
 WAITS = """
 import threading
-from ab_sim import interruption
+from ab_sim.base import interruption
 interruption.watch()
 with interruption.in_order() as stopping:
     print("waiting", flush=True)
@@ -225,10 +225,10 @@ def test_the_demo_ends_its_nodes(start: Start, tmp_path: Path) -> None:
 
 HASTY = """
 import os, signal, sys
-from ab_sim import interruption
+from ab_sim.base import interruption
 interruption.watch()
 from ab_sim.cli.progress import interruptible
-from ab_sim.errors import AbSimError, Interrupted
+from ab_sim.base.errors import AbSimError, Interrupted
 sys.setswitchinterval(10.0)  # the thread that heeds signals waits for this one
 try:
     with interruptible("work", "all is kept"):

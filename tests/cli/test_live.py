@@ -13,7 +13,7 @@ from urllib.request import urlopen
 
 import pytest
 
-from ab_sim.recording import read_recording
+from ab_sim.record.recording import read_recording
 from tests.cli.tool import ab_sim, refused
 from tests.recording.runs import record, run
 

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import pytest
 
+from ab_sim.base.errors import InputError
 from ab_sim.cli.recovery import drags_of
-from ab_sim.errors import InputError
 from tests.cli.tool import PNG, ab_sim, refused
 
 

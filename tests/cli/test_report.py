@@ -6,12 +6,12 @@ from pathlib import Path
 
 import pytest
 
+from ab_sim.base.errors import AbSimError
 from ab_sim.cli.app import app
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import AbSimError
-from ab_sim.recording import Recording
+from ab_sim.record.recording import Recording
 from ab_sim.scene import load_scene
 from tests.cli.tool import PNG, ab_sim
 from tests.recording.runs import record, run

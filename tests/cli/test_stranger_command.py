@@ -14,14 +14,14 @@ from rich.table import Table
 from typer.testing import CliRunner
 
 from ab_sim import cli
+from ab_sim.base.errors import InputError
 from ab_sim.cli import progress
 from ab_sim.cli.app import app
 from ab_sim.cli.declare import Heading
 from ab_sim.cli.options import Changes, Json, Plot, SceneName
 from ab_sim.cli.runner import Command, Outcome, picture
-from ab_sim.errors import InputError
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene import load_scene
-from ab_sim.spindle import SpeedSchedule
 from tests.cli.test_interruption import ROOT, Program
 from tests.cli.tool import PNG
 
@@ -75,7 +75,7 @@ def figure(found: list[tuple[float, float]], file: Path) -> None:
     """Import only where one is drawn."""
     from matplotlib.figure import Figure
 
-    from ab_sim.figures.saved import save
+    from ab_sim.show.figures.saved import save
 
     drawn = Figure()
     drawn.subplots().plot(*zip(*found, strict=True))

@@ -8,8 +8,8 @@ from tempfile import NamedTemporaryFile
 
 from typer.testing import CliRunner
 
+from ab_sim.base.errors import AbSimError
 from ab_sim.cli.app import app
-from ab_sim.errors import AbSimError
 from tests.forked import WIDTH, forked
 from tests.waiting import PATIENCE
 

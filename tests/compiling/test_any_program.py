@@ -14,7 +14,7 @@ from tests.compiling.ways import same
 
 HEAD = """
 import math
-from ab_sim.compiling import Floats, Integers, fma
+from ab_sim.engine.compiling import Floats, Integers, fma
 
 def twice(x: float, i: int) -> tuple[float, int]:
     return 2.0 * x, i // 2 % 7

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.compiling import (
+from ab_sim.engine.compiling import (
     Compiled,
     Floats,
     Integers,

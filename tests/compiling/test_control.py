@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ab_sim.compiling import Floats, Integers, IntegerTable, Table, compiled
+from ab_sim.engine.compiling import Floats, Integers, IntegerTable, Table, compiled
 from tests.compiling.ways import same
 
 

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from ab_sim.compiling import Untranslatable, compiled
+from ab_sim.engine.compiling import Untranslatable, compiled
 
 HEAD = """
 import math
 from typing import NamedTuple
 import numpy as np
-from ab_sim.compiling import Floats, IntegerTable, Table, call, fma, scratch
+from ab_sim.engine.compiling import Floats, IntegerTable, Table, call, fma, scratch
 
 class Pair(NamedTuple):
     low: float
@@ -37,7 +37,7 @@ def with_default(x: float = 1.0) -> float:
 """
 CASES = [
     # Line of the body that is at fault, what is said, and what is said to write instead.
-    ("try:\n    x = 1.0\nfinally:\n    pass", 1, "statement 'try:'", "see ab_sim.compiling"),
+    ("try:\n    x = 1.0\nfinally:\n    pass", 1, "statement 'try:'", "see ab_sim.engine.compiling"),
     ("y = 1.0\nraise ValueError", 2, "statement 'raise ValueError'", ""),
     ("y = [x, x]", 1, "'[x, x]' is not in the subset", "use a tuple, or scratch(n)"),
     ("y = max(x for _ in range(3))", 1, "is not in the subset", "write a loop"),
@@ -74,7 +74,7 @@ CASES = [
     ("y = 1 if x > 0.0 else x", 1, "the other branch is int, this is float", "0.0"),
     ("y = x << 1", 1, "LShift of floats", ""),
     ("y = 9223372036854775808", 1, "more than 64 bits", "below 2**63"),
-    ("y = math.gamma(x)", 1, "call of math.gamma", "listed in ab_sim.compiling"),
+    ("y = math.gamma(x)", 1, "call of math.gamma", "listed in ab_sim.engine.compiling"),
     ("y = np.sin(x)", 1, "call of np.sin", "functions of the subset"),
     ("y = other(x)", 1, "other takes 2 arguments: x, n", "pass each one once"),
     ("y = other(x, 1, 2)", 1, "this passes 3", "pass each one once"),

@@ -7,11 +7,11 @@ from typing import Any, NamedTuple
 import pytest
 
 import ab_sim
-from ab_sim.compiling import compiled
-from ab_sim.compiling.library import Module
 from ab_sim.drive.drive import Drive
-from ab_sim.stepping.assemble import known_of
-from ab_sim.stepping.fixed_step import advance
+from ab_sim.engine.compiling import compiled
+from ab_sim.engine.compiling.library import Module
+from ab_sim.engine.stepping.assemble import known_of
+from ab_sim.engine.stepping.fixed_step import advance
 
 
 class Switches(NamedTuple):

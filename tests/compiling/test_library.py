@@ -6,8 +6,8 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from ab_sim.compiling import Compiled, Library, Untranslatable
-from ab_sim.compiling.library import Module
+from ab_sim.engine.compiling import Compiled, Library, Untranslatable
+from ab_sim.engine.compiling.library import Module
 
 
 class Choice(NamedTuple):

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ab_sim.compiling import compiled, fma
+from ab_sim.engine.compiling import compiled, fma
 from tests.compiling.ways import same
 
 floats = st.floats() | st.sampled_from([0.0, -0.0, 1.0, -1.5, 0.1, 5e-324, 1e308])

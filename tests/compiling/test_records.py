@@ -5,7 +5,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.compiling import (
+from ab_sim.engine.compiling import (
     Cube,
     Floats,
     Integers,
@@ -14,7 +14,7 @@ from ab_sim.compiling import (
     compiled,
     scratch,
 )
-from ab_sim.compiling.library import Module
+from ab_sim.engine.compiling.library import Module
 from tests.compiling.ways import same
 
 

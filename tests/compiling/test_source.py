@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.compiling import Compiled, Untranslatable
+from ab_sim.engine.compiling import Compiled, Untranslatable
 
 TEXT = """\
-from ab_sim.compiling import Floats
+from ab_sim.engine.compiling import Floats
 
 
 def total(

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.compiling import Compiled, Library
+from ab_sim.engine.compiling import Compiled, Library
 
 PLAIN, NARROW = "+sse2", "+sse4.2,+avx,+avx2,+fma,-avx512f"
 """A processor without fused multiply-add, and one without AVX-512."""

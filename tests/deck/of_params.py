@@ -5,8 +5,8 @@ from collections.abc import Sequence
 import numpy as np
 from scipy.spatial.transform import Rotation
 
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 from ab_sim.scene import Scene
-from ab_sim.spindle import Ramp, SpeedSchedule
 from tests.deck.scenes import Changes, made
 from tests.reference import DeckParams
 from tests.reference.plant import Array

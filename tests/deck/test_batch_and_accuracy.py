@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.accuracy import SAFETY, resolve_accuracy
-from ab_sim.accuracy.deviation import Samples, deviation
-from ab_sim.accuracy.live_checks import LiveChecks
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import SAFETY, resolve_accuracy
+from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.scene import load_scene
 from tests.batch.test_batch import assert_equal_to_drives
 from tests.deck.scenes import ODD, odd

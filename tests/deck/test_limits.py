@@ -5,10 +5,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import DivergedError, SceneError
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import linear_rates, linearised, system_of
-from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import linear_rates, linearised, system_of
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 from tests.deck.scenes import ODD, Changes, odd
@@ -35,7 +35,7 @@ def test_drag_of_balls_of_any_mass(mass: float, monkeypatch: pytest.MonkeyPatch)
     limit = longest(scene)
     assert "drag" in choose_stepper(scene, system_of(scene)).limited_by
     rates = []
-    monkeypatch.setattr("ab_sim.integrate.choose.check_step", lambda *_: None)
+    monkeypatch.setattr("ab_sim.engine.integrate.choose.check_step", lambda *_: None)
     for share in (0.9, 1.15):
         beside = changed_scene(scene, {"solver.step": round(share * limit, 9)}, "test")
         drive = Drive(beside, energy_balance=True)

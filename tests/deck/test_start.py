@@ -3,11 +3,11 @@
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.assemble import start_state, system_of
-from ab_sim.dynamics.system import System
-from ab_sim.errors import SceneError
+from ab_sim.model.dynamics.assemble import start_state, system_of
+from ab_sim.model.dynamics.system import System
 from ab_sim.scene import Scene, load_scene
 from tests.deck.coordinates import columns, coordinates
 from tests.deck.scenes import ODD, Changes, made, odd

@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.deck_models.in_space import angular_velocity
+from ab_sim.model.dynamics.deck_models.in_space import angular_velocity
 from ab_sim.scene import Scene
 from ab_sim.scene.deck import inertia_matrix
 from tests.deck.coordinates import columns, tilt_of

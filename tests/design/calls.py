@@ -6,7 +6,7 @@ import time
 from collections.abc import Sequence
 from typing import overload
 
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 
 
 def where(number: int) -> tuple[int, int]:

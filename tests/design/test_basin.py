@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.offline import run_scene
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.design.basin import (
     BALANCED,
     CHANGING,
@@ -13,7 +14,6 @@ from ab_sim.design.basin import (
     RINGING_DOWN,
     basin,
 )
-from ab_sim.errors import InputError, SceneError
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.sections import Balanced

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import InputError
 from ab_sim.design.bounds import Bound, bound_of
-from ab_sim.errors import InputError
 
 
 @pytest.mark.parametrize(

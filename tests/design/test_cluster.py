@@ -13,10 +13,10 @@ import pyarrow
 import pytest
 
 import ab_sim
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.workers import WorkerLost
 from ab_sim.design import work
 from ab_sim.design.cluster import Cluster, ClusterUnusable, checked_address
-from ab_sim.errors import InputError, SceneError
-from ab_sim.workers import WorkerLost
 from tests.cli.killed import KeptWork
 from tests.design import calls
 from tests.design.dask_cluster import ROOT, DaskCluster, free_port

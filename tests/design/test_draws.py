@@ -7,10 +7,10 @@ import pytest
 from scipy import stats
 
 import ab_sim
+from ab_sim.base.errors import InputError
 from ab_sim.design.draws import DrawnPoints, ExchangedPoints
 from ab_sim.design.judged import Job, varied_scene
 from ab_sim.design.tolerances import tolerance_of
-from ab_sim.errors import InputError
 
 SCENE = ("thesis-hold", "balls.mass=1 g", "rotor.eccentricity=0.1 mm")
 MANY = 4000

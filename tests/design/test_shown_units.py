@@ -5,9 +5,9 @@ import pytest
 from matplotlib.figure import Figure
 
 import ab_sim
+from ab_sim.base.errors import InputError
 from ab_sim.cli.sweep import _shown
 from ab_sim.design.sweep import Sweep
-from ab_sim.errors import InputError
 from ab_sim.scene.shown_units import shown_units
 
 SHORT = ["duration=0.2"]

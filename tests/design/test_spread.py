@@ -15,6 +15,8 @@ from scipy import stats
 import ab_sim
 from ab_sim.analysis.metrics import metrics_of
 from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.workers import Workers
 from ab_sim.design import judged, work
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.judged import FAILED, OUTCOME, Job, Point, has_settled
@@ -23,8 +25,6 @@ from ab_sim.design.spread_runs import SpreadQuestion, run_spread
 from ab_sim.design.sweep import open_sweep
 from ab_sim.design.tolerances import tolerance_of
 from ab_sim.drive.drive import Drive
-from ab_sim.errors import InputError, SceneError
-from ab_sim.workers import Workers
 
 pytestmark = pytest.mark.long
 
@@ -210,8 +210,8 @@ def test_it_does_not_depend_on_how_the_work_is_shared(
     for chunk, executors in ((1e9, None), (1e-9, lambda: Workers(2))):
         monkeypatch.setattr(work, "ENOUGH", 1e-9)
         monkeypatch.setattr(work, "CHUNK_SECONDS", chunk)
-        monkeypatch.setattr("ab_sim.workers.TRIAL", 0.0)
-        monkeypatch.setattr("ab_sim.workers.WORTH_IT", 0.0)
+        monkeypatch.setattr("ab_sim.base.workers.TRIAL", 0.0)
+        monkeypatch.setattr("ab_sim.base.workers.WORTH_IT", 0.0)
         for file in folder.glob("*/*"):
             file.unlink()
         asked = SpreadQuestion(64, pairs=8, criterion=SMALL)

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from ab_sim.base.errors import InputError
 from ab_sim.design.intervals import (
     paired_difference,
     paired_shares,
@@ -14,7 +15,6 @@ from ab_sim.design.intervals import (
     share_of,
 )
 from ab_sim.design.sensitivity import SobolIndex, sobol_of
-from ab_sim.errors import InputError
 
 REPEATS = 400
 OFTEN = (0.93, 0.97)

@@ -11,15 +11,15 @@ from pyarrow import csv
 import ab_sim
 from ab_sim.analysis.metrics import metrics_of, reported_metrics
 from ab_sim.analysis.metrics.verdict import Verdict
-from ab_sim.batch import judging
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.workers import Workers
 from ab_sim.design import judged, work
+from ab_sim.design.batch import judging
 from ab_sim.design.judged import FAILED
 from ab_sim.design.points import points_of
 from ab_sim.design.sweep import Sweep, open_sweep, run_sweep
 from ab_sim.design.variables import variable_of
 from ab_sim.drive.drive import Drive
-from ab_sim.errors import InputError, SceneError
-from ab_sim.workers import Workers
 
 METRICS = ("final_whirl_over_e", "peak_whirl_over_e", "settled", "peak_tilt", "in_band_from")
 EVERY = tuple(metric.key for metric in reported_metrics() if metric.scalar)
@@ -76,8 +76,8 @@ def test_it_does_not_depend_on_how_the_work_is_shared(
         [(1e9, 1.0, 10**6), (1e-9, 1e-9, 3000), (1e-9, 1e9, 10**5)]
     ):
         sizes(monkeypatch, enough, chunk, samples)
-        monkeypatch.setattr("ab_sim.workers.TRIAL", 0.0)
-        monkeypatch.setattr("ab_sim.workers.WORTH_IT", 0.0)
+        monkeypatch.setattr("ab_sim.base.workers.TRIAL", 0.0)
+        monkeypatch.setattr("ab_sim.base.workers.WORTH_IT", 0.0)
         for file in folder.glob("*/*"):
             file.unlink()
         tables.append(run_sweep(one, points, METRICS, Workers(1 + number % 2)).table)

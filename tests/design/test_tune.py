@@ -9,6 +9,7 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.base.errors import InputError, Interrupted, SceneError
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
 from ab_sim.design.judged import FAILED, has_settled
@@ -16,7 +17,6 @@ from ab_sim.design.scores import Aim, Standard, best_of, scored
 from ab_sim.design.search import Effort, search
 from ab_sim.design.tune import NO_PERIOD, Task, Tuning, aim_of, run_tuning
 from ab_sim.design.variables import Range, variable_of
-from ab_sim.errors import InputError, Interrupted, SceneError
 
 
 def tuned(

@@ -5,9 +5,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ab_sim.base.errors import InputError
 from ab_sim.design.points import DesignPoints, GridPoints, points_of
 from ab_sim.design.variables import ListedValues, Range, range_, spaced, values, variable_of
-from ab_sim.errors import InputError
 
 MASS, DRAG = "balls.mass", "effects.viscous_drag.coefficient"
 

@@ -7,11 +7,11 @@ import pytest
 
 from ab_sim import Drive, Scene, load_scene
 from ab_sim.analysis.adaptive import net_unbalance
+from ab_sim.base.errors import CommandError
 from ab_sim.control import StartUp, State
 from ab_sim.drive.adaptive import AdaptiveRun, settings_of
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
-from ab_sim.errors import CommandError
 from tests.conftest import SceneMaker
 
 STEPS = 2000

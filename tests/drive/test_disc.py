@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.observation import Observation
-from ab_sim.errors import SceneError
 from ab_sim.scene import load_scene
 
 

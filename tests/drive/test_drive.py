@@ -7,10 +7,10 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import CommandError, DivergedError, SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory, check_room
-from ab_sim.errors import CommandError, DivergedError, SceneError
 from ab_sim.scene import check_scene, load_scene
 
 

@@ -11,7 +11,7 @@ from ab_sim.analysis.equilibria.resting import base_rotor_of
 from ab_sim.drive.description import describe
 from ab_sim.drive.explanation import explain
 from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
-from ab_sim.dynamics.assemble import system_of
+from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import load_scene, scene_names
 
 

@@ -10,8 +10,8 @@ from ab_sim.drive import Drive
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.faults.plant import faulty_system, jam
 from ab_sim.drive.observation import Observation
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.system import DIRECTION, MOBILITY
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.dynamics.system import DIRECTION, MOBILITY
 from ab_sim.scene import Scene, load_scene
 from tests.drive.fault_session import FaultSession, places, spun
 

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.accuracy.live_checks import LiveChecks
+from ab_sim.base.errors import CommandError, InputError
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.drive.faults.fault import check_faults, faults_of
-from ab_sim.errors import CommandError, InputError
 from ab_sim.scene import load_scene
 from tests.drive.fault_session import FaultSession, places, spun
 

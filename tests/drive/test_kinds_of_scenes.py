@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.kernels import code
+from ab_sim.engine.kernels import code
 from ab_sim.scene import load_scene
 
 

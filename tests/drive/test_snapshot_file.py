@@ -7,9 +7,9 @@ from typing import Any
 
 import pytest
 
+from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
-from ab_sim.errors import InputError
 from ab_sim.scene import Scene
 
 SENSORS = {"front": {"bandwidth": 200.0, "noise_density": 1e-3, "seed": 3}}

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from ab_sim.drive.step_plan import FOREVER, StepPlan
-from ab_sim.dynamics.assemble import place_on
-from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule
-from ab_sim.spindle.step_ranges import StepGrid, step_ranges
-from ab_sim.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
+from ab_sim.engine.stepping.fixed_step import END, FIRST, LENGTH, OFFSET, PLACE, START
+from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule
+from ab_sim.model.spindle.step_ranges import StepGrid, step_ranges
 
 GRID = StepGrid(1e-3, 12e-3)
 PROFILES = {

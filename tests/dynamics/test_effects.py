@@ -9,17 +9,17 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.equations import effects
-from ab_sim.equations.effects import RollingFriction, Suspension, ViscousDrag
-from ab_sim.equations.motion import Ball, DeckMotion
-from ab_sim.equations.sums import any_has, over_effects
-from ab_sim.kernels.constants import layout_of_constants, traced
-from ab_sim.kernels.emission import Emission
-from ab_sim.kernels.model import Model
+from ab_sim.engine.kernels.constants import layout_of_constants, traced
+from ab_sim.engine.kernels.emission import Emission
+from ab_sim.engine.kernels.model import Model
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.equations import effects
+from ab_sim.model.equations.effects import RollingFriction, Suspension, ViscousDrag
+from ab_sim.model.equations.motion import Ball, DeckMotion
+from ab_sim.model.equations.sums import any_has, over_effects
+from ab_sim.model.spindle import Ramp
 from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
-from ab_sim.spindle import Ramp
 from ab_sim.tracing import Expression, Graph, lowered
 from ab_sim.tracing.expression import reached
 from ab_sim.tracing.plain import python_function
@@ -44,7 +44,9 @@ def test_effects_are_documented(name: str, effect: Any) -> None:
 def test_every_file_of_effects_is_imported() -> None:
     """Else scenes would not know its effect."""
     files = {path.stem for path in Path(effects.__file__).parent.glob("*.py")} - {"__init__"}
-    assert files == set(effect_classes()), "ab_sim/equations/effects/__init__.py imports each file"
+    assert files == set(effect_classes()), (
+        "ab_sim/model/equations/effects/__init__.py imports each file"
+    )
 
 
 def test_every_documented_method_is_of_some_effect() -> None:

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from ab_sim.dynamics.assemble import start_discrete_state, start_state, system_of
-from ab_sim.dynamics.system import JOINED, SPACING
-from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import SceneError
-from ab_sim.events.balls import gap, put_branches
-from ab_sim.events.run_arrays import balls_of
-from ab_sim.kernels.code import called, code_of
+from ab_sim.base.errors import SceneError
+from ab_sim.engine.events.balls import gap, put_branches
+from ab_sim.engine.events.run_arrays import balls_of
+from ab_sim.engine.kernels.code import called, code_of
+from ab_sim.model.dynamics.assemble import start_discrete_state, start_state, system_of
+from ab_sim.model.dynamics.system import JOINED, SPACING
+from ab_sim.model.equations.neighbours import start_angles
+from ab_sim.model.spindle import Ramp
 from ab_sim.scene import Scene
-from ab_sim.spindle import Ramp
 from tests.effects.parts import scene_of
 from tests.reference.contact import chain_of
 from tests.reference.model import Model

@@ -8,11 +8,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import DIRECTION, DISCRETE_COLUMNS, LOADED
-from ab_sim.integrate.vector_field import VectorField
-from ab_sim.spindle import Ramp, ScheduledSegment
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import DIRECTION, DISCRETE_COLUMNS, LOADED
+from ab_sim.model.spindle import Ramp, ScheduledSegment
 from tests.dynamics.inertial import Thesis, accelerations
 
 FRICTION = {"rolling_friction": {"arm": 2e-4}}

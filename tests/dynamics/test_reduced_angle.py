@@ -6,7 +6,7 @@ from fractions import Fraction
 
 import pytest
 
-from ab_sim.equations.neighbours import reduced
+from ab_sim.model.equations.neighbours import reduced
 
 PI = Fraction(
     "3.14159265358979323846264338327950288419716939937510582097494459230781640628620899863"

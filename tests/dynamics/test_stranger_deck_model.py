@@ -16,30 +16,30 @@ from jsonschema import Draft202012Validator
 from typer.testing import CliRunner
 
 import ab_sim
+from ab_sim.base.errors import SceneError
+from ab_sim.base.scene_files import read_scene_file
 from ab_sim.cli.app import app
 from ab_sim.drive.disc import with_disc
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.dynamics import registry
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.dynamics.registry import (
+from ab_sim.engine.stepping.fixed_step import ANGLE
+from ab_sim.model.dynamics import registry
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.dynamics.registry import (
     IN_SPACE,
     PLANAR,
     DeckFromScene,
     deck_models,
     register_deck_model,
 )
-from ab_sim.dynamics.system import System
-from ab_sim.equations.arrowhead import Arrow
-from ab_sim.equations.deck_model import deck_model
-from ab_sim.equations.motion import DeckMotion, SpindleMotion
-from ab_sim.equations.race import BallConstants, OnRace, drag_force, relative_load
-from ab_sim.equations.sums import Number, over_balls, over_effects
-from ab_sim.errors import SceneError
+from ab_sim.model.dynamics.system import System
+from ab_sim.model.equations.arrowhead import Arrow
+from ab_sim.model.equations.deck_model import deck_model
+from ab_sim.model.equations.motion import DeckMotion, SpindleMotion
+from ab_sim.model.equations.race import BallConstants, OnRace, drag_force, relative_load
+from ab_sim.model.equations.sums import Number, over_balls, over_effects
 from ab_sim.scene import Scene, check_scene, find_scene
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.schema import scene_schema
-from ab_sim.scene_files import read_scene_file
-from ab_sim.stepping.fixed_step import ANGLE
 from tests.c_code.compiled import InC, needs_compiler
 
 NAME, SCENE = "on_fixed_axes", "five-balls-8000-rpm"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import JOINED
+from ab_sim.model.dynamics.system import JOINED
 from tests.effects.parts import Changes, FiveParts, Run, closes, run, scene_of
 
 MEETING: Changes = {

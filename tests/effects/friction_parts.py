@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import DIRECTION, LOADED
+from ab_sim.model.dynamics.system import DIRECTION, LOADED
 from tests.effects.parts import Changes, FiveParts, Run
 
 OPPOSED: Changes = {

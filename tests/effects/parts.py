@@ -16,7 +16,7 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.drive.observation import EnergyBalance
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.system import DIRECTION
+from ab_sim.model.dynamics.system import DIRECTION
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import THESIS, merge
 from tests.overlap import assert_apart

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.equations.neighbours import start_angles
+from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene.registry import effect_classes
 from tests.conftest import THESIS
 from tests.effects.parts import Changes, scene_of

@@ -6,14 +6,14 @@ import numpy as np
 import pytest
 from scipy.integrate import quad, solve_ivp
 
-from ab_sim.equations.effects.ball_contact import BallContact
-from ab_sim.equations.effects.gravity import Gravity
-from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.equations.effects.motor import Motor
-from ab_sim.equations.effects.race_runout import RaceRunout
-from ab_sim.equations.effects.suspension import Suspension
-from ab_sim.equations.effects.unequal_suspension import UnequalSuspension
-from ab_sim.equations.motion import DeckMotion
+from ab_sim.model.equations.effects.ball_contact import BallContact
+from ab_sim.model.equations.effects.gravity import Gravity
+from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.model.equations.effects.motor import Motor
+from ab_sim.model.equations.effects.race_runout import RaceRunout
+from ab_sim.model.equations.effects.suspension import Suspension
+from ab_sim.model.equations.effects.unequal_suspension import UnequalSuspension
+from ab_sim.model.equations.motion import DeckMotion
 
 R = 0.01
 OVAL = RaceRunout(offset_1=3e-4, offset_2=-2e-4, lobe=4e-4, lobe_angle=0.3)

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 from pydantic import TypeAdapter, ValidationError
 
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 from ab_sim.scene.registry import effect_classes
 from tests.conftest import SceneMaker
 from tests.deck.scenes import odd

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.dynamics.system import MOBILITY, ORDER, ROLLING_MASS
-from ab_sim.events.run import COUPLING, NORMAL, BallEvents
+from ab_sim.engine.events.run import COUPLING, NORMAL, BallEvents
+from ab_sim.model.dynamics.system import MOBILITY, ORDER, ROLLING_MASS
 
 
 def loose_balls(n: int, size: int = 3, **changes: Any) -> BallEvents:

@@ -6,17 +6,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import brentq
 
-from ab_sim.compiling.kinds import call
-from ab_sim.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.dynamics.layout import StateLayout, layout_of
-from ab_sim.dynamics.system import DIRECTION, JOINED, ORDER, TURNS, System
-from ab_sim.equations.neighbours import reduced
-from ab_sim.events.balls import put_branches
-from ab_sim.events.run import Run, evaluate
-from ab_sim.kernels.code import code_of
+from ab_sim.engine.compiling.kinds import call
+from ab_sim.engine.events.balls import put_branches
+from ab_sim.engine.events.run import Run, evaluate
+from ab_sim.engine.kernels.code import code_of
+from ab_sim.engine.stepping.assemble import run_of
+from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
+from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.model.dynamics.system import DIRECTION, JOINED, ORDER, TURNS, System
+from ab_sim.model.equations.neighbours import reduced
+from ab_sim.model.spindle import Ramp
 from ab_sim.scene import Scene, check_scene
-from ab_sim.spindle import Ramp
-from ab_sim.stepping.assemble import run_of
 from tests.conftest import THESIS, merge
 from tests.reference.contact import Chain, chain_of
 from tests.reference.model import Model

@@ -5,15 +5,14 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED, MOBILITY, ORDER, ROLLING_MASS
-from ab_sim.events.balls import put_branches
-from ab_sim.events.impact import solve_jumps
-from ab_sim.events.reactions import (
+from ab_sim.engine.events.balls import put_branches
+from ab_sim.engine.events.impact import solve_jumps
+from ab_sim.engine.events.reactions import (
     path_force_less_friction,
     put_normal_forces,
     put_pushes,
 )
-from ab_sim.events.run import (
+from ab_sim.engine.events.run import (
     COUPLING,
     FRICTION,
     INERTIA,
@@ -23,6 +22,7 @@ from ab_sim.events.run import (
     PULL,
     BallEvents,
 )
+from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED, MOBILITY, ORDER, ROLLING_MASS
 from tests.events.arrays import loose_balls
 
 N = 5

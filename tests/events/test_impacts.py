@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import DIRECTION, JOINED
-from ab_sim.events.complementarity import solve_complementarity
-from ab_sim.events.event_functions import SLIDE, TOUCH
-from ab_sim.events.impact import SLOW_IMPACT, collide
+from ab_sim.engine.events.complementarity import solve_complementarity
+from ab_sim.engine.events.event_functions import SLIDE, TOUCH
+from ab_sim.engine.events.impact import SLOW_IMPACT, collide
+from ab_sim.model.dynamics.system import DIRECTION, JOINED
 from tests.events.instants import COMPANIES, OVAL, RUBBING, TOUCHING, Instant, N, instant
 from tests.reference.contact import impact
 

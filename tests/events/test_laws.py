@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED
-from ab_sim.events.complementarity import solve_complementarity
-from ab_sim.events.event_functions import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
+from ab_sim.engine.events.complementarity import solve_complementarity
+from ab_sim.engine.events.event_functions import HOLD, LOAD, MOTOR, NEVER, SLIDE, TOUCH
+from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED
 from tests.events.instants import COMPANIES, PHASE, Instant, N, instant
 from tests.reference.contact import touching
 from tests.reference.dynamics import FREE, STUCK

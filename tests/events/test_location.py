@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import DIRECTION, JOINED, LOADED
-from ab_sim.events.balls import put_branches
-from ab_sim.events.cubics import crossing, landing, minimum_of_cubic
-from ab_sim.events.event_functions import NEVER
-from ab_sim.events.location import (
+from ab_sim.engine.events.balls import put_branches
+from ab_sim.engine.events.cubics import crossing, landing, minimum_of_cubic
+from ab_sim.engine.events.event_functions import NEVER
+from ab_sim.engine.events.location import (
     BOUNCES,
     check_branches,
     step_over_events,
 )
-from ab_sim.events.run import Run, evaluate
+from ab_sim.engine.events.run import Run, evaluate
+from ab_sim.model.dynamics.system import DIRECTION, JOINED, LOADED
 from tests.events.track import passing_points, run_on_track
 
 

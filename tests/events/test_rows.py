@@ -5,8 +5,8 @@ from itertools import product
 import numpy as np
 import pytest
 
-from ab_sim.dynamics.system import JOINED, ROLLING_MASS
-from ab_sim.events.rows import CLOSED, COARSE, HOLD, LEVEL, PATH_FORCE, WIDTH, solve_rows
+from ab_sim.engine.events.rows import CLOSED, COARSE, HOLD, LEVEL, PATH_FORCE, WIDTH, solve_rows
+from ab_sim.model.dynamics.system import JOINED, ROLLING_MASS
 from tests.events.arrays import loose_balls
 
 N = 5

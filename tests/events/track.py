@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.dynamics.system import LOADED, MASS, MOBILITY, RACE_RADIUS, ROLLING_MASS, SPACING
-from ab_sim.events.run import (
+from ab_sim.engine.events.run import (
     ALONG,
     CURVE,
     FRICTION,
@@ -23,8 +22,9 @@ from ab_sim.events.run import (
     Run,
     SceneFunctions,
 )
-from ab_sim.events.run_arrays import workspace
-from ab_sim.stepping.assemble import NOT_IMPLICIT
+from ab_sim.engine.events.run_arrays import workspace
+from ab_sim.engine.stepping.assemble import NOT_IMPLICIT
+from ab_sim.model.dynamics.system import LOADED, MASS, MOBILITY, RACE_RADIUS, ROLLING_MASS, SPACING
 from tests.events.arrays import loose_balls
 
 Force = Callable[[float, np.ndarray], Any]

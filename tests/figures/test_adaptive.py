@@ -10,9 +10,9 @@ from ab_sim.analysis import Comparison, run_scene
 from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
 from ab_sim.control import Belief, State
 from ab_sim.drive.adaptive import BeliefAt
-from ab_sim.figures.adaptive import Stretch, stretches
-from ab_sim.figures.run import drawn_run
 from ab_sim.scene import load_scene
+from ab_sim.show.figures.adaptive import Stretch, stretches
+from ab_sim.show.figures.run import drawn_run
 from tests.figures.collisions import overlaps, written
 
 STATES = {0.0: State.WAITING, 0.1: State.RUN_UP, 0.8: State.DWELL, 1.4: State.TO_FINAL}

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.figures.stability_map import smoothed
+from ab_sim.show.figures.stability_map import smoothed
 
 
 def border(values: np.ndarray) -> np.ndarray:

@@ -6,8 +6,8 @@ import matplotlib
 import numpy as np
 
 from ab_sim.analysis.equilibria import branches_over_speed, equilibria_of
-from ab_sim.figures.branches import branches_figure
 from ab_sim.scene import load_scene
+from ab_sim.show.figures.branches import branches_figure
 
 
 def test_patterns_and_what_happens_to_them_are_named(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ from matplotlib import image
 from matplotlib.figure import Figure
 
 from ab_sim.analysis.modes import vibration_of
-from ab_sim.figures.campbell import campbell_figure
 from ab_sim.scene import Scene, load_scene
+from ab_sim.show.figures.campbell import campbell_figure
 
 
 def texts_of(scene: Scene, file: Path) -> str:

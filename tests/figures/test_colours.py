@@ -7,10 +7,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from ab_sim.analysis.maps.verdicts import CLUSTERED, EVERYWHERE, SOMEWHERE, SPLIT, SPREAD
-from ab_sim.figures import accuracy_cost, branches, stability_map
-from ab_sim.figures.balls import ball_styles
-from ab_sim.figures.colours import distinct_colours
-from ab_sim.palette import (
+from ab_sim.base.palette import (
     BALANCED,
     FIRST_BALLS,
     GREY,
@@ -24,6 +21,9 @@ from ab_sim.palette import (
     oklab,
 )
 from ab_sim.scene.sections import MAX_BALLS
+from ab_sim.show.figures import accuracy_cost, branches, stability_map
+from ab_sim.show.figures.balls import ball_styles
+from ab_sim.show.figures.colours import distinct_colours
 
 LEAST = 0.07
 """In OKLab, where black and white are 1 apart."""

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ab_sim.analysis.modes import vibration_of
-from ab_sim.figures.campbell import campbell_figure
-from ab_sim.figures.labels import Label, label_at_right, spread
 from ab_sim.scene import load_scene
+from ab_sim.show.figures.campbell import campbell_figure
+from ab_sim.show.figures.labels import Label, label_at_right, spread
 from tests.figures.collisions import SLACK, overlaps, written
 
 

@@ -6,8 +6,8 @@ import matplotlib
 import pytest
 
 from ab_sim.analysis.floquet import follow, solutions_of
-from ab_sim.figures.multipliers import modulus_figure, multipliers_figure, stable_parts
 from ab_sim.scene import load_scene
+from ab_sim.show.figures.multipliers import modulus_figure, multipliers_figure, stable_parts
 from tests.analysis.floquet.scenes import plane
 
 SVG = {"svg.fonttype": "none"}

@@ -14,9 +14,9 @@ from matplotlib.figure import Figure
 from ab_sim.analysis import Compared, Comparison, compare_run, run_scene
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.figures.curves import draw_curve
-from ab_sim.figures.run import run_figure
 from ab_sim.scene import Scene, load_scene
+from ab_sim.show.figures.curves import draw_curve
+from ab_sim.show.figures.run import run_figure
 from tests.analysis.test_circulation import STALLING
 from tests.figures.collisions import overlaps, written
 
@@ -130,7 +130,7 @@ def test_swings_too_fast_to_be_seen_become_a_range_and_their_mean() -> None:
 
 def test_figures_need_no_pyplot() -> None:
     """Which keeps every figure in memory, and would choose a window system."""
-    modules = "ab_sim.figures.run, ab_sim.figures.effect_cost, ab_sim.figures.accuracy_cost"
+    modules = ", ".join(f"ab_sim.show.figures.{m}" for m in ("run", "effect_cost", "accuracy_cost"))
     code = f"import sys, {modules}; sys.exit('matplotlib.pyplot' in sys.modules)"
     assert subprocess.run([sys.executable, "-c", code]).returncode == 0
 

@@ -8,12 +8,12 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.equations import effects
-from ab_sim.equations.motion import DeckMotion
-from ab_sim.equations.race import BallConstants, on_race, relative_load
-from ab_sim.formulas.effects import formulas_of, traced_method
-from ab_sim.formulas.methods import METHODS
-from ab_sim.formulas.symbols import Symbols, symbol_of_field
+from ab_sim.export.formulas.effects import formulas_of, traced_method
+from ab_sim.export.formulas.methods import METHODS
+from ab_sim.export.formulas.symbols import Symbols, symbol_of_field
+from ab_sim.model.equations import effects
+from ab_sim.model.equations.motion import DeckMotion
+from ab_sim.model.equations.race import BallConstants, on_race, relative_load
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Graph, lowered
@@ -93,7 +93,7 @@ def test_every_effect_is_printed(name: str) -> None:
 
 def test_every_method_that_an_effect_may_have_is_known() -> None:
     documented = set(re.findall(r"(\w+)\(self", effects.__doc__ or "")) - {"check_scene"}
-    assert documented == set(METHODS), "METHODS of ab_sim/formulas/methods.py, and the list differ"
+    assert documented == set(METHODS), "METHODS of formulas/methods.py, and the list differ"
 
 
 @pytest.mark.parametrize(
@@ -198,10 +198,10 @@ def test_arrays_of_balls_compute_what_the_trace_does() -> None:
 
 def test_formulas_know_nothing_of_compilers() -> None:
     code = (
-        "import pkgutil, importlib, sys, ab_sim.equations as e\n"
-        "for module in pkgutil.walk_packages(e.__path__, 'ab_sim.equations.'):\n"
+        "import pkgutil, importlib, sys, ab_sim.model.equations as e\n"
+        "for module in pkgutil.walk_packages(e.__path__, 'ab_sim.model.equations.'):\n"
         "    importlib.import_module(module.name)\n"
-        "import ab_sim.formulas.page\n"
+        "import ab_sim.export.formulas.page\n"
         "print([name for name in sys.modules if name.split('.')[0] in ('numba', 'llvmlite')])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

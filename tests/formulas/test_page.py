@@ -7,14 +7,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-import ab_sim.formulas.planar as planar_page
-from ab_sim.equations.arrowhead import normal_force
-from ab_sim.equations.effects import BallSpin, Motor, RaceRunout, Suspension, ViscousDrag
-from ab_sim.equations.motion import Ball, SpindleMotion
-from ab_sim.equations.planar import Planar
-from ab_sim.equations.race import BallConstants, on_race
-from ab_sim.formulas.page import MAKE, PAGE, page_from_code
-from ab_sim.formulas.planar import TracedEffect
+import ab_sim.export.formulas.planar as planar_page
+from ab_sim.export.formulas.page import MAKE, PAGE, page_from_code
+from ab_sim.export.formulas.planar import TracedEffect
+from ab_sim.model.equations.arrowhead import normal_force
+from ab_sim.model.equations.effects import BallSpin, Motor, RaceRunout, Suspension, ViscousDrag
+from ab_sim.model.equations.motion import Ball, SpindleMotion
+from ab_sim.model.equations.planar import Planar
+from ab_sim.model.equations.race import BallConstants, on_race
 
 ROOT = Path(__file__).parents[2]
 
@@ -39,7 +39,7 @@ def test_the_planar_equations_in_print_have_all_that_effects_add(
     planar_page.planar_sections()
     # Its force is deck_force, on axes that turn.
     missing = asked - {"space_force"}
-    assert not missing, "add them to TracedEffect in ab_sim/formulas/planar.py"
+    assert not missing, "add them to TracedEffect in ab_sim/export/formulas/planar.py"
 
 
 def test_a_page_without_places_is_refused() -> None:

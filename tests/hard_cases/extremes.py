@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.drive import Drive
-from ab_sim.equations.neighbours import start_angles
+from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene import Scene, check_scene
 from tests.conftest import THESIS, merge
 from tests.overlap import assert_apart

@@ -7,7 +7,7 @@ were used up: 34 times within these 200 s.
 import numpy as np
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.system import has_events
+from ab_sim.model.dynamics.system import has_events
 from ab_sim.scene import load_scene, scene_names
 from tests.overlap import assert_apart
 

@@ -11,8 +11,8 @@ import re
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
 from tests.hard_cases.extremes import errors, fast, imbalance, run
 
 

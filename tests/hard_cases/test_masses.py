@@ -12,8 +12,8 @@ from typing import Any
 
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
 from tests.hard_cases.extremes import APART, errors, fast, imbalance, run
 
 

@@ -11,8 +11,8 @@ branches changed back and forth at one instant until the step's events were used
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
 from tests.hard_cases.extremes import RUBBING, imbalance, run, scene_of
 from tests.overlap import assert_apart
 

@@ -12,8 +12,8 @@ import numpy as np
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.identification.measured import DISPLACEMENT, Measured
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.load import changed_scene, check_scene
-from ab_sim.spindle import SpeedSchedule
 
 MAP = """
 time: {column: t, unit: s}

@@ -19,9 +19,9 @@ from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, Measured
 from ab_sim.identification.parameters import fitted_parameters
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.residuals import noises_of
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 from ab_sim.scene import Scene
 from ab_sim.scene.load import changed_scene
-from ab_sim.spindle import Ramp, SpeedSchedule
 
 M, M0, R = "rotor.total_mass", "rotor.eccentric_mass", "race.radius"
 K, C = "effects.suspension.stiffness", "effects.suspension.damping"

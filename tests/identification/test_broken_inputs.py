@@ -11,8 +11,8 @@ import pytest
 from pyarrow import parquet
 
 import ab_sim
+from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.design.sweep import open_sweep
-from ab_sim.errors import AbSimError, InputError
 from ab_sim.identification.tables import read_table
 from tests.identification import drives
 

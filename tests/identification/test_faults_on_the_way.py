@@ -7,10 +7,10 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.base.errors import InputError
 from ab_sim.drive.description import describe
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.faults.sensed import SensedFaults
-from ab_sim.errors import InputError
 from ab_sim.identification.result import FITS, OFF
 from ab_sim.results import Identification
 from tests.drive.fault_session import FaultSession

@@ -10,16 +10,16 @@ from typer.testing import CliRunner
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
-from ab_sim.bags import export_bag
+from ab_sim.base.errors import InputError
 from ab_sim.cli.app import app
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.fitted_spread import fitted_tolerances
-from ab_sim.errors import InputError
 from ab_sim.identification.inputs import measured_of
 from ab_sim.identification.mapping import mapping_of, read_mapping_file
 from ab_sim.identification.measured import NUISANCES
 from ab_sim.identification.tables import read_table
-from ab_sim.recording.export import CSV, PARQUET, Part, export
+from ab_sim.record.bags import export_bag
+from ab_sim.record.recording.export import CSV, PARQUET, Part, export
 from tests.cli.tool import ab_sim as command
 from tests.identification import drives
 

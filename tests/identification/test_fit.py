@@ -9,8 +9,8 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.base.errors import Interrupted
 from ab_sim.drive.description import describe
-from ab_sim.errors import Interrupted
 from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OFF, OPEN
 from ab_sim.results import Identification
 from ab_sim.scene.load import changed_scene

@@ -13,9 +13,9 @@ from ab_sim.identification.colour import whitened, whitening_of
 from ab_sim.identification.forward import KeyPlace, RecordedDrive
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, Measured
 from ab_sim.identification.residuals import whiteness_of
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.sensors import Accelerometer
-from ab_sim.spindle import SpeedSchedule
 from tests.identification import drives
 
 STICKS = drives.scene({"effects.rolling_friction": {"arm": 3e-6}, "balls.radius": 1e-3})

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ab_sim
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.identification.intervals import OPEN as NOT_KNOWN
 from ab_sim.identification.result import FITS, OPEN
 from tests.identification import drives

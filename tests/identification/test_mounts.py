@@ -7,7 +7,7 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.identification.files import Files, read_files
 from ab_sim.identification.knowledge import knowledge_of
 from ab_sim.identification.parameters import fitted_parameters

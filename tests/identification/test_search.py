@@ -6,13 +6,13 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.identification.checks import check_sense
 from ab_sim.identification.measured import DISC_ANGLE, Measured
 from ab_sim.identification.parameters import ENCODER_ZERO
 from ab_sim.identification.problem import Problem
 from ab_sim.identification.run import Question, run_identification
-from ab_sim.spindle import SpeedSchedule
+from ab_sim.model.spindle import SpeedSchedule
 from tests.identification import drives
 
 STIFFNESS, DAMPING = "effects.suspension.stiffness", "effects.suspension.damping"

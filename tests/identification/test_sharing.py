@@ -3,8 +3,8 @@
 import pytest
 
 import ab_sim
-from ab_sim import workers
-from ab_sim.errors import Interrupted
+from ab_sim.base import workers
+from ab_sim.base.errors import Interrupted
 from ab_sim.identification.result import INTERRUPTED
 from ab_sim.identification.run import Question, run_identification
 from ab_sim.results import Identification

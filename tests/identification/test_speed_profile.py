@@ -5,7 +5,7 @@ import pytest
 
 import ab_sim
 from ab_sim.identification.speed_profile import schedule_from
-from ab_sim.spindle import SpeedSchedule
+from ab_sim.model.spindle import SpeedSchedule
 from tests.identification import drives
 
 HOLD = {

@@ -9,15 +9,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import CommandError, DivergedError, SceneError
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import DRAG, LOOP, drag_rate, linear_rates, system_of
-from ab_sim.errors import CommandError, DivergedError, SceneError
-from ab_sim.integrate.choose import choose_stepper, limiting
-from ab_sim.integrate.limits import largest_step, stability_limit
-from ab_sim.integrate.registry import stepper_named, steppers
-from ab_sim.integrate.vector_field import VectorField
+from ab_sim.engine.integrate.choose import choose_stepper, limiting
+from ab_sim.engine.integrate.limits import largest_step, stability_limit
+from ab_sim.engine.integrate.registry import stepper_named, steppers
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics.assemble import DRAG, LOOP, drag_rate, linear_rates, system_of
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene import load_scene
-from ab_sim.spindle import SpeedSchedule
 
 LIMITED = [
     name

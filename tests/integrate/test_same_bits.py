@@ -14,7 +14,7 @@ from typing import Any
 
 import pytest
 
-from ab_sim.batch import simulate_batch
+from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.scene import load_scene
 

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
-from ab_sim.integrate.registry import stepper_named, steppers
-from ab_sim.integrate.steppers.rk8 import RK8
-from ab_sim.kernels.runge_kutta import Tableau
+from ab_sim.engine.integrate.registry import stepper_named, steppers
+from ab_sim.engine.integrate.steppers.rk8 import RK8
+from ab_sim.engine.kernels.runge_kutta import Tableau
 
 TABLEAUX = {name: s for name, s in steppers().items() if isinstance(s.weights, Tableau)}
 

@@ -7,22 +7,22 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import start_discrete_state, system_of
-from ab_sim.dynamics.layout import StateLayout, layout_of
-from ab_sim.dynamics.system import (
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics.assemble import start_discrete_state, system_of
+from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.model.dynamics.system import (
     DIRECTION,
     DISCRETE_COLUMNS,
     JOINED,
     LOADED,
     System,
 )
-from ab_sim.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
-from ab_sim.equations.in_space import InSpace
-from ab_sim.equations.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
-from ab_sim.integrate.vector_field import VectorField
+from ab_sim.model.equations.effects import BallSpin, RaceRunout, SpindleAcceleration, ViscousDrag
+from ab_sim.model.equations.in_space import InSpace
+from ab_sim.model.equations.mounts import DAMPING, MOUNT_WIDTH, PLACE, STIFFNESS
+from ab_sim.model.spindle import ScheduledSegment
+from ab_sim.model.spindle.speed_laws import RaisedCosine
 from ab_sim.scene import Scene, check_scene
-from ab_sim.spindle import ScheduledSegment
-from ab_sim.spindle.speed_laws import RaisedCosine
 from tests.conftest import THESIS, SceneMaker, merge
 
 SMOOTH: dict[str, Any] = {

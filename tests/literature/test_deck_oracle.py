@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.spindle import Ramp, SpeedSchedule
+from ab_sim.model.spindle import Ramp, SpeedSchedule
 from tests.deck.coordinates import columns, coordinates
 from tests.deck.of_params import profile_of, scene_of
 from tests.deck.scenes import COMPANIES

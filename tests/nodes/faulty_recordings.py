@@ -14,9 +14,9 @@ import numpy as np
 from scipy.interpolate import CubicSpline
 
 from ab_msgs_py import ImuSample, topics
-from ab_sim.bags.messages import decoded
-from ab_sim.bags.reader import Bag
-from ab_sim.recording import Recording, read_recording
+from ab_sim.record.bags.messages import decoded
+from ab_sim.record.bags.reader import Bag
+from ab_sim.record.recording import Recording, read_recording
 from ab_sim.scene import Scene
 from tests.domains import own_domain
 from tests.identification import drives

@@ -11,10 +11,10 @@ import pytest
 from rosbags.rosbag2 import Reader
 
 from ab_msgs_py import Block, topics
-from ab_sim.bags import Bag, import_bag
-from ab_sim.bags.messages import decoded
-from ab_sim.errors import RecordingError
-from ab_sim.recording import read_recording
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.bags import Bag, import_bag
+from ab_sim.record.bags.messages import decoded
+from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet, Process
 
 pytestmark = pytest.mark.ros

@@ -7,7 +7,8 @@ from typing import Any
 import pytest
 
 from ab_msgs_py.set_points import SetPoint, SetPoints
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
+from ab_sim.model.spindle import Ramp, SpeedServo
 from ab_sim.nodes.command_path import (
     CommandPath,
     Rules,
@@ -15,7 +16,6 @@ from ab_sim.nodes.command_path import (
     TrajectoryOrder,
     WatchdogAction,
 )
-from ab_sim.spindle import Ramp, SpeedServo
 
 SCENE_LIMITS = SpeedServo(400.0, 100.0)
 STEP = 1e-3

@@ -10,7 +10,7 @@ import pytest
 from ab_msgs_py import Block, JointSample, PoseSample, VibrationSample, WhirlSample, topics
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.turn_vector import once_per_turn
-from ab_sim.recording import read_recording
+from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros

@@ -2,8 +2,8 @@
 
 import pytest
 
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.nodes.drive_health import DriveHealth, RealTimeTolerance
 from ab_sim.nodes.pacing import Pacer
 from ab_sim.scene import load_scene

@@ -9,8 +9,8 @@ import pytest
 from ab_msgs_py import Block, ImuSample, JointSample, Level, VibrationSample, topics
 from ab_msgs_py.samples import faults_of
 from ab_msgs_py.services import Answer, Stepped
-from ab_sim.bags import import_bag
-from ab_sim.recording import read_recording
+from ab_sim.record.bags import import_bag
+from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros

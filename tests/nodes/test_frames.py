@@ -9,10 +9,10 @@ from scipy.spatial.transform import Rotation
 
 from ab_msgs_py import Block, ImuSample, JointSample, PoseSample, topics
 from ab_msgs_py.samples import text_of
+from ab_sim.drive.sensing import noise_variance
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.scene import Scene, load_scene
-from ab_sim.sensing import noise_variance
 from tests.kinematics import Tree, pose
 from tests.nodes.fleet import Fleet
 

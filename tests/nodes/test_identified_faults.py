@@ -6,7 +6,7 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.identification.result import OFF
 from tests.nodes.faulty_recordings import AT, bench, recorded_live
 

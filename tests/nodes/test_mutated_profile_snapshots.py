@@ -7,13 +7,13 @@ from pathlib import Path
 
 import pytest
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
+from ab_sim.model.spindle.course import Course
+from ab_sim.model.spindle.profile_run import MOST_SPEED
+from ab_sim.model.spindle.segments_course import SegmentsCourse
 from ab_sim.nodes.adaptive_course import AdaptiveCourse
 from ab_sim.nodes.paired_samples import Reading, SpindleSample
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
-from ab_sim.spindle.course import Course
-from ab_sim.spindle.profile_run import MOST_SPEED
-from ab_sim.spindle.segments_course import SegmentsCourse
 from tests.drive.mutations import changed
 from tests.nodes.test_timed_run import ADAPTIVE, MS, SLOW, Bench, planned
 

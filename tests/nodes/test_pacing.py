@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.nodes.pacing import Pacer, Pacing, Ticker
 
 STEP = 1e-3

@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 import pytest
 
-from ab_sim.errors import RecordingError
-from ab_sim.recording import read_recording
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording import read_recording
 from tests.recording.runs import describe, run
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import pytest
 from ab_msgs_py import Block, JointSample, topics
 from ab_msgs_py.samples import nanoseconds_of, text_of
 from ab_msgs_py.services import Stepped
-from ab_sim.recording import read_recording
+from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
 
 pytestmark = [pytest.mark.ros, pytest.mark.long]

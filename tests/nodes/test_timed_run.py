@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from ab_sim.errors import InputError
+from ab_sim.base.errors import InputError
 from ab_sim.nodes.adaptive_course import SPINDLE_SILENT, AdaptiveCourse
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.paired_samples import Reading, SpindleSample

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from ab_msgs_py import JointSample, Level, topics
-from ab_sim.recording import read_recording
+from ab_sim.record.recording import read_recording
 from tests.nodes.fleet import Fleet
 
 pytestmark = pytest.mark.ros

@@ -23,8 +23,8 @@ spec.loader.exec_module(fast)
         ("ab_sim/scene/keys.py", "tests/scene/test_load.py"),
         ("ab_sim/cli/lists.py", "tests/scene/test_effects.py"),  # imports it
         ("ab_sim/scene/registry.py", "tests/scene/test_effects.py"),
-        ("ab_sim/equations/planar.py", "tests/dynamics/test_planar.py"),
-        ("ab_sim/errors.py", "tests/scene/test_keys.py"),
+        ("ab_sim/model/equations/planar.py", "tests/dynamics/test_planar.py"),
+        ("ab_sim/base/errors.py", "tests/scene/test_keys.py"),
         ("tests/sensing/test_pickup.py", "tests/sensing/test_pickup.py"),
         ("tests/effects/parts.py", "tests/effects/test_five_parts.py"),
         ("config/scenes/thesis-hold.yaml", "tests/deck/test_scenes_that_ship.py"),
@@ -37,7 +37,7 @@ def test_what_was_touched_is_tested(touched: str, wanted: str) -> None:
 
 
 def test_the_core_comes_first_then_changed_tests_then_neighbours() -> None:
-    found = fast.tests_of(["ab_sim/sensing/pickup.py", "tests/spindle/test_servo.py"])
+    found = fast.tests_of(["ab_sim/drive/sensing/pickup.py", "tests/spindle/test_servo.py"])
     assert found[: len(fast.CORE) + 1] == [*fast.CORE, "tests/spindle/test_servo.py"]
     assert "tests/sensing/test_pickup.py" in found
     assert "tests/nodes/test_pacing.py" not in found

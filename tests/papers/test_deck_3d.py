@@ -11,7 +11,7 @@ from gallery.deck_3d.responses import response, started
 from gallery.deck_3d.verdicts import least_dampings, verdict_section
 
 from ab_sim.analysis.floquet import STARTS, TurnMap
-from ab_sim.dynamics.assemble import system_of
+from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import load_scene
 
 

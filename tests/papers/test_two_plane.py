@@ -39,7 +39,7 @@ from gallery.two_plane.runs import RUNS, lags, moved_runs
 
 from ab_sim.analysis import run_scene
 from ab_sim.analysis.floquet import solutions_of
-from ab_sim.dynamics.assemble import linearised, system_of
+from ab_sim.model.dynamics.assemble import linearised, system_of
 
 
 def test_the_mounts_have_the_printed_stiffness_and_inertia() -> None:

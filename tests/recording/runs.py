@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
-from ab_sim.recording import Recording
-from ab_sim.recording.layout import CHANNELS, DERIVED, SAMPLES
+from ab_sim.record.recording import Recording
+from ab_sim.record.recording.layout import CHANNELS, DERIVED, SAMPLES
 
 BASE = ["step", "time", "angle", "speed", "command", "x", "y", "vx", "vy", "ax", "ay"]
 STEP = 1e-3

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from ab_sim.errors import RecordingError
-from ab_sim.recording import Recording, read_recording
-from ab_sim.recording.decimation import SHARE, STRETCHES
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording import Recording, read_recording
+from ab_sim.record.recording.decimation import SHARE, STRETCHES
 from tests.recording.runs import STEP, describe, record, run
 
 EVERY, AROUND = 50, 0.1

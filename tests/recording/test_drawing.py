@@ -10,10 +10,10 @@ import pytest
 import rerun.blueprint as rrb
 from rerun.chunk import RrdReader
 
-from ab_sim.recording import Recording
-from ab_sim.recording.curves import FRAMES
-from ab_sim.recording.layout import SAMPLES
-from ab_sim.recording.pictures import PERIOD
+from ab_sim.record.recording import Recording
+from ab_sim.record.recording.curves import FRAMES
+from ab_sim.record.recording.layout import SAMPLES
+from ab_sim.record.recording.pictures import PERIOD
 from tests.recording.runs import cells, describe, plotted, record, run, still
 
 

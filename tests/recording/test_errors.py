@@ -14,8 +14,8 @@ import numpy as np
 import pytest
 import rerun as rr
 
-from ab_sim.errors import RecordingError
-from ab_sim.recording import Recording, read_recording
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording import Recording, read_recording
 from tests.recording.runs import describe, record, run
 
 

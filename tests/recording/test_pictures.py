@@ -12,19 +12,19 @@ from scipy.signal import periodogram
 
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.analysis.metrics import metrics_of
-from ab_sim.conventions import last_stretch
+from ab_sim.base.conventions import last_stretch
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording import SHOWN_PERIOD, Recording, read_recording
-from ab_sim.recording.curves import FRAMES
-from ab_sim.recording.layout import SAMPLES
-from ab_sim.recording.pictures import PERIOD
-from ab_sim.recording.signals import FinalRms
-from ab_sim.recording.spindle_phase import PERIOD as VARIABLE
-from ab_sim.recording.spindle_phase import SpindlePhase
-from ab_sim.recording.vibration import SIZES
+from ab_sim.record.recording import SHOWN_PERIOD, Recording, read_recording
+from ab_sim.record.recording.curves import FRAMES
+from ab_sim.record.recording.layout import SAMPLES
+from ab_sim.record.recording.pictures import PERIOD
+from ab_sim.record.recording.signals import FinalRms
+from ab_sim.record.recording.spindle_phase import PERIOD as VARIABLE
+from ab_sim.record.recording.spindle_phase import SpindlePhase
+from ab_sim.record.recording.vibration import SIZES
 from ab_sim.scene import Scene, load_scene
 from tests.recording.runs import cells, curves, plotted, still, views
 

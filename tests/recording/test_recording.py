@@ -11,9 +11,9 @@ import rerun_cli
 from rerun.chunk import RrdReader
 from rerun_bindings import check_for_rrd_footer
 
-from ab_sim.errors import RecordingError
-from ab_sim.recording import BATCH_ROWS, CHUNK_ROWS, Recording, read_recording
-from ab_sim.recording.layout import SAMPLES
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording import BATCH_ROWS, CHUNK_ROWS, Recording, read_recording
+from ab_sim.record.recording.layout import SAMPLES
 from tests.recording.runs import channel, describe, plotted, record, run, views
 
 

@@ -7,7 +7,7 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording import Recording, read_recording
+from ab_sim.record.recording import Recording, read_recording
 from ab_sim.scene import load_scene
 from tests.recording.runs import cells
 

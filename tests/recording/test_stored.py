@@ -10,9 +10,9 @@ import pytest
 import rerun_cli
 from rerun.chunk import RrdReader
 
-from ab_sim.errors import RecordingError
-from ab_sim.recording import CHUNK_ROWS, Recording, open_recording, read_recording
-from ab_sim.recording.stored import StoredRun
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording import CHUNK_ROWS, Recording, open_recording, read_recording
+from ab_sim.record.recording.stored import StoredRun
 from tests.recording.runs import describe, record, run
 
 

@@ -6,21 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim import palette
 from ab_sim.analysis import run_scene
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.base import palette
+from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError
-from ab_sim.figures.balls import ball_styles
-from ab_sim.figures.curves import in_degrees
-from ab_sim.recording import Recording, open_recording
-from ab_sim.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_recording
-from ab_sim.reports.gather import gather
-from ab_sim.reports.panels import panels_of
+from ab_sim.record.recording import Recording, open_recording
 from ab_sim.scene import Scene, load_scene
 from ab_sim.scene.load import changed_scene
+from ab_sim.show.figures.balls import ball_styles
+from ab_sim.show.figures.curves import in_degrees
+from ab_sim.show.reports.compare import COMMANDS, PROFILE, RecordingComparison, compare_recording
+from ab_sim.show.reports.gather import gather
+from ab_sim.show.reports.panels import panels_of
 
 NAME = "balanced-start-up"
 

@@ -7,9 +7,9 @@ import pytest
 from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.recording import Recording, open_recording
-from ab_sim.reports.gather import RunData, gather
+from ab_sim.record.recording import Recording, open_recording
 from ab_sim.scene import load_scene
+from ab_sim.show.reports.gather import RunData, gather
 
 
 def reported(path: Path, run: Trajectory, description: dict, every: int) -> RunData:

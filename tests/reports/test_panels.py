@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from ab_sim.reports.envelope import Envelope
-from ab_sim.reports.grid import LEAST_HEIGHT, grid_of
-from ab_sim.reports.panels import TIME, Panel, PanelLine, panels_of
-from ab_sim.reports.picture import report_picture
-from ab_sim.reports.vibration_spectra import PowerSpectrum
+from ab_sim.show.reports.envelope import Envelope
+from ab_sim.show.reports.grid import LEAST_HEIGHT, grid_of
+from ab_sim.show.reports.panels import TIME, Panel, PanelLine, panels_of
+from ab_sim.show.reports.picture import report_picture
+from ab_sim.show.reports.vibration_spectra import PowerSpectrum
 from tests.figures.collisions import overlaps, written
 
 T = np.linspace(0.0, 2.0, 201)

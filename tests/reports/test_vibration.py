@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 from scipy.signal import welch
 
-from ab_sim.reports.envelope import Envelope
-from ab_sim.reports.vibration_spectra import OncePerTurn, PowerSpectrum, Waterfall, WelchSegments
+from ab_sim.show.reports.envelope import Envelope
+from ab_sim.show.reports.vibration_spectra import (
+    OncePerTurn,
+    PowerSpectrum,
+    Waterfall,
+    WelchSegments,
+)
 
 RATE = 1000.0
 

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
+from ab_sim.model.spindle import SpeedSchedule, top_speed_of
 from ab_sim.scene.profiles import StartUpProfile, planned
-from ab_sim.spindle import SpeedSchedule, top_speed_of
 from tests.conftest import SceneMaker
 
 ADAPTIVE = {"kind": "adaptive", "acceleration": 40.0, "target_speed": 400.0, "sensor": "pick_up"}

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.overlap import overlaps_at_start
-from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene, load_scene
 
 

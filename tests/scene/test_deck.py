@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene, load_scene, scene_names
 from tests.conftest import THESIS, merge
 from tests.deck.scenes import ODD, odd

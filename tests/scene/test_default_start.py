@@ -8,7 +8,7 @@ import pytest
 
 import ab_sim
 from ab_sim.drive.overlap import together_at_start
-from ab_sim.equations.neighbours import never_part, start_angles
+from ab_sim.model.equations.neighbours import never_part, start_angles
 from ab_sim.scene import load_scene, scene_names
 from tests.cli import tool
 

@@ -7,11 +7,11 @@ from typing import Annotated, Any, NamedTuple
 import pytest
 from pydantic import TypeAdapter
 
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.cli.lists import print_effects
 from ab_sim.cli.scene_commands import EffectsOptions
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import Scene, check_scene, load, load_scene, registry
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters, register

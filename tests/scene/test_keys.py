@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import pytest
 import yaml
 
-from ab_sim.errors import InputError, SceneError
-from ab_sim.integrate.registry import stepper_named, steppers
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.engine.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene, find_scene, registry, scene_names
 from ab_sim.scene.keys import SceneKey, scene_keys
 from ab_sim.scene.load import read_mapping

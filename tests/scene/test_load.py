@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
-from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene, find_scene, load_scene, scene_names
 from ab_sim.scene.changes import REMOVED, Change, apply
 from ab_sim.scene.load import changed_scene

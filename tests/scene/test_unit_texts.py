@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from jsonschema import Draft202012Validator
 
 import ab_sim
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 from ab_sim.scene import check_scene, find_scene, load_scene, registry, scene_names
 from ab_sim.scene.keys import ENTRY, NAME, scene_keys
 from ab_sim.scene.load import changed_scene, read_mapping

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import SceneError
 from ab_sim.scene import Scene, check_scene, load_scene
 from ab_sim.scene.load import changed_scene
 from tests.effects.parts import scene_of

@@ -10,10 +10,10 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 from scipy import signal, stats
 
+from ab_sim.drive.sensing import Pickup
+from ab_sim.drive.sensing.pickup import NOISE_BLOCK
 from ab_sim.scene.sections import Solver
 from ab_sim.scene.sensors import Accelerometer, steps_per_sample
-from ab_sim.sensing import Pickup
-from ab_sim.sensing.pickup import NOISE_BLOCK
 
 STEP = 1e-4
 CLEAN = Accelerometer(

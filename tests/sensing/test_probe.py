@@ -5,12 +5,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.batch import simulate_batch
+from ab_sim.base.errors import SceneError
 from ab_sim.control import State
+from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
 from ab_sim.drive.adaptive import AdaptiveRun, settings_of
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.errors import SceneError
 from ab_sim.scene import check_scene, load_scene
 from tests.conftest import SceneMaker
 

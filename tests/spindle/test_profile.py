@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
+from ab_sim.model.spindle import RaisedCosine, Ramp, SpeedSchedule, top_speed_of
+from ab_sim.model.spindle.speed_laws import RampAndCosine
 from ab_sim.scene import load_scene
-from ab_sim.spindle import RaisedCosine, Ramp, SpeedSchedule, top_speed_of
-from ab_sim.spindle.speed_laws import RampAndCosine
 
 Segment = Ramp | RaisedCosine | RampAndCosine
 

@@ -7,10 +7,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
+from ab_sim.model.spindle.segments_course import SegmentsCourse
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.scene.profile_file import load_profile
-from ab_sim.spindle.profile_run import ProfileRun, ProfileState
-from ab_sim.spindle.segments_course import SegmentsCourse
 
 AHEAD = 0.005
 QUIET = {"vibration_rms_below": 0.5, "over": 0.2, "at_most": 5.0}

@@ -7,14 +7,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from ab_sim.base.errors import SceneError
 from ab_sim.drive import Drive
 from ab_sim.drive.explanation import explain
-from ab_sim.errors import SceneError
+from ab_sim.model.spindle import SpeedSchedule, top_speed_of
+from ab_sim.model.spindle.schedule_in_progress import ScheduleInProgress
 from ab_sim.scene import check_scene
 from ab_sim.scene.profile_file import load_profile
 from ab_sim.scene.profiles import AnyProfile
-from ab_sim.spindle import SpeedSchedule, top_speed_of
-from ab_sim.spindle.schedule_in_progress import ScheduleInProgress
 
 QUIET = {"vibration_rms_below": 0.5, "over": 0.1, "at_most": 4.0}
 

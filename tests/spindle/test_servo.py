@@ -5,8 +5,8 @@ import re
 
 import pytest
 
-from ab_sim.errors import CommandError
-from ab_sim.spindle import SpeedServo
+from ab_sim.base.errors import CommandError
+from ab_sim.model.spindle import SpeedServo
 
 SERVO = SpeedServo(max_speed=200.0, max_acceleration=50.0)
 

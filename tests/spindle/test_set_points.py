@@ -9,10 +9,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ab_msgs_py.set_points import MOST_POINTS, SetPoint, SetPoints
-from ab_sim.errors import CommandError
+from ab_sim.base.errors import CommandError
+from ab_sim.model.spindle import Ramp, SpeedSchedule, SpeedServo
+from ab_sim.model.spindle.set_points import TimedSpeeds, joined, set_points_of, timed_speeds
 from ab_sim.scene import load_scene, scene_names
-from ab_sim.spindle import Ramp, SpeedSchedule, SpeedServo
-from ab_sim.spindle.set_points import TimedSpeeds, joined, set_points_of, timed_speeds
 
 LIMITS = SpeedServo(400.0, 100.0)
 STANDSTILL = SpeedSchedule.constant(0.0)

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 import pytest
 
-from ab_sim.spindle import SpeedSchedule
-from ab_sim.spindle.step_ranges import StepGrid, StepRange, parts, step_ranges
+from ab_sim.model.spindle import SpeedSchedule
+from ab_sim.model.spindle.step_ranges import StepGrid, StepRange, parts, step_ranges
 
 STEP, CYCLE = 1e-3, 12e-3
 GRID = StepGrid(STEP, CYCLE)

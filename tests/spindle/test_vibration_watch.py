@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from ab_sim.model.spindle.vibration_watch import LEAST_SAMPLES, VibrationWatch
 from ab_sim.scene.segments import Until
-from ab_sim.spindle.vibration_watch import LEAST_SAMPLES, VibrationWatch
 
 
 @pytest.mark.parametrize("count", [LEAST_SAMPLES, LEAST_SAMPLES + 1, 50])

@@ -7,24 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.compiling import compiled
 from ab_sim.drive.step_plan import StepPlan
-from ab_sim.dynamics.assemble import (
-    MOST_ANGLE,
-    start_discrete_state,
-    start_state,
-    state_bounds,
-    system_of,
-)
-from ab_sim.dynamics.system import DIRECTION, LOADED, TURNS
-from ab_sim.events.run import Run
-from ab_sim.integrate.steppers.rk8 import RK8
-from ab_sim.kernels.code import code_of
-from ab_sim.scene import load_scene
-from ab_sim.spindle import SpeedSchedule
-from ab_sim.spindle.step_ranges import StepGrid
-from ab_sim.stepping.assemble import run_of
-from ab_sim.stepping.fixed_step import (
+from ab_sim.engine.compiling import compiled
+from ab_sim.engine.events.run import Run
+from ab_sim.engine.integrate.steppers.rk8 import RK8
+from ab_sim.engine.kernels.code import code_of
+from ab_sim.engine.stepping.assemble import run_of
+from ab_sim.engine.stepping.fixed_step import (
     ANGLE,
     COMMAND,
     DRIFT,
@@ -34,6 +23,17 @@ from ab_sim.stepping.fixed_step import (
     normalise,
     take_out_turns,
 )
+from ab_sim.model.dynamics.assemble import (
+    MOST_ANGLE,
+    start_discrete_state,
+    start_state,
+    state_bounds,
+    system_of,
+)
+from ab_sim.model.dynamics.system import DIRECTION, LOADED, TURNS
+from ab_sim.model.spindle import SpeedSchedule
+from ab_sim.model.spindle.step_ranges import StepGrid
+from ab_sim.scene import load_scene
 from tests.events.track import run_on_track
 
 Advance = Callable[..., int]

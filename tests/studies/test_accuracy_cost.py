@@ -11,24 +11,24 @@ import numpy as np
 import pytest
 from rich.console import Console
 
-from ab_sim.accuracy.deviation import Samples, deviation
+from ab_sim.analysis.accuracy_cost import AccuracyCost, ErrorBound, SettingCost, accuracy_cost
+from ab_sim.analysis.accuracy_cost import families as families_module
+from ab_sim.analysis.accuracy_cost.collocation import gauss_nodes
+from ab_sim.analysis.accuracy_cost.energy import energy_balance_refusal
+from ab_sim.analysis.accuracy_cost.families import all_families
+from ab_sim.analysis.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
+from ab_sim.analysis.accuracy_cost.ours import OwnStepper
+from ab_sim.analysis.accuracy_cost.reference import event_reference, smooth_reference
+from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.analysis.accuracy_cost.sampling import LADDER, sampling_of
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.cli.costs import accuracy_shown
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError, SceneError
-from ab_sim.figures.accuracy_cost import accuracy_figure
-from ab_sim.integrate.registry import stepper_named, steppers
+from ab_sim.drive.accuracy.deviation import Samples, deviation
+from ab_sim.engine.integrate.registry import stepper_named, steppers
 from ab_sim.scene import check_scene, load_scene
 from ab_sim.scene.load import with_solver
-from ab_sim.studies.accuracy_cost import AccuracyCost, ErrorBound, SettingCost, accuracy_cost
-from ab_sim.studies.accuracy_cost import families as families_module
-from ab_sim.studies.accuracy_cost.collocation import gauss_nodes
-from ab_sim.studies.accuracy_cost.energy import energy_balance_refusal
-from ab_sim.studies.accuracy_cost.families import all_families
-from ab_sim.studies.accuracy_cost.mujoco_peer import MuJoCo, mujoco_refusal
-from ab_sim.studies.accuracy_cost.ours import OwnStepper
-from ab_sim.studies.accuracy_cost.reference import event_reference, smooth_reference
-from ab_sim.studies.accuracy_cost.right_hand_side import RightHandSide
-from ab_sim.studies.accuracy_cost.sampling import LADDER, sampling_of
+from ab_sim.show.figures.accuracy_cost import accuracy_figure
 from tests.conftest import THESIS, merge
 from tests.reference import simulate
 from tests.reference.cases import oracle_cases

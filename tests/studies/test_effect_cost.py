@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from ab_sim.errors import InputError, SceneError
-from ab_sim.figures.effect_cost import cost_figure
+from ab_sim.analysis.effect_cost import ALL, BASE, effect_cost, off_axis, variants
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import load_scene
-from ab_sim.studies.effect_cost import ALL, BASE, effect_cost, off_axis, variants
+from ab_sim.show.figures.effect_cost import cost_figure
 
 MOTOR = {"rotor_inertia": 2.9e-5, "torque_limit": 5e-3, "proportional_gain": 1e-3}
 
@@ -87,8 +87,9 @@ def test_numbers_are_complete_and_make_a_report_and_a_picture(scene: Any, tmp_pa
 def test_a_variant_that_diverges_says_so_and_the_others_are_measured(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ab_sim.errors import DivergedError
     from ab_sim.studies import effect_cost as module
+
+    from ab_sim.base.errors import DivergedError
 
     class Fragile(module.Drive):
         def advance(self, steps: int = 1) -> Any:

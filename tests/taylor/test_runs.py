@@ -7,17 +7,17 @@ from typing import Annotated, Any, NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.batch import simulate_batch
+from ab_sim.base.errors import DivergedError, SceneError
+from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
-from ab_sim.equations.motion import DeckMotion
-from ab_sim.errors import DivergedError, SceneError
-from ab_sim.integrate.registry import stepper_named
-from ab_sim.integrate.steppers.taylor import HIGHEST, LOWEST, order_for
-from ab_sim.kernels import code
+from ab_sim.engine.integrate.registry import stepper_named
+from ab_sim.engine.integrate.steppers.taylor import HIGHEST, LOWEST, order_for
+from ab_sim.engine.kernels import code
+from ab_sim.engine.taylor.clock import BEGIN, CLOCK
+from ab_sim.model.equations.motion import DeckMotion
 from ab_sim.scene import Scene, load_scene, registry
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, register
-from ab_sim.taylor.clock import BEGIN, CLOCK
 from tests.integrate.random_scenes import PLANTS, scene_at_random
 
 SMOOTH = ["effects.rolling_friction="]

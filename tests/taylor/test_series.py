@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.dynamics.assemble import place_on
-from ab_sim.dynamics.system import ActiveSegment
-from ab_sim.integrate.vector_field import VectorField
-from ab_sim.kernels.code import called, code_of
-from ab_sim.spindle.speed_laws import Ramp
-from ab_sim.taylor.assemble import taylor_code
-from ab_sim.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.engine.kernels.code import called, code_of
+from ab_sim.engine.taylor.assemble import taylor_code
+from ab_sim.engine.taylor.clock import BEGIN, CLOCK, END, LONGEST, UNTIL
+from ab_sim.model.dynamics.assemble import place_on
+from ab_sim.model.dynamics.system import ActiveSegment
+from ab_sim.model.spindle.speed_laws import Ramp
 from tests.integrate.random_scenes import PLANTS, scene_at_random
 
 ORDER = 6

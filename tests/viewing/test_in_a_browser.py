@@ -12,8 +12,8 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from ab_sim.palette import UNBALANCE, ball_colour
-from ab_sim.viewing.viewer_state import newest_times
+from ab_sim.base.palette import UNBALANCE, ball_colour
+from ab_sim.show.viewing.viewer_state import newest_times
 from tests.viewing.browser import Screen, browser, like
 from tests.waiting import until
 

@@ -8,7 +8,7 @@ from threading import Thread
 
 import pytest
 
-from ab_sim.viewing.page import BATCH, LAGGING, UNWATCHED, Page
+from ab_sim.show.viewing.page import BATCH, LAGGING, UNWATCHED, Page
 
 BEHIND = b"what Rerun serves"
 

@@ -13,12 +13,12 @@ import pytest
 from numpy.typing import NDArray
 from rerun.chunk import RrdReader
 
-from ab_sim.errors import InputError, RecordingError
-from ab_sim.recording import Recording, read_recording
-from ab_sim.viewing import Viewer, check_view
-from ab_sim.viewing.feed import Feed
-from ab_sim.viewing.program import Program
-from ab_sim.viewing.proxy import Answer, Proxy, free_port
+from ab_sim.base.errors import InputError, RecordingError
+from ab_sim.record.recording import Recording, read_recording
+from ab_sim.show.viewing import Viewer, check_view
+from ab_sim.show.viewing.feed import Feed
+from ab_sim.show.viewing.program import Program
+from ab_sim.show.viewing.proxy import Answer, Proxy, free_port
 from tests.recording.runs import describe, run
 from tests.waiting import until
 

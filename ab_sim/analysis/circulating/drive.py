@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from ab_sim.analysis.equilibria.resting import resting_system, rotor_of
-from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS, ROLLING_MASS, System
-from ab_sim.equations.motion import Ball
-from ab_sim.equations.sums import over_effects
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
+from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, RADIUS, ROLLING_MASS, System
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from ab_sim.analysis.circulating.bunch import CirculatingBunch
 from ab_sim.analysis.circulating.running_state import state_of_bunch
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system
+from ab_sim.base.errors import DivergedError
 from ab_sim.drive import Drive
-from ab_sim.errors import DivergedError
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start
 

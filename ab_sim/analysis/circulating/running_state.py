@@ -7,8 +7,8 @@ import numpy as np
 from ab_sim.analysis.circulating.bunch import CirculatingBunch
 from ab_sim.analysis.equilibria.balanced import symmetric
 from ab_sim.analysis.equilibria.resting import base_rotor_of
-from ab_sim.dynamics.layout import StateLayout, layout_of
-from ab_sim.dynamics.system import System
+from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.model.dynamics.system import System
 
 
 def state_of_bunch(system: System, bunch: CirculatingBunch) -> np.ndarray:

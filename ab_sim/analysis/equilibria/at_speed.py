@@ -10,8 +10,8 @@ from ab_sim.analysis.equilibria.finder import BEST, WORST, found_states
 from ab_sim.analysis.equilibria.patterns import Pattern, patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, ClosedFormRotor, resting_system, rotor_of
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
-from ab_sim.dynamics.system import System
-from ab_sim.presentation import Column, Columns, Presented, number
+from ab_sim.base.presentation import Column, Columns, Presented, number
+from ab_sim.model.dynamics.system import System
 from ab_sim.scene.model import Scene
 
 

@@ -19,7 +19,7 @@ from ab_sim.analysis.equilibria.finder import (
     scales_of,
 )
 from ab_sim.analysis.equilibria.resting import field_at
-from ab_sim.dynamics.system import System
+from ab_sim.model.dynamics.system import System
 
 STEP = 0.05
 """Largest step of the arc length, in scaled states and speeds; halved if the corrector fails."""

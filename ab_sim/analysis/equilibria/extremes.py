@@ -16,8 +16,8 @@ from scipy.optimize import minimize_scalar
 
 from ab_sim.analysis.equilibria.balanced import doubling, ends, position_at, positions, symmetric
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor, field_at, state_of
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import MOMENT, RACE_RADIUS, ROLLING_MASS, System
 
 LEVELS = 33
 """Number of levels of rho between which the extremes of the growth rate are bracketed."""

@@ -22,8 +22,8 @@ from ab_sim.analysis.equilibria.resting import (
     state_of,
 )
 from ab_sim.analysis.equilibria.states import RestingState, resting_state
-from ab_sim.conventions import in_one_turn
-from ab_sim.dynamics.system import MASS, RACE_RADIUS, System
+from ab_sim.base.conventions import in_one_turn
+from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, System
 
 IN_LINE = 0.2
 """Sine of the angle up to which a ball counts as in line with the displacement.

@@ -19,8 +19,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.analysis.equilibria.resting import ClosedFormRotor
+from ab_sim.base.errors import SceneError
 from ab_sim.drive.balance import BALANCED
-from ab_sim.errors import SceneError
 
 MOST_PATTERNS = 4096
 """Largest number of sign patterns; it allows 12 balls that all differ."""

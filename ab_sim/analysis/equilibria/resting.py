@@ -5,9 +5,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.held_speed import held
-from ab_sim.dynamics.layout import StateLayout, layout_of
-from ab_sim.dynamics.registry import require_built_in
-from ab_sim.dynamics.system import (
+from ab_sim.base.errors import SceneError
+from ab_sim.engine.integrate.vector_field import VectorField
+from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.model.dynamics.registry import require_built_in
+from ab_sim.model.dynamics.system import (
     DISCRETE_COLUMNS,
     MASS,
     MOMENT,
@@ -16,12 +18,10 @@ from ab_sim.dynamics.system import (
     System,
     has_spindle_angle,
 )
-from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.equations.effects.suspension import Suspension
-from ab_sim.errors import SceneError
-from ab_sim.integrate.vector_field import VectorField
+from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.model.equations.effects.suspension import Suspension
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule
 
 LEFT_OUT = ("rolling_friction", "race_friction", "ball_contact")
 """Effects that are set-valued where balls rest; stability verdicts exclude them."""

@@ -13,8 +13,8 @@ import numpy as np
 
 from ab_sim.analysis.equilibria.resting import LEFT_OUT, resting_system, state_of
 from ab_sim.analysis.equilibria.states import RestingState
+from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Spindle, Start
 

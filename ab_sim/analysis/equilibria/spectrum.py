@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from scipy.linalg import eig, matrix_balance
 
-from ab_sim.dynamics.layout import StateLayout
+from ab_sim.model.dynamics.layout import StateLayout
 
 SAFETY = 30.0
 """Safety factor on the first-order rounding error of eigenvalues."""

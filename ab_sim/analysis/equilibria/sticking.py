@@ -22,10 +22,10 @@ from ab_sim.analysis.equilibria.resting import (
     rotor_of,
 )
 from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.dynamics.system import MASS, RACE_RADIUS, RADIUS
-from ab_sim.equations.motion import Ball
-from ab_sim.equations.sums import over_effects
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
+from ab_sim.model.dynamics.system import MASS, RACE_RADIUS, RADIUS
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.sums import over_effects
 from ab_sim.scene.model import Scene
 
 LOOKS = 720

@@ -24,8 +24,8 @@ from ab_sim.analysis.equilibria.folds import Fold
 from ab_sim.analysis.equilibria.over_speed import BranchInterval, OverSpeed, interval_of
 from ab_sim.analysis.equilibria.resting import state_of
 from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.dynamics.system import System
-from ab_sim.progress import Progress
+from ab_sim.base.progress import Progress
+from ab_sim.model.dynamics.system import System
 
 SEEDS = 9
 """Number of seed speeds of the search; branches that lie between two seeds are missed."""

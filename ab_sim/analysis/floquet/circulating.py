@@ -22,7 +22,7 @@ from ab_sim.analysis.circulating import CirculatingBunch, state_of_bunch, why_no
 from ab_sim.analysis.floquet.stability import CONVERGED, UNDECIDED
 from ab_sim.analysis.floquet.turn import CLOSED, FARTHEST, FLAT, MOST, NEWTON, ROUNDED, TurnMap
 from ab_sim.analysis.held_speed import held
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 from ab_sim.scene.model import Scene
 
 APART = 1e-6

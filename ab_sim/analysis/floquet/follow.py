@@ -14,8 +14,8 @@ from scipy.optimize import brentq
 
 from ab_sim.analysis.floquet.solution import Solution, SolutionSearch, solution
 from ab_sim.analysis.floquet.starts import STARTS
-from ab_sim.errors import SceneError
-from ab_sim.presentation import Column, Columns, Presented
+from ab_sim.base.errors import SceneError
+from ab_sim.base.presentation import Column, Columns, Presented
 from ab_sim.scene.model import Scene
 
 DIGITS = 1e-10

@@ -12,8 +12,8 @@ from ab_sim.analysis.floquet.starts import STARTS, find_orbit
 from ab_sim.analysis.floquet.turn import MOST, Orbit, TurnMap, within_turn
 from ab_sim.analysis.held_speed import last_speed
 from ab_sim.analysis.rest import rest_of
-from ab_sim.dynamics.system import RACE_HEIGHT
-from ab_sim.errors import InputError, nearest
+from ab_sim.base.errors import InputError, nearest
+from ab_sim.model.dynamics.system import RACE_HEIGHT
 from ab_sim.scene.model import Scene
 
 CONVERGED = 1e-10

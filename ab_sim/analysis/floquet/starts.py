@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ab_sim.analysis.floquet.turn import Orbit, TurnMap
-from ab_sim.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS
+from ab_sim.model.dynamics.system import MASS, RACE_HEIGHT, RACE_RADIUS
 
 TURNS = 500
 """Largest number of spindle revolutions for settling."""

@@ -18,16 +18,16 @@ from typing import NamedTuple
 import numpy as np
 
 from ab_sim.analysis.held_speed import FASTEST, held
-from ab_sim.dynamics.assemble import linear_rates, start_state
-from ab_sim.dynamics.registry import require_built_in
-from ab_sim.dynamics.system import has_contact, has_friction
-from ab_sim.errors import InputError, SceneError, exact
-from ab_sim.integrate.flow import Flow, Flown
-from ab_sim.integrate.limits import largest_step
-from ab_sim.integrate.registry import stepper_named
+from ab_sim.base.errors import InputError, SceneError, exact
+from ab_sim.engine.integrate.flow import Flow, Flown
+from ab_sim.engine.integrate.limits import largest_step
+from ab_sim.engine.integrate.registry import stepper_named
+from ab_sim.engine.stepping.fixed_step import normalise
+from ab_sim.model.dynamics.assemble import linear_rates, start_state
+from ab_sim.model.dynamics.registry import require_built_in
+from ab_sim.model.dynamics.system import has_contact, has_friction
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sections import Start
-from ab_sim.stepping.fixed_step import normalise
 
 METHOD = "rk8"
 FEWEST, MOST = 48, 1 << 16

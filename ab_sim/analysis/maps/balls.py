@@ -6,7 +6,7 @@ import numpy as np
 
 from ab_sim.analysis.maps.plane import Plane
 from ab_sim.analysis.maps.stability import StabilityMap
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 

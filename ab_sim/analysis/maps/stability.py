@@ -24,10 +24,10 @@ from ab_sim.analysis.maps.circulation import (
 from ab_sim.analysis.maps.plane import SPEED, Axis, Plane
 from ab_sim.analysis.maps.refine import Point, refined
 from ab_sim.analysis.maps.verdicts import BALANCED, EVERYWHERE, name_of, verdict
-from ab_sim.presentation import Column, Columns, Presented
-from ab_sim.progress import Progress
+from ab_sim.base.presentation import Column, Columns, Presented
+from ab_sim.base.progress import Progress
+from ab_sim.base.workers import Workers
 from ab_sim.scene.model import Scene
-from ab_sim.workers import Workers
 
 COARSE = 8
 """Initial spacing of the points of a map."""

@@ -22,8 +22,8 @@ from ab_sim.analysis.equilibria.resting import (
     state_of,
 )
 from ab_sim.analysis.equilibria.states import RestingState
-from ab_sim.dynamics.layout import StateLayout, layout_of
-from ab_sim.dynamics.system import RACE_RADIUS, System
+from ab_sim.model.dynamics.layout import StateLayout, layout_of
+from ab_sim.model.dynamics.system import RACE_RADIUS, System
 from ab_sim.scene.model import Scene
 
 EVERYWHERE = 1

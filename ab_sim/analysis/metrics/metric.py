@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, NoReturn, TypeVar, c
 
 import numpy as np
 
-from ab_sim.errors import InputError, nearest
+from ab_sim.base.errors import InputError, nearest
 from ab_sim.scene.model import Scene
 
 T = TypeVar("T")

@@ -15,8 +15,8 @@ from ab_sim.analysis.metrics.judging import (
     watch_runs,
 )
 from ab_sim.analysis.metrics.metric import metrics_named
+from ab_sim.base.errors import InputError
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 

@@ -6,8 +6,8 @@ from typing import Any, Protocol, TypeVar
 from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
 from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Row, WhirlScale, register
 from ab_sim.analysis.metrics.wording import number_text
+from ab_sim.base.errors import InputError
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.errors import InputError
 from ab_sim.scene.model import Scene
 
 

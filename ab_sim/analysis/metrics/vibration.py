@@ -11,8 +11,8 @@ from functools import lru_cache
 import numpy as np
 
 from ab_sim.analysis.metrics.each_run import EachRun, JudgedRun
-from ab_sim.compiling import Cube, Table, compiled
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.engine.compiling import Cube, Table, compiled
 
 LOWEST, HIGHEST = 10.0, 1000.0
 """Cut-off frequencies [Hz], at which the filters are 3 dB down (ISO 20816-1)."""

@@ -15,10 +15,10 @@ from ab_sim.analysis.metrics.mean_squares import MeanSquares
 from ab_sim.analysis.metrics.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
 from ab_sim.analysis.trend import CHANGE, Trends
-from ab_sim.compiling import Floats, Table, compiled
-from ab_sim.conventions import TURN
+from ab_sim.base.conventions import TURN
 from ab_sim.drive.overlap import Overlap, OverlapWatch
 from ab_sim.drive.turn_vector import COARSEST
+from ab_sim.engine.compiling import Floats, Table, compiled
 from ab_sim.scene.model import Scene
 from ab_sim.tracing.cosine import cos_sin
 

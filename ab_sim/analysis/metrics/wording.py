@@ -4,7 +4,7 @@ import math
 
 from ab_sim.analysis.circulation import Circulation
 from ab_sim.analysis.metrics.metric import NOTHING, WhirlScale
-from ab_sim.conventions import in_one_turn
+from ab_sim.base.conventions import in_one_turn
 
 
 def peak_text(whirl: float, time: float, scale: WhirlScale) -> str:

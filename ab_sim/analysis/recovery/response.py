@@ -14,16 +14,16 @@ import numpy as np
 from scipy.interpolate import CubicHermiteSpline
 from scipy.optimize import brentq
 
-from ab_sim.accuracy import resolve_accuracy
 from ab_sim.analysis.equilibria import Equilibria, RestingState, equilibria_of
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.states import resting_state
 from ab_sim.analysis.startup import peak_whirl
-from ab_sim.conventions import LAST, last_stretch
+from ab_sim.base.conventions import LAST, last_stretch
+from ab_sim.base.errors import InputError, SceneError, exact
 from ab_sim.drive import Drive
+from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.drive import AT_ONCE
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
-from ab_sim.errors import InputError, SceneError, exact
 from ab_sim.scene.model import Scene
 from ab_sim.scene.profiles import SpeedChangeProfile
 

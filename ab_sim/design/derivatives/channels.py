@@ -7,17 +7,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ab_sim.batch.run_prepared import run_prepared
+from ab_sim.base.errors import InputError, exact, nearest
+from ab_sim.base.presentation import Column, Columns, Presented, ends
+from ab_sim.design.batch.run_prepared import run_prepared
 from ab_sim.design.derivatives.differences import differentiated, prepared_runs, with_stepper
 from ab_sim.design.derivatives.keys import checked_keys
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory, check_room, column_of
 from ab_sim.drive.units import unit_of
-from ab_sim.errors import InputError, exact, nearest
-from ab_sim.presentation import Column, Columns, Presented, ends
+from ab_sim.engine.stepping.fixed_step import ANGLE
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
-from ab_sim.stepping.fixed_step import ANGLE
 
 RUNS_PER_KEY = 4
 

@@ -17,14 +17,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.accuracy import resolve_accuracy
-from ab_sim.batch.prepared_run import PreparedRun
+from ab_sim.base.errors import SceneError
+from ab_sim.design.batch.prepared_run import PreparedRun
 from ab_sim.design.derivatives.keys import RealKey, moved, moved_together, scale_of
-from ab_sim.dynamics.assemble import system_of
-from ab_sim.errors import SceneError
-from ab_sim.integrate.choose import choose_stepper
+from ab_sim.drive.accuracy import resolve_accuracy
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.spindle import SpeedSchedule
 from ab_sim.scene.model import Scene
-from ab_sim.spindle import SpeedSchedule
 
 LEAST, MOST = 1e-5, 1e-2
 """Step h, as a share of ``scale_of`` the key."""

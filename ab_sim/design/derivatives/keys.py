@@ -8,9 +8,9 @@ import functools
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from ab_sim.equations.neighbours import start_angles
-from ab_sim.errors import InputError, SceneError, nearest
-from ab_sim.quoting import short
+from ab_sim.base.errors import InputError, SceneError, nearest
+from ab_sim.base.quoting import short
+from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene.changes import value_at
 from ab_sim.scene.keys import SceneKey, begins, scene_keys
 from ab_sim.scene.load import changed_scene

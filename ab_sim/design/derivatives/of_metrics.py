@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
-from ab_sim.batch.judging import judged_parts
-from ab_sim.batch.prepared_run import steps_of
+from ab_sim.base.errors import InputError
+from ab_sim.base.presentation import Column, Columns, Presented
+from ab_sim.design.batch.judging import judged_parts
+from ab_sim.design.batch.prepared_run import steps_of
 from ab_sim.design.derivatives.differences import differentiated, prepared_runs, with_stepper
 from ab_sim.design.derivatives.keys import RealKey, checked_keys, scale_of
 from ab_sim.drive import Drive
-from ab_sim.errors import InputError
-from ab_sim.presentation import Column, Columns, Presented
 from ab_sim.scene.load import SceneLike, as_scene
 from ab_sim.scene.model import Scene
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.circulating import drive_of, stalled, state_of_bunch
 from ab_sim.analysis.equilibria.resting import resting_system
-from ab_sim.batch import simulate_batch
+from ab_sim.design.batch import simulate_batch
 from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share

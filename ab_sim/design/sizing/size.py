@@ -6,6 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 import ab_sim
+from ab_sim.base.errors import InputError
+from ab_sim.base.limited_yaml import yaml_text
+from ab_sim.base.presentation import Column, Columns, Presented, number
 from ab_sim.design.sizing.claims import (
     CONTRADICTED,
     FAR,
@@ -23,9 +26,6 @@ from ab_sim.design.sizing.settle_time import stuck
 from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
 from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
-from ab_sim.errors import InputError
-from ab_sim.limited_yaml import yaml_text
-from ab_sim.presentation import Column, Columns, Presented, number
 from ab_sim.scene.model import Scene
 
 RUNS = 400

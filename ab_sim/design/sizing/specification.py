@@ -5,8 +5,8 @@ import re
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from ab_sim.errors import InputError, exact
-from ab_sim.quoting import short
+from ab_sim.base.errors import InputError, exact
+from ab_sim.base.quoting import short
 from ab_sim.scene.units import has_unit, in_si, with_last_unit
 
 Given = str | float

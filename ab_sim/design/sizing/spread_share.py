@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.analysis.metrics.verdict import Verdict
+from ab_sim.base.progress import Progress
 from ab_sim.design.draws import DrawnPoints
 from ab_sim.design.intervals import ShareBalanced, share_of
 from ab_sim.design.judged import FAILED, FAILURE, OUTCOME, Job
@@ -14,7 +15,6 @@ from ab_sim.design.sizing.specification import DriveSpecification
 from ab_sim.design.spread_runs import Executors
 from ab_sim.design.tolerances import Tolerance, tolerance_of
 from ab_sim.design.work import Executor, rows_of
-from ab_sim.progress import Progress
 from ab_sim.scene.model import Scene
 
 GRADE, PEAK = "balance_grade", "peak_whirl_over_e"

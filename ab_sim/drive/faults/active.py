@@ -13,7 +13,7 @@ from ab_sim.drive.faults.plant import held_balls, jam
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
-from ab_sim.dynamics.system import has_motor
+from ab_sim.model.dynamics.system import has_motor
 
 JERK = 0.01
 """Time between two jerks of a slipping disc [s]; rounded to whole steps, at least one."""

@@ -4,9 +4,9 @@ import math
 from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
+from ab_sim.base.errors import InputError, exact, nearest
 from ab_sim.drive.disc import turns_alike
-from ab_sim.dynamics.registry import require_built_in
-from ab_sim.errors import InputError, exact, nearest
+from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.scene.model import Scene
 
 VIBRATION = "vibration"

@@ -14,8 +14,8 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from ab_sim.drive.faults.fault import OF_BALLS, Fault
-from ab_sim.dynamics.layout import layout_of
-from ab_sim.dynamics.system import (
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import (
     DIRECTION,
     MASS,
     MOBILITY,
@@ -27,7 +27,7 @@ from ab_sim.dynamics.system import (
     has_friction,
     has_motor,
 )
-from ab_sim.equations.mounts import DAMPING, STIFFNESS
+from ab_sim.model.equations.mounts import DAMPING, STIFFNESS
 from ab_sim.scene.model import Scene
 
 BEYOND_ALL = 1e100

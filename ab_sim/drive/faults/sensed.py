@@ -7,9 +7,9 @@ from collections.abc import Iterable, Set
 import numpy as np
 
 from ab_sim.drive.faults.fault import SENSED, Fault
+from ab_sim.drive.sensing import digits
 from ab_sim.scene.model import Scene
 from ab_sim.scene.sensors import steps_per_sample
-from ab_sim.sensing import digits
 
 
 class SensedFaults:

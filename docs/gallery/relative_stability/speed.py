@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from matplotlib.figure import Figure
 
-from ab_sim.spindle import SpeedSchedule
+from ab_sim.model.spindle import SpeedSchedule
 from gallery.page import PageSection
 from gallery.relative_stability.cases import Tell, cases, written
 

@@ -11,7 +11,7 @@ import numpy as np
 from ab_sim import Scene, Trajectory, load_scene, simulate_batch
 from ab_sim.analysis.maps.checkpoint import PointCheckpoint
 from ab_sim.analysis.metrics import metrics_of
-from ab_sim.workers import Workers
+from ab_sim.base.workers import Workers
 from gallery.thesis.drive import BASE, Parameters, Period, Tell, variation_of
 
 EVERY = 10

@@ -5,9 +5,9 @@ from typing import Any
 import numpy as np
 
 from ab_sim.analysis.equilibria.resting import resting_system
-from ab_sim.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
-from ab_sim.equations.effects.hardening_suspension import HardeningSuspension
-from ab_sim.equations.effects.suspension import Suspension
+from ab_sim.model.dynamics.system import MASS, MOBILITY, MOMENT, RACE_RADIUS, ROLLING_MASS, System
+from ab_sim.model.equations.effects.hardening_suspension import HardeningSuspension
+from ab_sim.model.equations.effects.suspension import Suspension
 from ab_sim.scene import Scene, check_scene
 
 ROLLING = 1.4

@@ -11,14 +11,14 @@ from ab_sim.analysis.equilibria.finder import found_states
 from ab_sim.analysis.equilibria.patterns import patterns_of, phase, radii
 from ab_sim.analysis.equilibria.resting import field_at, resting_system, rotor_of, state_of
 from ab_sim.analysis.equilibria.sticking import sticking
-from ab_sim.equations.effects import (
+from ab_sim.base.errors import SceneError
+from ab_sim.model.equations.effects import (
     BallSpin,
     RaceRunout,
     RollingFriction,
     SpindleAcceleration,
     ViscousDrag,
 )
-from ab_sim.errors import SceneError
 from tests.analysis.equilibria.drives import altered, base, drive
 
 SETS = 10_000

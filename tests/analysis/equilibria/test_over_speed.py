@@ -6,7 +6,7 @@ import pytest
 from ab_sim.analysis.equilibria import branches_over_speed, equilibria_of, kept_branches
 from ab_sim.analysis.equilibria.resting import resting_system
 from ab_sim.analysis.equilibria.traced import traced_branches
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import load_scene
 from tests.analysis.equilibria.drives import drive
 

@@ -19,7 +19,7 @@ from ab_sim.analysis.floquet.circulating import (
     solution_at,
 )
 from ab_sim.analysis.floquet.circulating_border import circulation_border
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 from ab_sim.scene import Scene, load_scene
 from tests.analysis.circulating.runs import AT, mean_speeds, stalling
 

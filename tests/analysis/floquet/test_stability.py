@@ -10,7 +10,7 @@ from ab_sim.analysis.floquet.simulated import growth_of
 from ab_sim.analysis.floquet.stability import apart
 from ab_sim.analysis.floquet.starts import balanced_angles
 from ab_sim.analysis.held_speed import held
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import check_scene, load_scene
 from tests.analysis.floquet.scenes import PLANE, deck, equal, plane
 from tests.conftest import merge

@@ -6,7 +6,7 @@ import pytest
 from ab_sim.analysis.maps.family import family, members, values_of
 from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import stability_map
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import load_scene
 
 DRAG = "effects.viscous_drag.coefficient"

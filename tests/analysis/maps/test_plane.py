@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.maps.plane import COUNT, Plane, axes_of, axis
-from ab_sim.errors import AbSimError, InputError
+from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.scene import load_scene
 
 

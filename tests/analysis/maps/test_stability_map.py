@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 from gallery.three_ball.drive import DAMPING, drive
 
-from ab_sim import workers
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.analysis.equilibria.at_speed import balanced_state
 from ab_sim.analysis.equilibria.balanced import positions
@@ -28,7 +27,8 @@ from ab_sim.analysis.maps.verdicts import (
     name_of,
     verdict,
 )
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base import workers
+from ab_sim.base.errors import InputError, SceneError
 from ab_sim.scene import load_scene
 
 AXES = "speed=100:400:33,effects.suspension.damping=1:60:33"

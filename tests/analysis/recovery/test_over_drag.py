@@ -13,7 +13,7 @@ from ab_sim.analysis.recovery import (
     recover,
     recovery_over_drag,
 )
-from ab_sim.errors import SceneError
+from ab_sim.base.errors import SceneError
 from ab_sim.scene import load_scene
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ab_sim
-from ab_sim.errors import InputError, SceneError
+from ab_sim.base.errors import InputError, SceneError
 
 SCENE = ab_sim.load_scene(
     "thesis-hold", ["duration=0.3", "start.speed=80", "start.ball_angles=[0.3, 1.2]"]

@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 
 import ab_sim
+from ab_sim.base.errors import InputError
 from ab_sim.design.intervals import share_of
 from ab_sim.design.sizing import claims
 from ab_sim.design.sizing import size as sizing
 from ab_sim.design.sizing.claims import CONTRADICTED, HOLDS, UNDECIDED, share_claim
 from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
 from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
-from ab_sim.errors import InputError
 from tests.design.sizing.wanted import DRIVE, wanted
 
 HERE = Running(60, 0, None, None)

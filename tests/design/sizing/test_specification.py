@@ -4,8 +4,8 @@ from typing import Any
 
 import pytest
 
+from ab_sim.base.errors import InputError
 from ab_sim.design.sizing.specification import unbalance_of_grade
-from ab_sim.errors import InputError
 from tests.design.sizing.wanted import wanted
 
 

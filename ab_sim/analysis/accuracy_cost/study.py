@@ -1,0 +1,254 @@
+"""Run the study: first the errors of all methods, then their interleaved timings."""
+
+import math
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ab_sim.analysis.accuracy_cost.energy import energy_balance_refusal
+from ab_sim.analysis.accuracy_cost.families import TOLERANCES, Setting, all_families
+from ab_sim.analysis.accuracy_cost.methods import FailedError, MeasuredMethod
+from ab_sim.analysis.accuracy_cost.reference import Reference, event_reference, smooth_reference
+from ab_sim.analysis.accuracy_cost.results import (
+    AccuracyCost,
+    OmittedMethod,
+    RunErrors,
+    SettingCost,
+)
+from ab_sim.analysis.accuracy_cost.right_hand_side import RightHandSide
+from ab_sim.analysis.accuracy_cost.sampling import LADDER, SampleTimes, nanoseconds, sampling_of
+from ab_sim.analysis.effect_cost import Quartiles
+from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.progress import Progress
+from ab_sim.drive.accuracy import resolve_accuracy
+from ab_sim.drive.accuracy.deviation import Deviation, Samples, deviation
+from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.model.dynamics.assemble import system_of
+from ab_sim.model.dynamics.system import has_events
+from ab_sim.scene.load import SceneLike, as_scene
+from ab_sim.scene.model import Scene
+
+REPEATS = 9
+
+NEAR = 3.0
+"""Ratio of error to the reference's uncertainty below which no finer settings are run."""
+LONG_RUN = 3.0
+"""CPU time of a run beyond which finer settings of the method are left out [s]."""
+TIME_FOR_ONE = 6.0
+"""CPU time for the repeats of one setting [s]."""
+
+
+class _Candidate:
+    """Method at one setting, with its measurements."""
+
+    def __init__(
+        self, method: MeasuredMethod, errors: RunErrors, seconds: float, repeats: int
+    ) -> None:
+        self.method, self.errors = method, errors
+        self.repeats = max(1, min(repeats, math.ceil(TIME_FOR_ONE / max(seconds, 1e-9))))
+        self.seconds: list[float] = []
+
+    def time_once(self) -> None:
+        self.method.prepare()
+        begin = time.thread_time()
+        self.method.run()
+        self.seconds.append(time.thread_time() - begin)
+
+
+def accuracy_cost(
+    scene: SceneLike,
+    repeats: int = REPEATS,
+    *,
+    steps: Sequence[float] = LADDER,
+    tolerances: Sequence[float] = TOLERANCES,
+    progress: Progress | None = None,
+) -> AccuracyCost:
+    """Measure error and CPU time of every method at every setting: ``ab-sim accuracy``.
+
+    This takes minutes for a scene of seconds.
+
+    Parameters
+    ----------
+    scene : Scene, str or Path
+        Scene to run.
+    repeats : int, default 9
+        Rounds in which all settings are timed in turns.
+    steps : sequence of float, optional
+        Steps to try [s], whole nanoseconds.
+    tolerances : sequence of float, optional
+        Relative tolerances to try for peers that choose their steps; empty: such peers are left
+        out.
+    progress : callable, optional
+        Called with the present work, the finished count and the total.
+
+    Returns
+    -------
+    AccuracyCost
+        ``rows``: errors of ball angle [rad] and whirl [e], and CPU seconds per simulated second;
+        ``cheapest(error)``.
+
+    Raises
+    ------
+    SceneError
+        The scene cannot run.
+    InputError
+        ``repeats`` is below 1, the scene is too short, or no reference can be made.
+
+    Notes
+    -----
+    Each setting is run once, untimed, for its errors, from coarse to fine. Finer settings of a
+    method are left out once it is as good as the reference can tell, or takes too long. Then all
+    settings are timed in turns, in CPU time of the thread, without compiling. A profile that is
+    controlled during the run is replaced by its plan (``Scene.planned``).
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("nsc-case-1", ["duration=0.1"])
+    >>> cost = ab_sim.accuracy_cost(scene, repeats=1, steps=[1e-3], tolerances=[1e-8])
+    >>> cost.cheapest(1e-4, peer=False) in cost.rows
+    True
+    """
+    if repeats < 1:
+        raise InputError(f"repeats = {repeats}: must be at least 1")
+    tell = progress or (lambda what, done, total: None)
+    # A requested accuracy is resolved to a step first; the study measures that step too.
+    resolved, _ = resolve_accuracy(as_scene(scene), tell=progress)
+    scene = resolved.planned
+    choice = choose_stepper(scene, system_of(scene))
+    sampling = sampling_of(scene)
+    tell("reference", 0, 1)
+    smooth = not has_events(system_of(scene).effects)
+    f = RightHandSide(scene, sampling) if smooth else None
+    reference = event_reference(scene, sampling) if f is None else smooth_reference(f)
+    no_energy_balance = energy_balance_refusal(scene)
+    study = _Study(scene, sampling, reference, repeats, not no_energy_balance)
+    families, missing = all_families(scene, sampling, f, not no_energy_balance, steps, tolerances)
+    study.omitted += missing
+    for done, (name, settings) in enumerate(families):
+        tell(f"errors of {name}", done, len(families))
+        study.family(name, settings)
+    rows = study.timed(tell)
+    notes = [f"no energy balance: {no_energy_balance}"] if no_energy_balance else []
+    if scene.profile != resolved.profile:
+        notes.append("what the profile decides while it runs is left out: it runs as planned")
+    if nanoseconds(sampling.end) != nanoseconds(scene.duration):
+        notes.append(
+            f"compared up to {sampling.end:g} s of {scene.duration:g} s: the last whole multiple "
+            f"of {sampling.period:g} s"
+        )
+    return AccuracyCost(
+        scene.name,
+        tuple(scene.effects),
+        scene.balls.count,
+        sampling.end,
+        sampling.period,
+        sampling.finest.period,
+        *scene.whirl_unit,
+        f"{choice.stepper.name} at {scene.solver.step:g} s",
+        reference.text,
+        reference.shares,
+        reference.uncertainty,
+        repeats,
+        tuple(rows),
+        tuple(study.omitted),
+        tuple(notes),
+    )
+
+
+class _Study:
+    """Study in progress."""
+
+    def __init__(
+        self,
+        scene: Scene,
+        sampling: SampleTimes,
+        reference: Reference,
+        repeats: int,
+        with_energy_balance: bool,
+    ) -> None:
+        self.scene, self.sampling, self.reference = scene, sampling, reference
+        self.repeats, self.with_energy_balance = repeats, with_energy_balance
+        self.candidates: list[_Candidate] = []
+        self.failed: list[SettingCost] = []
+        self.omitted: list[OmittedMethod] = []
+
+    def family(self, name: str, settings: Sequence[Setting]) -> None:
+        """Run a method's settings, from coarse to fine, for their errors."""
+        refused: dict[str, list[str]] = {}
+        for at, (setting, make) in enumerate(settings):
+            try:
+                method = make()
+            except SceneError as error:
+                refused.setdefault(_reason(error), []).append(setting)
+                continue
+            reason = self._run(method)
+            if reason:
+                finer = [what for what, _ in settings[at + 1 :]]
+                if finer:
+                    what = f"{name} at {', '.join(finer)}"
+                    self.omitted.append(OmittedMethod(what, f"at {setting} {reason}"))
+                break
+        for reason, which in refused.items():
+            self.omitted.append(
+                OmittedMethod(f"{name} at {', '.join(which)}", f"refused: {reason}")
+            )
+
+    def _run(self, method: MeasuredMethod) -> str:
+        """Measure one setting's errors; return the reason to omit finer ones, or empty text."""
+        try:
+            method.prepare()
+            begin = time.thread_time()
+            samples = method.samples(method.run())
+            seconds = time.thread_time() - begin
+        except FailedError as error:
+            row = SettingCost(
+                method.name, method.peer, method.step, method.tolerance,
+                None, None, 0, None, str(error),
+            )  # fmt: skip
+            self.failed.append(row)
+            return ""
+        found = self._deviation(method.name, samples)
+        energy = method.energy_error() if self.with_energy_balance else None
+        errors = RunErrors.of(found, self.reference.uncertainty, energy)
+        self.candidates.append(_Candidate(method, errors, seconds, self.repeats))
+        limit = self.reference.uncertainty
+        if found.angle <= NEAR * limit.angle and found.whirl <= NEAR * limit.whirl:
+            return "its error is already as small as the reference can tell"
+        if seconds > LONG_RUN:
+            return f"a run already takes {seconds:.1f} s"
+        return ""
+
+    def _deviation(self, name: str, samples: Samples) -> Deviation:
+        return deviation(samples, self.reference.samples_for(name), self.scene.whirl_unit[0])
+
+    def timed(self, tell: Progress) -> list[SettingCost]:
+        """Time all settings in turns; return their rows and those of failed settings."""
+        for turn in range(self.repeats):
+            tell("measuring", turn, self.repeats)
+            count = len(self.candidates)
+            for at in range(count):
+                candidate = self.candidates[(turn + at) % count]
+                if len(candidate.seconds) < candidate.repeats:
+                    candidate.time_once()
+        return [self._row(candidate) for candidate in self.candidates] + self.failed
+
+    def _row(self, candidate: _Candidate) -> SettingCost:
+        method, simulated = candidate.method, self.sampling.end
+        evaluations = method.evaluations
+        return SettingCost(
+            method.name,
+            method.peer,
+            method.step,
+            method.tolerance,
+            candidate.errors,
+            Quartiles.of(np.array(candidate.seconds) / simulated),
+            len(candidate.seconds),
+            None if evaluations is None else evaluations / simulated,
+        )
+
+
+def _reason(error: SceneError) -> str:
+    """Return the reason for a refused step without the step, so that steps share the text."""
+    return str(error).split(" s: ", 1)[-1].split("; or leave")[0]

@@ -1,0 +1,1 @@
+"""Errors, names, files, text, colours and workers, which know no drive."""

@@ -1,0 +1,120 @@
+"""The errors a user can meet, each with the exit code of the command line."""
+
+import difflib
+from collections.abc import Iterable
+from decimal import Decimal
+
+NOT_AS_WRITTEN = (
+    ArithmeticError,
+    AttributeError,
+    LookupError,
+    RecursionError,
+    TypeError,
+    ValueError,
+)
+"""Errors that Python raises if a restored state is not in the written form."""
+
+
+class AbSimError(Exception):
+    """Base of every error that ab_sim raises on purpose; its text is meant for the user.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> issubclass(ab_sim.SceneError, ab_sim.AbSimError)
+    True
+    """
+
+    exit_code = 2
+
+
+class SceneError(AbSimError):
+    """A scene cannot be used; the text names file, key, value, allowed range and remedy.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.load_scene("thesis-hol")
+    Traceback (most recent call last):
+    ab_sim.base.errors.SceneError: scene 'thesis-hol' is not known; did you mean 'thesis-hold'?; ...
+    """
+
+
+class InputError(AbSimError):
+    """An argument of a call or command cannot be used; nothing has been started or written.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.simulate("thesis-hold", times=[-1.0])
+    Traceback (most recent call last):
+    ab_sim.base.errors.InputError: times: -1 s: must be a finite number, at least 0
+    """
+
+
+class CommandError(AbSimError):
+    """A command was rejected and has changed nothing."""
+
+
+class Refused(AbSimError):
+    """A node has refused a request; the text is its answer."""
+
+    exit_code = 1
+
+
+class RecordingError(AbSimError):
+    """A recording cannot be written or read.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> ab_sim.open_recording("none.rrd")
+    Traceback (most recent call last):
+    ab_sim.base.errors.RecordingError: ...
+    """
+
+
+class NothingFound(AbSimError):
+    """A search has found no acceptable result; the evaluated candidates have been shown."""
+
+    exit_code = 1
+
+
+class Interrupted(AbSimError):
+    """An orderly exit after Ctrl-C or another request; everything has been cleaned up."""
+
+    exit_code = 130
+
+
+class DivergedError(AbSimError):
+    """The state went beyond all bounds; the text names variable, time and a likely cause.
+
+    Examples
+    --------
+    >>> import ab_sim
+    >>> scene = ab_sim.load_scene("thesis-hold", ["start.ball_rates=[1e6, 0.0]"])
+    >>> ab_sim.Drive(scene).advance(100)
+    Traceback (most recent call last):
+    ab_sim.base.errors.DivergedError: ...
+    """
+
+    exit_code = 3
+
+
+def exact(value: float) -> str:
+    """Return a number in the fewest digits that identify it; for the text of an error.
+
+    A value just beyond a limit must not read like the limit. For an int beyond all floats, six
+    digits are enough.
+    """
+    try:
+        short = f"{value:g}"
+    except OverflowError:
+        return f"{Decimal(value):.6g}"
+    return short if float(short) == value else repr(float(value))
+
+
+def nearest(word: str, known: Iterable[str]) -> str:
+    """Return ``; did you mean 'x'?`` for the nearest known name, or an empty text; for errors."""
+    near = difflib.get_close_matches(word, list(known), n=1, cutoff=0.5)
+    return f"; did you mean {near[0]!r}?" if near else ""

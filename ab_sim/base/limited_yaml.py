@@ -1,0 +1,146 @@
+"""YAML from outside within limits: scenes, profiles, changes, values on the command line.
+
+A few hundred bytes with nested aliases can stand for billions of values. So the values behind
+aliases are counted while a text is read, and reading stops at a limit.
+"""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ab_sim.base.quoting import short, shortened
+
+MOST_BYTES = 1 << 18
+"""Largest size of a text; a profile with the largest number of segments takes half of it."""
+MOST_VALUES = 50_000
+"""Largest number of keys, values and collections; those behind aliases count each time."""
+MOST_LEVELS = 30
+"""Largest nesting of collections."""
+MOST_DIGITS = 100
+"""Largest number of characters of a number."""
+
+_LEADING_ZERO = re.compile(r"[-+]?0[0-9_]+")
+_MADE_OF_BAD_VALUES = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
+"""Errors of PyYAML for a value that does not match its tag, as in ``!!int ""``."""
+
+
+class _TooMuch(yaml.YAMLError):
+    """A limit is exceeded."""
+
+
+class _Limited(yaml.SafeLoader):
+    """YAML within limits; a repeated key is an error instead of silently replacing the first."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(text)
+        self._levels = self._values = 0
+        self._sizes: dict[yaml.Node, int] = {}
+
+    def compose_node(self, parent: Any, index: Any) -> Any:
+        """Count a node or an alias and compose it; SafeLoader calls this for each of them."""
+        event: yaml.Event = self.peek_event()  # type: ignore[no-untyped-call]
+        alias = event.anchor if isinstance(event, yaml.AliasEvent) else None
+        before: int = self._values
+        self._values += 1
+        self._levels += 1
+        if self._levels > MOST_LEVELS:
+            raise _TooMuch(f"has more than {MOST_LEVELS} levels within each other{_at(event)}")
+        node: Any = super().compose_node(parent, index)
+        self._levels -= 1
+        if alias is None:
+            self._sizes[node] = self._values - before
+        elif node not in self._sizes:
+            raise yaml.YAMLError(f"*{alias} stands for what it is in{_at(event)}")
+        else:
+            self._values = before + self._sizes[node]
+        if self._values > MOST_VALUES:
+            raise _TooMuch(f"has more than {MOST_VALUES} values{_at(event)}")
+        return node
+
+    def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
+        """Construct a mapping as SafeLoader does, but refuse repeated keys."""
+        seen = set()
+        for key in (self.construct_object(each, deep=True) for each, _ in node.value):
+            if key in seen:
+                line = node.start_mark.line + 1
+                raise yaml.YAMLError(
+                    f"key {short(key)} is given twice in the mapping at line {line}"
+                )
+            seen.add(key)
+        return super().construct_mapping(node, deep=deep)
+
+    def construct_number(self, node: yaml.ScalarNode) -> float:
+        """Construct a number as it reads: 010 is 10, and 1:30 is refused.
+
+        YAML 1.1, which is SafeLoader's, has 8 and 90 there.
+        """
+        if len(node.value) > MOST_DIGITS:
+            raise _TooMuch(f"has a number of more than {MOST_DIGITS} digits{_at(node)}")
+        if ":" in node.value:
+            raise yaml.YAMLError(
+                f"{node.value} would be a number in base 60; write it with a decimal point, or as "
+                f"text in quotes{_at(node)}"
+            )
+        whole = node.tag.endswith(":int")
+        if whole and _LEADING_ZERO.fullmatch(node.value):
+            return int(node.value.replace("_", ""))
+        return self.construct_yaml_int(node) if whole else self.construct_yaml_float(node)
+
+
+for _kind in ("int", "float"):
+    _Limited.add_constructor(f"tag:yaml.org,2002:{_kind}", _Limited.construct_number)
+
+
+def read_yaml(text: str) -> Any:
+    """Return the content of a text.
+
+    Raises:
+        ValueError: the text is not YAML, or exceeds a limit; the message is to be put after the
+            text's name.
+    """
+    if len(text.encode(errors="replace")) > MOST_BYTES:
+        raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
+    try:
+        return yaml.load(text, Loader=_Limited)
+    except _TooMuch as error:
+        raise ValueError(f"{error}; write it shorter") from error
+    except (yaml.YAMLError, *_MADE_OF_BAD_VALUES) as error:
+        raise ValueError(f"is not valid YAML: {_in_a_line(error)}") from error
+
+
+def yaml_text(content: Mapping[str, Any]) -> str:
+    """Return plain values as YAML, with keys in their order."""
+    return yaml.safe_dump(dict(content), sort_keys=False, allow_unicode=True)
+
+
+def read_yaml_file(path: Path) -> Any:
+    """Return the content of a file.
+
+    Raises:
+        ValueError: see ``read_yaml``.
+        OSError: the file cannot be read.
+    """
+    with path.open("rb") as file:
+        content = file.read(MOST_BYTES + 1)
+    if len(content) > MOST_BYTES:
+        raise ValueError(f"has more than {MOST_BYTES} bytes; write it shorter")
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise ValueError(f"is not valid YAML: {error}") from error
+    return read_yaml(text)
+
+
+def _in_a_line(error: Exception) -> str:
+    if isinstance(error, yaml.MarkedYAMLError) and error.problem:
+        return shortened(error.problem) + (_at(error.problem_mark) if error.problem_mark else "")
+    text = shortened(" ".join(str(error).split()))
+    return text if isinstance(error, yaml.YAMLError) else f"a value is not of its kind ({text})"
+
+
+def _at(place: Any) -> str:
+    mark = getattr(place, "start_mark", place)
+    return f", at line {mark.line + 1}, column {mark.column + 1}"

@@ -1,0 +1,182 @@
+"""Checks of files for results, before any work is done, and their atomic writing."""
+
+import contextlib
+import os
+import shutil
+import tempfile
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+
+from ab_sim.base.errors import InputError
+
+PICTURE = (".png", ".svg", ".pdf")
+RECORDING = (".rrd",)
+REPORT = (".json",)
+PARQUET = (".parquet",)
+CSV = (".csv",)
+PNG = (".png",)
+PAGE = (".html",)
+SCENE = (".yaml", ".yml")
+FMU = (".fmu",)
+BAG_FILE = (".mcap", ".db3", ".bag")
+
+
+LONGEST_NAME = 255
+"""Bytes of a file's name, on the usual file systems."""
+
+
+def check_name(path: Path, said: str) -> None:
+    """Refuse a name that file systems, or the libraries that write files, do not take.
+
+    Raises:
+        InputError: names the path and what is allowed.
+    """
+    try:
+        lengths = [len(part.encode()) for part in path.parts]
+    except UnicodeEncodeError:
+        raise InputError(f"{said} {path}: is not UTF-8; choose another name") from None
+    if max(lengths, default=0) > LONGEST_NAME:
+        raise InputError(
+            f"{said} {path}: has a name of {max(lengths)} bytes; must be at most {LONGEST_NAME}"
+        )
+
+
+def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
+    """Refuse a file name with another ending: a typo could replace, say, a picture.
+
+    Args:
+        path: file to be written.
+        endings: allowed endings.
+        said: name in messages, e.g. ``--plot``.
+
+    Raises:
+        InputError: the name is not allowed; the message names the path and the allowed endings.
+    """
+    check_name(path, said)
+    if path.is_dir():
+        raise InputError(f"{said} {path}: is a folder; name a file in it")
+    if path.suffix.lower() not in endings:
+        one_of = "one of " if len(endings) > 1 else ""
+        raise InputError(f"{said} {path}: must end in {one_of}{', '.join(endings)}")
+
+
+def check_folder(path: Path, said: str) -> None:
+    """Refuse a bag's folder that is named like a file in it.
+
+    Args:
+        path: path of the folder.
+        said: name in messages, e.g. ``--mcap``.
+
+    Raises:
+        InputError: the name is not allowed; the message names the path and an allowed one.
+    """
+    check_name(path, said)
+    if path.suffix.lower() in BAG_FILE:
+        raise InputError(
+            f"{said} {path}: a bag is a folder, with a file {path.stem}{path.suffix} in it; "
+            f"name the folder, e.g. {path.with_suffix('')}"
+        )
+
+
+def check_writable(path: Path, said: str, replaced: bool = True) -> None:
+    """Refuse a file that cannot be written.
+
+    Args:
+        path: the file.
+        said: name in messages, e.g. ``--plot``.
+        replaced: whether an existing file is replaced; otherwise another one is created next to it.
+
+    Raises:
+        InputError: the file cannot be written; the message has path and reason.
+    """
+    check_name(path, said)
+    try:
+        if path.exists() and not path.is_file():
+            what = "a folder" if path.is_dir() else "a device or a pipe"
+            raise InputError(f"{said} {path}: is {what}; name a file")
+        file = path.resolve()
+        if not file.parent.is_dir():
+            raise InputError(f"{said} {path}: there is no folder {path.parent}; make it first")
+        if replaced and file.exists():
+            file.open("r+b").close()
+        _try_folder(file.parent)
+    except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
+        raise InputError(
+            f"{said} {path}: cannot be written: {_reason(error)}; choose another place or change "
+            "its rights"
+        ) from error
+
+
+def check_can_be_made(folder: Path, said: str) -> None:
+    """Refuse a missing folder for results that cannot be created.
+
+    It is created with the first file.
+
+    Args:
+        folder: the folder.
+        said: name in messages, e.g. ``--out``.
+
+    Raises:
+        InputError: the folder cannot be created; the message has folder and reason.
+    """
+    check_name(folder, said)
+    try:
+        above = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+        if not above.is_dir():
+            raise InputError(f"{said} {folder}: cannot be made: {above} is no folder")
+        _try_folder(above)
+    except OSError as error:
+        raise InputError(f"{said} {folder}: cannot be made: {_reason(error)}") from error
+
+
+def _try_folder(folder: Path) -> None:
+    """Write and remove a temporary file, because access rights alone do not show whether one can.
+
+    Raises:
+        OSError: the folder cannot be written: no rights or space, or the file system refuses files.
+    """
+    with tempfile.TemporaryFile(dir=folder) as trial:
+        trial.write(b"\n")
+
+
+def _reason(error: Exception) -> str:
+    return getattr(error, "strerror", None) or str(error)
+
+
+def write_whole(file: Path, content: bytes) -> None:
+    """Write a file atomically, so that readers find either the old or the new content.
+
+    Raises:
+        OSError: the file cannot be written; nothing has changed.
+    """
+    with replacing(file) as unfinished:
+        unfinished.write_bytes(content)
+
+
+@contextlib.contextmanager
+def replacing(file: Path) -> Iterator[Path]:
+    """Yield another file in the same folder, which becomes ``file`` at the end.
+
+    After an exception it is removed, and nothing has changed. The folder is created if missing. If
+    ``file`` is a link, its target is replaced.
+
+    Raises:
+        OSError: the file cannot be written.
+    """
+    file = file.resolve()
+    file.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(dir=file.parent, prefix=".unfinished-")
+    os.close(descriptor)
+    unfinished = Path(name)
+    try:
+        yield unfinished
+        if file.exists():
+            shutil.copymode(file, unfinished)
+        else:
+            mask = os.umask(0)
+            os.umask(mask)
+            unfinished.chmod(0o666 & ~mask)
+        unfinished.replace(file)
+    except BaseException:
+        unfinished.unlink(missing_ok=True)
+        raise

@@ -1,0 +1,167 @@
+"""Presentation of results: in a terminal, in a notebook, as a picture and as a data frame.
+
+A result class provides *facts*, a few words by name, and perhaps *columns* of a table. Its drawing
+function is looked up by name on use, as is matplotlib; neither this module nor the packages with
+results import them.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from html import escape
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, cast
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+    from pandas import DataFrame
+
+DRAWERS = "ab_sim.show.figures.result_figures"
+"""Module that draws each ``_picture`` of a result."""
+ROWS = 8
+"""Largest number of rows of a table in a notebook; the others are counted."""
+
+
+class Values(Protocol):
+    """Values of a column: a list, a tuple or a one-dimensional array."""
+
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> object: ...
+
+
+class Column(NamedTuple):
+    """A column of a result's table."""
+
+    unit: str | None
+    """SI unit; 1 for dimensionless numbers, None for texts."""
+    values: Values
+
+
+Columns = Mapping[str, Column]
+
+
+class Presented:
+    """Base class of results that can be displayed; not created by users."""
+
+    _picture: ClassVar[str] = ""
+    """Name in ``ab_sim.show.figures.result_figures.DRAWN``, or ``module:function``."""
+    _rows: ClassVar[int] = ROWS
+
+    def _facts(self) -> Mapping[str, str]:
+        """Return short facts for one line, by name."""
+        raise NotImplementedError
+
+    def _columns(self) -> Columns:
+        """Return the columns of its table, all of one length."""
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        said = ", ".join(f"{name} {value}" for name, value in self._facts().items())
+        return f"<{type(self).__name__}: {said}>"
+
+    def _repr_html_(self) -> str:
+        head = "".join(
+            f"<tr><th style='text-align:left'>{escape(name)}</th><td>{escape(value)}</td></tr>"
+            for name, value in self._facts().items()
+        )
+        table = _html(self._columns(), self._rows) if self._rows else ""
+        return f"<b>{type(self).__name__}</b><table>{head}</table>{table}"
+
+    def plot(self) -> Figure:
+        """Draw the result.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Figure to show in a notebook, change, or write with its ``savefig``; the same as the
+            command line's ``--plot``, if that draws this result.
+        """
+        return drawn(self._picture, self)
+
+    def to_dataframe(self) -> DataFrame:
+        """Return its table as a pandas data frame, one column for each name.
+
+        Returns
+        -------
+        pandas.DataFrame
+            ``attrs["units"]`` has the columns' units by name, SI; None for texts.
+
+        Raises
+        ------
+        ImportError
+            pandas is not installed, which ab_sim does not need otherwise.
+        """
+        return data_frame(self._columns())
+
+
+def drawn(picture: str, *results: object) -> Figure:
+    """Return the figure of a result's ``_picture``."""
+    return cast("Figure", import_module(DRAWERS).figure_of(picture, *results))
+
+
+def data_frame(columns: Columns) -> DataFrame:
+    """Return columns as a pandas data frame; see ``Presented.to_dataframe``."""
+    try:
+        from pandas import DataFrame
+    except ImportError as error:
+        raise ImportError(
+            "to_dataframe() needs pandas, which is not installed: pip install pandas"
+        ) from error
+    frame = DataFrame({name: column.values for name, column in columns.items()})
+    frame.attrs["units"] = {name: column.unit for name, column in columns.items()}
+    return frame
+
+
+def number(value: float | None, unit: str = "") -> str:
+    """Return a number in a few digits with its unit; a dash for None."""
+    if value is None:
+        return "-"
+    return f"{value:.4g} {unit}".rstrip()
+
+
+def finite_or_none(value: Any) -> Any:
+    """Return a report's values with None for every non-finite number, which JSON lacks.
+
+    Args:
+        value: a number, text, or lists and mappings of them.
+    """
+    if isinstance(value, dict):
+        return {key: finite_or_none(each) for key, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite_or_none(each) for each in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def ends(first: float, last: float, unit: str) -> str:
+    """Return a range in words."""
+    return f"{first:.4g} to {last:.4g} {unit}"
+
+
+def _html(columns: Columns, rows: int) -> str:
+    count = len(next(iter(columns.values())).values) if columns else 0
+    if not count:
+        return ""
+    head = "".join(
+        f"<th>{escape(titled(name, column.unit))}</th>" for name, column in columns.items()
+    )
+    body = "".join(
+        "<tr>" + "".join(f"<td>{_cell(c.values[k])}</td>" for c in columns.values()) + "</tr>"
+        for k in range(min(rows, count))
+    )
+    more = f"<p>and {count - rows} more rows</p>" if count > rows else ""
+    return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>{more}"
+
+
+def titled(name: str, unit: str | None) -> str:
+    """Return a name with its unit, if there is one to show."""
+    return name if unit in (None, "1", "-") else f"{name} [{unit}]"
+
+
+def _cell(value: object) -> str:
+    # numpy's floats are Python's, too.
+    if isinstance(value, float):
+        return f"{value:.6g}"
+    if isinstance(value, Sequence) and not isinstance(value, str):
+        return escape(", ".join(f"{x:.4g}" if isinstance(x, float) else str(x) for x in value))
+    return "-" if value is None else escape(str(value))

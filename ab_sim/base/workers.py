@@ -1,0 +1,176 @@
+"""A function applied to many items, in several processes if their start pays off."""
+
+import contextlib
+import multiprocessing
+import os
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from multiprocessing import resource_tracker
+from multiprocessing.connection import Connection
+from multiprocessing.process import BaseProcess
+from typing import TypeVar, cast
+
+from ab_sim.base.errors import AbSimError
+from ab_sim.base.interruption import kept_from_children
+
+CHUNK = 16
+"""Number of items that a process gets at a time, by default."""
+TRIAL = 0.5
+"""Time in which this process works alone, to estimate the total time [s]."""
+AHEAD = 3
+"""Number of parts that are sent to each process before results are waited for."""
+WORTH_IT = 20.0
+"""Estimated time above which processes are started, which takes some seconds [s]."""
+
+KEPT = "what is done is kept, the same command goes on"
+"""Text for shared work that ends early: finished work is on disk."""
+
+Item = TypeVar("Item")
+Result = TypeVar("Result")
+
+
+class WorkerLost(AbSimError):
+    """A worker process has ended."""
+
+    exit_code = 1
+
+
+class Workers:
+    """A context manager with worker processes, started when the work takes long.
+
+    Threads would compete for Python's lock: a point of a map is mostly Python. Processes are
+    spawned, since a fork would break locks and threads of the machine code. So a program that uses
+    more than one needs the usual ``if __name__ == "__main__":``.
+
+    ``concurrent.futures.ProcessPoolExecutor`` starts processes while it waits for others; if one is
+    killed meanwhile, it fails or hangs. Here each process has its own pipe, whose end shows that
+    the process has ended.
+
+    Args:
+        count: number of processes; 1: no other process.
+    """
+
+    def __init__(self, count: int) -> None:
+        self._count, self._warm, self._spent = count, False, 0.0
+        self._processes: list[BaseProcess] = []
+        self._idle: queue.SimpleQueue[Connection] = queue.SimpleQueue()
+        self._threads: ThreadPoolExecutor | None = None
+
+    def __enter__(self) -> "Workers":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for process in self._processes:
+            process.terminate()
+        if self._threads is not None:
+            self._threads.shutdown(cancel_futures=True)
+        for process in self._processes:
+            process.join()
+
+    def each(
+        self,
+        function: Callable[[Item], Result],
+        items: Sequence[Item],
+        chunk: int = CHUNK,
+    ) -> Iterator[Result]:
+        """Yield results in the order of the items, as they are computed.
+
+        Args:
+            function: of a module, or a partial of one.
+            items: its arguments.
+            chunk: number of items that a process gets at a time.
+
+        Raises:
+            WorkerLost: a worker process has ended.
+        """
+        done, spent = 0, 0.0
+        while self._threads is None and done < len(items):
+            begin = time.perf_counter()
+            result = function(items[done])
+            took, done = time.perf_counter() - begin, done + 1
+            yield result
+            if not self._warm:  # the first item loads the kernels
+                self._warm = True
+                continue
+            spent, self._spent = spent + took, self._spent + took
+            ahead = spent * (len(items) - done) / done
+            # A caller with much work before is likely to continue.
+            if self._count > 1 and spent > TRIAL and max(ahead, self._spent) > WORTH_IT:
+                self._start()
+        if self._threads is not None and done < len(items):
+            size = max(1, min(chunk, (len(items) - done) // self._count))
+            parts = (items[first : first + size] for first in range(done, len(items), size))
+            yield from self._shared(function, parts)
+
+    def _shared(
+        self, function: Callable[[Item], Result], parts: Iterator[Sequence[Item]]
+    ) -> Iterator[Result]:
+        """Yield results of parts, with a few parts ahead: there may be millions in all."""
+        assert self._threads is not None
+        sent: deque[Future[Sequence[Result]]] = deque()
+        for part in parts:
+            sent.append(self._threads.submit(self._request, function, part))
+            if len(sent) >= AHEAD * self._count:
+                yield from sent.popleft().result()
+        while sent:
+            yield from sent.popleft().result()
+
+    def _start(self) -> None:
+        context = multiprocessing.get_context("spawn")
+        with kept_from_children():
+            resource_tracker.ensure_running()  # which the first process would start otherwise
+        with kept_from_children():  # again: the tracker has unblocked the signals
+            for _ in range(self._count):
+                here, there = context.Pipe()
+                process = context.Process(target=_work, args=(there,), daemon=True)
+                process.start()
+                self._processes.append(process)
+                there.close()  # so that the end of the process is the end of the pipe
+                self._idle.put(here)
+        self._threads = ThreadPoolExecutor(self._count)  # a thread waits for each process
+
+    def _request(
+        self, function: Callable[[Item], Result], items: Sequence[Item]
+    ) -> Sequence[Result]:
+        connection = self._idle.get()
+        try:
+            connection.send((function, items))
+            results, error = connection.recv()
+        except (EOFError, OSError) as ended:
+            raise WorkerLost(
+                "a process that shared the work was ended, by a signal or for want of memory; "
+                f"{KEPT}"
+            ) from ended
+        finally:
+            self._idle.put(connection)
+        if error is not None:
+            raise error
+        return cast(Sequence[Result], results)
+
+
+def _work(connection: Connection) -> None:
+    threading.Thread(target=_exit_with_parent, daemon=True).start()
+    while True:
+        try:
+            function, items = connection.recv()
+        except EOFError:
+            return
+        results, raised = [], None
+        try:
+            results = [function(item) for item in items]
+        except Exception as error:
+            raised = error
+        connection.send((results, raised))
+
+
+def _exit_with_parent() -> None:
+    """End this process when its parent has ended."""
+    parent = multiprocessing.parent_process()
+    if parent is not None:
+        with contextlib.suppress(OSError):
+            parent.join()
+        os._exit(1)

@@ -1,7 +1,0 @@
-"""Many runs at once: `simulate_batch`."""
-
-from ab_sim.batch.prepared_run import BatchRun
-from ab_sim.batch.result import Batch
-from ab_sim.batch.simulate import simulate_batch
-
-__all__ = ["Batch", "BatchRun", "simulate_batch"]

@@ -1,0 +1,263 @@
+"""Evaluation of runs as they are computed: samples stay in memory until metrics are known."""
+
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from ab_sim.analysis.metrics.judging import JudgedRuns
+from ab_sim.analysis.metrics.metric import metrics_named
+from ab_sim.analysis.metrics.of_run import metrics_of_runs
+from ab_sim.design.batch.lane_group import LaneGroup, LaneStarts
+from ab_sim.design.batch.prepared_run import BatchRun, PreparedRun, StepPlanKey, grouped
+from ab_sim.design.batch.run_columns import Split
+from ab_sim.design.batch.run_prepared import DoneRuns, run_prepared
+from ab_sim.drive.trajectory import column_of, whirl_of
+from ab_sim.engine.stepping.side_by_side import LANES, LaneSamples
+
+SAMPLES_AT_ONCE = 2**22
+"""Number of sample values in memory at a time, 32 MB.
+
+Blocks of this size cover enough runs to make the overhead of numpy's calls small.
+"""
+
+_COPIED_AT_ONCE = 2**22
+"""Number of sample values that are copied at a time to make them contiguous."""
+
+
+class JudgedPart(NamedTuple):
+    """Results of some runs."""
+
+    runs: np.ndarray
+    """Indices of the runs."""
+    metrics: dict[str, list[Any]]
+    """Metrics by key as in reports; None for failed runs."""
+    failures: list[str]
+    """Reason of each run's early end; empty if complete."""
+    aborts: list[str]
+    """Reason of each run's abort to standstill; empty if not aborted."""
+    in_lanes: bool
+    """Flag of runs computed in lanes."""
+    seconds: float
+    """CPU time of the steps [s]."""
+
+
+class LaneSource(Protocol):
+    """Runs of one group, computed side by side; ``rows`` selects some of them."""
+
+    first: PreparedRun
+    """Any run of the group."""
+
+    def starts(self, rows: np.ndarray) -> LaneStarts:
+        """Return the start data of runs."""
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        """Return the step plan keys of up to eight runs, or one key common to all."""
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        """Return the data that metrics need of runs."""
+
+
+class _PreparedGroup:
+    """Prepared runs of one group."""
+
+    def __init__(self, runs: Sequence[PreparedRun]) -> None:
+        self.first, self._runs = runs[0], runs
+
+    def starts(self, rows: np.ndarray) -> LaneStarts:
+        return LaneStarts.of([self._runs[row] for row in rows])
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        return [self._runs[row].step_plan_key for row in rows]
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        return JudgedRuns([self._runs[row].scene for row in rows], self.first.steps)
+
+
+def judged_parts(
+    split: Split | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Run and evaluate runs, part by part.
+
+    Args:
+        split: runs in columns.
+        prepared: other runs by number.
+        keys: keys of the metrics.
+    """
+    if split is not None:
+        yield from _in_lanes(split.columns, split.rows, split.rows, keys)
+    numbers = list(prepared)
+    for members in grouped(list(prepared.values())).values():
+        runs = np.array([numbers[i] for i in members])
+        group = [prepared[run] for run in runs.tolist()]
+        if group[0].fits_lane and not group[0].scene.pickups:
+            yield from _in_lanes(_PreparedGroup(group), np.arange(len(group)), runs, keys)
+        else:
+            yield from _one_by_one(group, runs, keys)
+
+
+def _in_lanes(
+    source: LaneSource, rows: np.ndarray, numbers: np.ndarray, keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Compute the runs of a group side by side.
+
+    Args:
+        source: source of these runs.
+        rows: their rows in the source.
+        numbers: their numbers.
+        keys: keys of the metrics.
+    """
+    first = source.first
+    lane_group, most = LaneGroup(first, 1), _at_once(first)
+    room = _Room(first, min(most, len(rows) + LANES))
+    for begin in range(0, len(rows), most):
+        which, seconds = rows[begin : begin + most], 0.0
+        starts, sound = source.starts(which), np.zeros(len(which), int)
+        for at in range(0, len(which), LANES):
+            eight = slice(at, min(at + LANES, len(which)))
+            keys_of_eight = source.step_plan_keys(which[eight])
+            steps, spent = lane_group.run(starts.rows(eight), keys_of_eight, room.eight(at))
+            sound[eight], seconds = steps[: eight.stop - at], seconds + spent
+            room.look(at)
+        failures = [first.failure_after(steps) for steps in sound.tolist()]
+        good = np.flatnonzero(sound >= first.steps)
+        runs, kept = source.judged(which[good]), room.of(good)
+        metrics = _reported(runs, first.channels, keys, *kept)
+        spread = {key: _spread(values, good, len(which)) for key, values in metrics.items()}
+        yield JudgedPart(
+            numbers[begin : begin + most], spread, failures, [""] * len(failures), True, seconds
+        )
+
+
+class _Room:
+    """Memory for samples and whirl of runs, reused for the next ones.
+
+    Args:
+        first: any of the runs.
+        runs: largest number of runs.
+    """
+
+    def __init__(self, first: PreparedRun, runs: int) -> None:
+        # Each channel is contiguous, because metrics process one after the other. Padding between
+        # channels keeps them from mapping to the same cache lines.
+        steps, channels = first.steps, first.channels
+        self._lines = np.empty((runs, len(channels), (steps // 16 + 1) * 16 + 8))
+        self._samples = self._lines[:, :, :steps].transpose(0, 2, 1)
+        self._x, self._y = (self._lines[:, column_of(axis, channels), :steps] for axis in "xy")
+        self._whirl = None if "z" in channels else np.empty((runs, steps))
+
+    def eight(self, at: int) -> LaneSamples:
+        """Return the memory for the samples of eight runs."""
+        return LaneSamples.by_channel(self._lines[at : at + LANES])
+
+    def look(self, at: int) -> None:
+        """Compute the whirl of eight runs while their samples are in the cache."""
+        eight = slice(at, at + LANES)
+        if self._whirl is not None:
+            with np.errstate(all="ignore"):  # some runs may have diverged
+                self._whirl[eight] = whirl_of(self._x[eight], self._y[eight])
+
+    def of(self, runs: np.ndarray) -> tuple[np.ndarray, np.ndarray | None]:
+        """Return samples (runs, samples, channels) and whirl of runs in rising order."""
+        all_first = len(runs) == 0 or len(runs) == runs[-1] + 1
+        which = slice(0, len(runs)) if all_first else runs
+        return self._samples[which], None if self._whirl is None else self._whirl[which]
+
+
+def _one_by_one(
+    group: Sequence[PreparedRun], numbers: np.ndarray, keys: Sequence[str]
+) -> Iterator[JudgedPart]:
+    """Compute the runs of a group without lanes, or with sensors."""
+    most = _at_once(group[0])
+    for begin in range(0, len(group), most):
+        done = run_prepared(group[begin : begin + most], every=1)
+        metrics = _of_runs(done.runs, keys)
+        failures, lanes = [run.failure for run in done.runs], done.in_lanes > 0
+        aborts = [run.aborted for run in done.runs]
+        part = numbers[begin : begin + most]
+        yield JudgedPart(part, metrics, failures, aborts, lanes, done.integration_seconds)
+
+
+def run_and_judge(
+    prepared: Sequence[PreparedRun],
+    every: int,
+    keys: Sequence[str],
+    progress: Callable[[int, int], None] | None = None,
+) -> tuple[DoneRuns, dict[str, list[Any]]]:
+    """Run, evaluate, and keep samples.
+
+    Args:
+        prepared, every, progress: see ``run_prepared``.
+        keys: keys of the metrics, which are computed from every step.
+
+    Returns:
+        Finished runs; reported metrics of each run by key, None for failed runs.
+    """
+    runs: list[Any] = [None] * len(prepared)
+    metrics: dict[str, list[Any]] = {key: [None] * len(prepared) for key in keys}
+    seconds, done, in_lanes = 0.0, 0, 0
+    for members in grouped(prepared).values():
+        most = _at_once(prepared[members[0]])
+        for begin in range(0, len(members), most):
+            chosen = members[begin : begin + most]
+            part = run_prepared([prepared[i] for i in chosen], every=1)
+            found = _of_runs(part.runs, keys)
+            for at, i in enumerate(chosen):
+                run = part.runs[at]
+                runs[i] = run._replace(trajectory=run.trajectory.decimated(every))
+                for key in keys:
+                    metrics[key][i] = found[key][at]
+            seconds, done = seconds + part.integration_seconds, done + len(chosen)
+            in_lanes += part.in_lanes
+            if progress is not None:
+                progress(done, len(prepared))
+    return DoneRuns(tuple(runs), in_lanes, seconds), metrics
+
+
+def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
+    """Return metrics of runs of one group from their samples; None for failed runs."""
+    good = [at for at, run in enumerate(runs) if not run.failure]
+    found: dict[str, list[Any]] = {key: [] for key in keys}
+    largest = max((runs[at].trajectory.samples.size for at in good), default=1)
+    each = max(1, _COPIED_AT_ONCE // largest)
+    for begin in range(0, len(good), each):
+        some = [runs[at] for at in good[begin : begin + each]]
+        paths = [run.trajectory for run in some]
+        judged = JudgedRuns([run.scene for run in some], len(paths[0]))
+        alone = len(paths) == 1
+        samples = paths[0].samples[None] if alone else np.stack([p.samples for p in paths])
+        for key, values in _reported(judged, paths[0].channels, keys, samples).items():
+            found[key] += values
+    return {key: _spread(values, np.array(good, int), len(runs)) for key, values in found.items()}
+
+
+def _reported(
+    runs: JudgedRuns,
+    channels: tuple[str, ...],
+    keys: Sequence[str],
+    samples: np.ndarray,
+    whirl: np.ndarray | None = None,
+) -> dict[str, list[Any]]:
+    """Return metrics as in reports."""
+    if not len(runs):
+        return {key: [] for key in keys}
+    found = metrics_of_runs(runs, channels, samples, keys, whirl)
+    e = runs.numbers.eccentricity
+    return {
+        metric.key: metric.all_as_reported(found[metric.key], e) for metric in metrics_named(keys)
+    }
+
+
+def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
+    """Return a list of ``count`` entries with values at some places, None at the others."""
+    if len(values) == count:
+        return values
+    found = [None] * count
+    for place, value in zip(places.tolist(), values, strict=True):
+        found[place] = value
+    return found
+
+
+def _at_once(run: PreparedRun) -> int:
+    """Return how many such runs have their samples in memory at a time, a multiple of eight."""
+    return max(1, SAMPLES_AT_ONCE // (run.steps * len(run.channels)) // LANES) * LANES

@@ -1,0 +1,221 @@
+"""Groups of runs computed eight side by side: start data and work arrays."""
+
+import functools
+import time
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.design.batch.lanes import merged
+from ab_sim.design.batch.prepared_run import PreparedRun, StepPlanKey
+from ab_sim.engine.compiling import BoundFunction, compiled
+from ab_sim.engine.events.run import Run
+from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
+from ab_sim.engine.kernels.code import Code, code_of
+from ab_sim.engine.stepping.assemble import known_of, run_of
+from ab_sim.engine.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
+from ab_sim.engine.stepping.settle import SOUND, settle_address
+from ab_sim.engine.stepping.side_by_side import (
+    LANES,
+    LanePlan,
+    LaneRuns,
+    LaneSamples,
+    advance_side_by_side,
+    stacked,
+)
+from ab_sim.engine.stepping.watch import size_of_seen, watch_address
+from ab_sim.engine.taylor.assemble import lanes_of
+from ab_sim.engine.taylor.run import TaylorRuns
+from ab_sim.engine.taylor.side_by_side import advance_by_taylor_side_by_side
+from ab_sim.model.dynamics.assemble import start_discrete_state, start_state, state_bounds
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import FIRST_TURNS, FORMULA_COLUMNS, TURNS
+
+
+class LaneStarts(NamedTuple):
+    """Start data of runs, a row each."""
+
+    constants: np.ndarray
+    """Raw constants, shape (runs, constants): see ``kernels.constants.numbers_of``."""
+    bounds: np.ndarray
+    """Magnitudes beyond which a run has diverged, shape (runs, states)."""
+    state: np.ndarray
+    """Initial states, shape (runs, states)."""
+    discrete: np.ndarray
+    """Branches and turns, shape (runs, balls + 1, columns): see ``BallEvents.discrete``."""
+    contacts: np.ndarray
+    """Neighbours along the race, shape (runs, contacts, 2): see ``BallEvents.contacts``."""
+
+    @classmethod
+    def of(cls, runs: Sequence[PreparedRun]) -> "LaneStarts":
+        """Return the start data of prepared runs of one group."""
+        rows = [_start_of(run) for run in runs]
+        return cls(*(np.array(column) for column in zip(*rows, strict=True)))
+
+    def rows(self, which: slice) -> "LaneStarts":
+        """Return the start data of some of the runs."""
+        return LaneStarts(*(column[which] for column in self))
+
+
+def _start_of(run: PreparedRun) -> tuple[np.ndarray, ...]:
+    system = run.system
+    return (
+        run.numbers,
+        state_bounds(system, run.scene.solver.step / run.stepper.parts),
+        start_state(run.scene, system),
+        start_discrete_state(run.scene, system),
+        system.contacts,
+    )
+
+
+class _Work(NamedTuple):
+    """Work arrays of eight runs along one kind of segment."""
+
+    lanes: LaneRuns | TaylorRuns
+    alone: tuple[Run, ...]
+    """Separate work for each run if the scene has events; otherwise empty."""
+    advance: BoundFunction
+    """Function that takes the steps of a plan."""
+    code: Code
+    """Compiled code; the reference keeps the functions alive."""
+
+
+class LaneGroup:
+    """Work arrays and code shared by the runs of one group, side by side.
+
+    Args:
+        first: any run of the group.
+        every: number of steps between samples.
+    """
+
+    def __init__(self, first: PreparedRun, every: int) -> None:
+        self._first, self._every = first, every
+        self._made: dict[type, _Work] = {}
+
+    def run(
+        self, starts: LaneStarts, keys: Sequence[StepPlanKey], samples: LaneSamples
+    ) -> tuple[np.ndarray, float]:
+        """Run up to eight runs.
+
+        Args:
+            starts: start data of the runs.
+            keys: keys of their step plans, or one key common to all.
+            samples: output for eight lanes; unused lanes repeat the last run.
+
+        Returns:
+            Number of finite steps of each run, shape (8,), and CPU time [s].
+        """
+        kind, plan = _plan(tuple(keys), self._first.steps)
+        if kind not in self._made:
+            self._made[kind] = self._work(kind)
+        work = self._made[kind]
+        _begin(work, starts)
+        begin = time.thread_time()
+        work.advance(plan, samples)
+        return work.lanes.sound, time.thread_time() - begin
+
+    def _work(self, kind: type) -> _Work:
+        """Return work arrays without start data."""
+        system, told = self._first.system, self._first.stepper.weights
+        code = code_of(system, kind)
+        if isinstance(told, TaylorParameters):
+            step = self._first.scene.solver.step
+            own = lanes_of(system, code, told, step, self._every, LANES)
+            return _Work(own, (), compiled(advance_by_taylor_side_by_side).bind(own), code)
+        lanes = self._lanes(code)
+        if not code.model.has_events:
+            return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
+        alone: Any = tuple(self._alone(code) for _ in range(LANES))
+        over_events = self._over_events(lanes, code, alone)
+        advance = compiled(advance_over_events, known_of(alone[0]))
+        return _Work(lanes, alone, advance.bind(over_events), code)
+
+    def _over_events(self, lanes: LaneRuns, code: Code, alone: EightRuns) -> LanesOverEvents:
+        contact, table = code.model.has_contact, alone[0].balls.table
+        return LanesOverEvents(
+            lanes,
+            has_contact=contact,
+            watch=0 if contact else watch_address(code, LANES),
+            seen=_room(size_of_seen(code)),
+            evaluate=code.address("evaluate", LANES) if contact else 0,
+            x=_room(len(alone[0].balls.x)),
+            motor=_room(len(alone[0].balls.motor)),
+            table=_room(table.size).reshape(*table.shape, LANES),
+            found=np.zeros(LANES),
+            again=np.zeros(LANES),
+            one=alone,
+        )
+
+    def _alone(self, code: Code) -> Run:
+        """Return the work of a single run."""
+        first = self._first
+        states, system = layout_of(first.system).size, first.system
+        own = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
+        return run_of(
+            own,
+            code,
+            code.step(first.stepper.weights, parts=first.stepper.parts),
+            first.scene.solver.step,
+            np.zeros(states),
+            start_discrete_state(first.scene, first.system),
+            np.zeros(states),
+        )
+
+    def _lanes(self, code: Code) -> LaneRuns:
+        first = self._first
+        layout, n = layout_of(first.system), first.balls
+        quaternion = type(first.system.deck_model).UNIT_AT
+        return LaneRuns(
+            prepare=code.address("prepare", LANES),
+            slope=0 if code.model.has_events else code.address("slope", LANES),
+            step=code.step(first.stepper.weights, LANES, first.stepper.parts),
+            settle=settle_address(code, layout, quaternion, LANES),
+            finish=code.address("finish", LANES),
+            c=_room(code.size),
+            b=_room(code.branches()),
+            place=code.layout.place,
+            step_length=first.scene.solver.step,
+            every=self._every,
+            bounds=_room(layout.size),
+            state=_room(layout.size),
+            turns=_room(n + code.model.has_motor),
+            said=_room(2),
+            sound=np.zeros(LANES),
+            slopes=_room(layout.size),
+            trial=_room(layout.size),
+            row=_room(code.emission.row_channels),
+            times=_room(4),
+        )
+
+
+def _room(lines: int) -> np.ndarray:
+    return stacked([np.zeros(lines)] * LANES)
+
+
+def _begin(work: _Work, starts: LaneStarts) -> None:
+    """Copy start data of runs into work arrays."""
+    lanes, count = work.lanes, len(starts.constants)
+    turns = starts.discrete[:, : len(lanes.turns), TURNS]
+    places = lanes.c[: lanes.place], lanes.bounds, lanes.state, lanes.turns
+    columns = starts.constants, starts.bounds, starts.state, turns
+    for place, column in zip(places, columns, strict=True):
+        place[:, :count] = column.T
+        place[:, count:] = column[-1:].T
+    lanes.said[SOUND], lanes.sound[:] = 1.0, 0.0
+    for lane, run in enumerate(work.alone):
+        row, balls, n = min(lane, count - 1), run.balls, run.balls.number
+        constants = starts.constants[row]
+        run.scene.c[: len(constants)] = constants
+        columns_of_balls = constants[len(constants) - n * len(FORMULA_COLUMNS) :]
+        balls.constants[:, FORMULA_COLUMNS] = columns_of_balls.reshape(len(FORMULA_COLUMNS), n).T
+        balls.constants[:, FIRST_TURNS] = starts.discrete[row, :n, TURNS]
+        balls.contacts[:], balls.discrete[:] = starts.contacts[row], starts.discrete[row]
+        run.work.bounds[:], run.work.counts[:] = starts.bounds[row], 0
+
+
+@functools.lru_cache(maxsize=8)
+def _plan(keys: tuple[StepPlanKey, ...], steps: int) -> tuple[type, LanePlan]:
+    """Return the merged plan of eight runs, cached for runs with equal profiles."""
+    lanes = [*keys, *[keys[-1]] * (LANES - len(keys))]
+    return merged([key.step_ranges(steps) for key in lanes], keys[0].grid.step)

@@ -1,0 +1,387 @@
+"""Runs that differ in a few numbers only, as columns that are checked and prepared together.
+
+A scene's checks of numbers and the kernel's constants are arithmetic. With arrays they give the
+same bits. This is known for some keys and scenes, see ``columns_of``, and for values far from a
+limit. All other runs are checked by their scene one by one, which reports errors.
+"""
+
+import functools
+import math
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, overload
+
+import numpy as np
+
+from ab_sim.analysis.metrics.judging import JudgedRuns, RunNumbers, limits_of
+from ab_sim.base.errors import SceneError
+from ab_sim.design.batch.lane_group import LaneStarts
+from ab_sim.design.batch.prepared_run import PreparedRun, StepPlanKey
+from ab_sim.engine.integrate.choose import USUAL, top_speed
+from ab_sim.engine.integrate.limits import stability_limit
+from ab_sim.engine.integrate.registry import AUTO, stepper_named
+from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.engine.kernels.constants import flattened, numbers_of
+from ab_sim.model.dynamics.assemble import of_ball
+from ab_sim.model.dynamics.deck_models.planar import poles_of
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import FORMULA_COLUMNS, TURNS, has_contact, has_gravity, has_motor
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.neighbours import reduced, start_angles
+from ab_sim.model.equations.planar import Planar
+from ab_sim.model.equations.sums import over_effects
+from ab_sim.model.spindle import Ramp
+from ab_sim.scene.bounds import bounds_at
+from ab_sim.scene.load import changed_scene
+from ab_sim.scene.model import Scene
+
+_ANGLES = "start.ball_angles"
+_FAR_FROM_LIMIT, _BELOW_LIMIT = 0.8, 0.98
+"""Fractions of a stepper's stability limit up to which a run is certainly stable.
+
+The first is for several sampled directions. The second is for a direction whose limit is known up
+to rounding.
+"""
+
+_CHECKED_AT_ONCE = 2048
+"""Number of runs per block; each needs some hundred numbers temporarily."""
+
+
+class _Bodies(NamedTuple):
+    """Numbers of scenes, each a float or a column."""
+
+    eccentricity: Any
+    """Eccentricity [m]."""
+    ball_mass: Any
+    """Ball mass [kg]; None if balls have different masses."""
+    total_mass: Any
+    """Total mass [kg]."""
+    balls_mass: Any
+    """Mass of all balls [kg]."""
+    eccentric_mass: Any
+    """Eccentric mass [kg]."""
+    race_radius: Any
+    """Race radius [m]."""
+    effects: tuple[Any, ...]
+
+
+class RunColumns:
+    """Runs of a scene with other values at some keys; see ``columns_of``.
+
+    Args:
+        base: prepared run of the scene without variations.
+        values: column per key, shape (runs,), or (runs, entries) for lists.
+        bodies: numbers of the scenes.
+    """
+
+    def __init__(
+        self, base: PreparedRun, values: Mapping[str, np.ndarray], bodies: _Bodies
+    ) -> None:
+        self.first = base
+        """Prepared run of the same kind."""
+        self._values, self._bodies = values, bodies
+        self._start = LaneStarts.of([base])
+
+    def starts(self, rows: np.ndarray) -> LaneStarts:
+        """Return the start data of some runs."""
+        starts = LaneStarts(*(np.repeat(each, len(rows), axis=0) for each in self._start))
+        if _ANGLES in self._values:
+            angles = layout_of(self.first.system).angles
+            within, turns = _reduced(self._values[_ANGLES][rows])
+            starts.state[:, angles], starts.discrete[:, :-1, TURNS] = within, turns
+        return starts._replace(constants=self._constants(rows))
+
+    def step_plan_keys(self, rows: np.ndarray) -> Sequence[StepPlanKey]:
+        """Return the step plan key, which is common to all runs."""
+        return [self.first.step_plan_key]
+
+    def judged(self, rows: np.ndarray) -> JudgedRuns:
+        """Return the data that metrics need of some runs."""
+        scenes = _LazyScenes(self.first.scene, self._values, rows)
+        return JudgedRuns(scenes, self.first.steps, self._numbers(rows))
+
+    def _constants(self, rows: np.ndarray) -> np.ndarray:
+        """Return the constants as in ``numbers_of``, shape (rows, constants)."""
+        system, bodies = self.first.system, _taken(self._bodies, rows)
+        found = np.tile(numbers_of(system), (len(rows), 1))
+        names = [name for name, _ in flattened((system.deck_model, system.effects), "")]
+        deck = _deck(bodies, system.deck_model)
+        parts = {f".0.{name}": value for name, value in deck._asdict().items()}
+        for k, effect in enumerate(bodies.effects):
+            parts |= {f".1.{k}.{name}": value for name, value in effect._asdict().items()}
+        for name, value in parts.items():
+            if isinstance(value, np.ndarray):
+                found[:, names.index(name)] = value
+        n, columns = len(system.balls), found[:, len(names) :]
+        for i in range(n):
+            row = self._ball(bodies, i)
+            for k, column in enumerate(FORMULA_COLUMNS):
+                columns[:, k * n + i] = row[column]
+        return found
+
+    def _ball(self, bodies: _Bodies, ball: int) -> tuple[Any, ...]:
+        scene = self.first.scene
+        mass = scene.balls.masses[ball] if bodies.ball_mass is None else bodies.ball_mass
+        own = Ball(mass, scene.balls.radii[ball])
+        constants = of_ball(own, bodies.race_radius, bodies.effects)
+        return *constants, scene.race.heights[scene.balls.races[ball]]
+
+    def _numbers(self, rows: np.ndarray) -> RunNumbers:
+        scene, bodies = self.first.scene, _taken(self._bodies, rows)
+        unbalance = bodies.eccentric_mass * bodies.eccentricity
+        masses = scene.balls.masses
+        if bodies.ball_mass is not None:
+            masses = (bodies.ball_mass,) * len(masses)
+        moments = [mass * bodies.race_radius for mass in masses]
+        heights = [scene.race.heights[race] for race in scene.balls.races]
+
+        def column(value: Any) -> np.ndarray:
+            return np.broadcast_to(value, len(rows))
+
+        def of_balls(values: list[Any]) -> np.ndarray:
+            found = np.empty((len(rows), len(values)))
+            for ball, value in enumerate(values):
+                found[:, ball] = value
+            return found
+
+        most_unbalance, most_couple = map(column, limits_of(scene))
+        angles = of_balls(list(start_angles(scene)))
+        return RunNumbers(
+            eccentricity=column(bodies.eccentricity),
+            disc_alone=column(unbalance / bodies.total_mass),
+            unbalance=column(unbalance),
+            couple=np.zeros(len(rows), complex),
+            moments=of_balls(moments),
+            heights=of_balls(heights),
+            turning=column(bodies.eccentric_mass + bodies.balls_mass),
+            start_speed=column(scene.start.speed),
+            start_angles=self._values[_ANGLES][rows] if _ANGLES in self._values else angles,
+            most_unbalance=most_unbalance,
+            most_couple=most_couple,
+        )
+
+
+class _LazyScenes(Sequence[Scene]):
+    """Scenes of some runs, created on access."""
+
+    def __init__(self, base: Scene, values: Mapping[str, np.ndarray], rows: np.ndarray) -> None:
+        self._base, self._values, self._rows = base, values, rows
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    @overload
+    def __getitem__(self, index: int) -> Scene: ...
+
+    @overload
+    def __getitem__(self, index: slice) -> Sequence[Scene]: ...
+
+    def __getitem__(self, index: int | slice) -> Scene | Sequence[Scene]:
+        rows = self._rows[index]
+        if isinstance(index, slice):
+            return _LazyScenes(self._base, self._values, rows)
+        changes = {key: column[rows].tolist() for key, column in self._values.items()}
+        return changed_scene(self._base, changes, f"variation {rows}")
+
+
+class Split(NamedTuple):
+    """Runs of which some are computed in columns."""
+
+    columns: RunColumns
+    """All runs; only those in ``rows`` are valid."""
+    rows: np.ndarray
+    """Indices of the valid runs, rising."""
+
+
+def split_of(scene: Scene, values: Mapping[str, Sequence[Any]]) -> Split | None:
+    """Apply ``columns_of`` to a scene that may be invalid without its variations."""
+    try:
+        base = PreparedRun(scene)
+    except SceneError:
+        return None
+    return columns_of(base, values)
+
+
+def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split | None:
+    """Return the runs of a scene with varied values that can be computed in columns.
+
+    They need a planar deck without contact and motor, and effects without checks of the whole
+    scene. Varied keys may be numbers of effects, the mass and start angles of balls, the race's
+    radius, and masses and eccentricity of the rotor.
+
+    Args:
+        base: prepared run of the scene without variations.
+        values: values of all runs by dotted key [SI].
+
+    Returns:
+        The runs; None if no run can be computed in columns.
+    """
+    if not values or not _can_vary(base):
+        return None
+    found = {key: _column(base.scene, key, column) for key, column in values.items()}
+    if any(column is None for column in found.values()):
+        return None
+    columns = {key: np.asarray(column) for key, column in found.items()}
+    bodies = _bodies(base, columns)
+    count = len(next(iter(columns.values())))
+    finite = [np.isfinite(each).reshape(count, -1).all(axis=1) for each in columns.values()]
+    try:
+        sure = np.all([*finite, _sure(base, bodies, count)], axis=0)
+    except (TypeError, ValueError):  # an effect branches on its numbers
+        return None
+    rows = np.flatnonzero(sure)
+    return Split(RunColumns(base, columns, bodies), rows) if len(rows) else None
+
+
+def _can_vary(base: PreparedRun) -> bool:
+    scene = base.scene
+    effects = base.system.effects
+    if not isinstance(base.system.deck_model, Planar) or has_gravity(effects):
+        return False
+    if has_contact(effects) or has_motor(effects):
+        return False
+    if any(hasattr(effect, "check_scene") for effect in effects):
+        return False
+    # Steps along a curved profile depend on the cycle, and sensors are not covered here.
+    ramps = all(isinstance(part.segment, Ramp) for part in base.step_plan_key.scheduled_segments)
+    # Of an automatic choice, how steps are divided may differ from run to run.
+    kept = scene.solver.stepper != AUTO or base.stepper is stepper_named(USUAL)
+    return base.fits_lane and ramps and not scene.pickups and kept
+
+
+def _column(scene: Scene, key: str, values: Sequence[Any]) -> np.ndarray | None:
+    """Return values of a key, NaN if not allowed; None for a key of another kind."""
+    bounds, balls = bounds_at(scene, key), scene.balls.count
+    if bounds is None or key == _ANGLES and balls == 0:
+        return None
+    of_lists = key == _ANGLES
+    if isinstance(values, np.ndarray) and values.dtype.kind in "fi":
+        column = values.astype(float)
+        if column.shape[1:] != ((balls,) if of_lists else ()):
+            return None
+    elif of_lists:
+        none = [math.nan] * balls
+        lists = [v if type(v) in (list, tuple) and len(v) == balls else none for v in values]
+        column = np.array([[_number(number) for number in row] for row in lists])
+    else:
+        column = np.array([_number(value) for value in values])
+    return np.where(bounds.hold(column), column, np.nan)
+
+
+def _number(value: Any) -> float:
+    return float(value) if type(value) in (float, int) and abs(value) < 1e300 else math.nan
+
+
+def _bodies(base: PreparedRun, columns: Mapping[str, np.ndarray]) -> _Bodies:
+    scene = base.scene
+    effects = tuple(
+        effect._replace(**_of_section(f"effects.{name}", columns))
+        for name, effect in scene.effects.items()
+    )
+    rotor = {**dict(scene.rotor), **_of_section("rotor", columns)}
+    ball_mass = columns.get("balls.mass")
+    if ball_mass is None:
+        balls_mass: Any = scene.balls.total_mass
+    else:
+        balls_mass = scene.balls.count * ball_mass  # rounded once, as the scene's sum is
+    total_mass = rotor["total_mass"]
+    if total_mass is None:
+        total_mass = rotor["mass"] + balls_mass
+    eccentric_mass = rotor["eccentric_mass"]
+    if eccentric_mass is None:
+        eccentric_mass = total_mass - balls_mass
+    radius = columns.get("race.radius", scene.race.radius)
+    masses = total_mass, balls_mass, eccentric_mass
+    return _Bodies(rotor["eccentricity"], ball_mass, *masses, radius, effects)
+
+
+def _of_section(section: str, columns: Mapping[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Return columns of a section's keys, by the rest of the key."""
+    return {
+        key.removeprefix(f"{section}."): column
+        for key, column in columns.items()
+        if key.startswith(f"{section}.")
+    }
+
+
+def _sure(base: PreparedRun, bodies: _Bodies, count: int) -> np.ndarray:
+    """Return a mask of runs that are certainly valid with the scene's stepper."""
+    sure = np.empty(count, bool)
+    for first in range(0, count, _CHECKED_AT_ONCE):
+        rows = np.arange(first, min(first + _CHECKED_AT_ONCE, count))
+        some = _taken(bodies, rows)
+        sure[rows] = _sound(base, some) & _stable(base, some)
+    return sure
+
+
+def _sound(base: PreparedRun, bodies: _Bodies) -> Any:
+    """Return whether sections of a scene agree with each other."""
+    e, rest = np.asarray(bodies.eccentricity), bodies.total_mass - bodies.balls_mass
+    ball_radius = base.scene.balls.radius
+    largest = max(ball_radius) if isinstance(ball_radius, tuple) else ball_radius
+    sound = (rest > 0.0) & (bodies.eccentric_mass <= rest)
+    return sound & ((e == 0.0) | (e >= 1e-12)) & (bodies.race_radius > (largest or 0.0))
+
+
+def _stable(base: PreparedRun, bodies: _Bodies) -> Any:
+    """Return whether the stepper is certainly stable, as ``choose_stepper`` requires."""
+    rest, step = bodies.total_mass - bodies.balls_mass, base.scene.solver.step
+    poles = poles_of(bodies.effects, _deck(bodies, base.system.deck_model), rest)
+    whirl = np.abs(poles).max(axis=0) + top_speed(base.scene)
+    stable = (poles.real.max(axis=0) <= 0.0) & (
+        whirl * step <= _FAR_FROM_LIMIT * _reach(base.stepper)
+    )
+    if base.stepper.solves_drag:
+        return stable
+    drag_limit = _BELOW_LIMIT * stability_limit(base.stepper)
+    return stable & (_fastest_drag(base, bodies) * step <= drag_limit)
+
+
+def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
+    """Return an upper bound of ``assemble.drag_rate`` [1/s]."""
+    scene, inertia, coupled, drag = base.scene, math.inf, 0.0, 0.0
+    for m, a in zip(scene.balls.masses, scene.balls.radii, strict=True):
+        mass = m if bodies.ball_mass is None else bodies.ball_mass
+        ball: Any = Ball(mass, a)
+        spin = over_effects(bodies.effects, "ball_inertia", 0.0, ball)
+        inertia = np.minimum(inertia, mass + spin)
+        coupled = coupled + mass * mass / bodies.total_mass
+        drag = np.maximum(drag, np.abs(over_effects(bodies.effects, "ball_drag", 0.0, ball)))
+    # The smallest eigenvalue of diag(mu) - m m^T / M is at least the smallest mu minus |m|^2 / M.
+    least = np.asarray(inertia - coupled)
+    with np.errstate(divide="ignore"):
+        return np.where(least > 0.0, drag / least, np.inf) if scene.balls.count else 0.0
+
+
+@functools.lru_cache(maxsize=64)
+def _reach(stepper: Stepper) -> float:
+    """Return the radius of the stability region over all directions without growth."""
+    directions = [complex(math.cos(a), math.sin(a)) for a in np.linspace(0.5, 0.999, 31) * math.pi]
+    return min(stability_limit(stepper, each) for each in (-1.0, *directions))
+
+
+def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Apply ``neighbours.reduced`` to many angles."""
+    within, turns = angles.copy(), np.zeros(angles.shape)
+    for at in zip(*np.nonzero(np.abs(angles) > math.pi), strict=True):
+        within[at], turns[at] = reduced(float(angles[at]))
+    return within, turns
+
+
+def _deck(bodies: _Bodies, base: Planar) -> Planar:
+    """Return the deck model of scenes."""
+    return base._replace(
+        total_mass=bodies.total_mass,
+        unbalance=bodies.eccentric_mass * bodies.eccentricity,
+        eccentricity=bodies.eccentricity,
+    )
+
+
+def _taken(bodies: _Bodies, rows: np.ndarray) -> _Bodies:
+    """Return the numbers of some runs."""
+
+    def some(value: Any) -> Any:
+        return value[rows] if isinstance(value, np.ndarray) else value
+
+    effects = tuple(type(each)(*map(some, each)) for each in bodies.effects)
+    taken = _Bodies(*map(some, bodies))
+    return taken._replace(effects=effects)

@@ -1,0 +1,276 @@
+"""Search for the cheapest stepper and step that deliver a requested accuracy.
+
+The error of a method on a scene cannot be predicted: it depends on the passage through resonance,
+on events and more. The scene's own run is therefore repeated with one setting after the other. This
+takes some milliseconds each for a start-up of seconds.
+
+1. Reference. The explicit method of the highest order runs with decreasing steps until two
+   successive runs differ by far less than the requested accuracy. The last run is the reference.
+   Its difference from the run before bounds its own error, including rounding that events
+   amplify. If shorter steps no longer reduce the difference, double precision is exhausted. The
+   reference's steps are chosen so that each step of another run ends with one of them: just
+   after a jump of the spindle's acceleration, errors peak for some milliseconds, which the
+   longest steps skip. If drag alone makes the steps far shorter, the method that takes the drag
+   implicitly replaces the explicit one.
+2. Candidates. A method with a tolerance runs with the longest step of the first method, which
+   only sets the density of samples, and with tolerances from the requested accuracy downwards.
+   The other methods run with the steps that their order suggests, as long as they can be cheaper
+   than the best so far.
+3. Choice. For each method, the longest step whose error times ``SAFETY`` is within the requested
+   accuracy is timed again, in turns. The cheapest is taken. Among prices that are equal within
+   ``ALIKE``, the most accurate is taken. Errors are reproducible and clocks are not, so that the
+   choice is reproducible except at the edge of ``ALIKE``. The choice is part of the results, and
+   a recording contains it instead of the request.
+"""
+
+import math
+
+from ab_sim.base.errors import SceneError, exact
+from ab_sim.base.progress import Progress
+from ab_sim.drive.accuracy.deviation import Deviation, deviation, rounding
+from ab_sim.drive.accuracy.trials import Run, Trials, Tried
+from ab_sim.drive.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
+from ab_sim.engine.integrate.choose import STIFF, USUAL, limiting, top_speed
+from ab_sim.engine.integrate.limits import largest_step
+from ab_sim.engine.integrate.registry import parameters_of, stepper_named, steppers
+from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.model.dynamics.assemble import DRAG, linear_rates, system_of
+from ab_sim.model.dynamics.system import has_events
+from ab_sim.scene.model import Scene
+
+ALIKE = 1.15
+"""Ratio of prices below which they are equal, due to the scatter of CPU times of short runs."""
+SHARPER = 10.0
+"""Required ratio of the allowed error, with ``SAFETY``, to the difference of the references."""
+STALLED = 3
+"""Number of successive refinements without halving of the difference that indicates rounding.
+
+A refinement that increases the difference by ``SHARPER`` shows instead that earlier runs agreed by
+chance.
+"""
+SHARED = 20
+"""Factor of the reference's rung.
+
+Steps of all shorter rungs, and every second or fifth step of the others, then end at one of its
+samples.
+"""
+DRAG_RULES = 1000.0
+"""Ratio of steps without and with drag above which explicit methods are left out."""
+TOLERANCES = 6
+"""Largest number of tolerances tried per method."""
+FEWEST = 4
+"""Least number of possible steps that a period must leave."""
+
+
+def cheapest(
+    scene: Scene,
+    run: Run,
+    period: float | None = None,
+    commanded: bool = False,
+    tell: Progress | None = None,
+) -> tuple[Scene, WorkPrecision]:
+    """Return the scene with the cheapest solver that delivers its requested accuracy.
+
+    Args:
+        scene: scene with a requested accuracy.
+        run: function that runs a scene.
+        period: period [s], a whole multiple of the step, as a live node needs it.
+        commanded: whether the step has to be stable up to ``spindle.max_speed``.
+        tell: called before each run, see ``Trials``.
+
+    Raises:
+        SceneError: the accuracy cannot be reached, or not be measured in reasonable time; the
+            message states what is possible.
+        DivergedError: the scene's run diverges with every step.
+    """
+    return _Search(scene, run, period, commanded, tell).choose()
+
+
+class _Search:
+    def __init__(
+        self,
+        scene: Scene,
+        run: Run,
+        period: float | None,
+        commanded: bool,
+        tell: Progress | None,
+    ) -> None:
+        assert scene.accuracy is not None
+        self.scene, self.asked = scene, scene.accuracy
+        system = system_of(scene)
+        rates = linear_rates(system, top_speed(scene, commanded))
+        beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
+        eventful = has_events(system.effects)
+        known = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
+        self._tolerant = [s for s in known if s.keeps_tolerance]
+        by_step = [s for s in known if not s.keeps_tolerance]
+        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
+        self._usual, other = stepper_named(USUAL), stepper_named(STIFF)
+        without_drag = largest_step(self._usual, beside_drag)[0]
+        stiff = without_drag >= DRAG_RULES * longest[USUAL]
+        self._first = other if stiff else self._usual
+        # Methods with a tolerance get samples as dense as the first method's steps.
+        longest |= {stepper.name: longest[self._first.name] for stepper in self._tolerant}
+        self._others = [] if stiff else [s for s in by_step if s is not self._usual]
+        self._trials = Trials(scene, run, longest, period, tell)
+        if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
+            raise SceneError(
+                f"accuracy: a step has to go into the period of {period:g} s ({1 / period:g} 1/s) "
+                "a whole number of times, be whole nanoseconds and stable, which too few are; a "
+                "rate of 50, 100, 125, 200, 250, 500 or 1000 1/s would do, or a solver of your own"
+            )
+
+    def choose(self) -> tuple[Scene, WorkPrecision]:
+        """Find the reference, then accurate settings, then the cheapest of them."""
+        self._find_reference()
+        found = [self._longest_passing(self._first)]
+        for stepper in self._tolerant:
+            found += self._within_tolerance(stepper)
+        for stepper in sorted(self._others, key=lambda stepper: -stepper.order):
+            found += self._cheaper(stepper, min(one.seconds for one in found))
+        self._trials.time_again(found)
+        least = min(one.seconds for one in found)
+        alike = [one for one in found if one.seconds <= ALIKE * least]
+        taken = min(alike, key=lambda one: self._share(self._error(one)))
+        return taken.scene, WorkPrecision(
+            self.asked,
+            taken.stepper.name,
+            taken.step,
+            taken.parameters,
+            self._error(taken),
+            _told(self._reference),
+            self.scene.whirl_unit[1],
+            taken.seconds / self._trials.length,
+        )
+
+    def _error(self, tried: Tried) -> Deviation:
+        """Return the error bound of a run: distance from the reference plus its error."""
+        if tried is self._reference:
+            return self._doubt
+        found = self._between(tried, self._reference)
+        return Deviation(*(a + b for a, b in zip(found, self._doubt, strict=True)))
+
+    def _find_reference(self) -> None:
+        """Refine the first method's setting until changes are negligible."""
+        differences: list[Deviation] = []
+        least, stalled, enough = math.inf, 0, False
+        previous: Tried | None = None
+        rungs = self._trials.rungs(self._first)
+        for place, rung in enumerate(rungs, start=1):
+            serves, last = rung % SHARED == 0, place == len(rungs)
+            if enough and not (serves or last):
+                continue
+            tried = self._trials.run(self._first, rung, last=last)
+            if tried is None:
+                continue
+            if previous is not None:
+                differences.append(self._between(previous, tried))
+                share = self._share(differences[-1])
+                if share > SHARPER * least:
+                    least, stalled = share, 0
+                else:
+                    stalled = 0 if share < 0.5 * least else stalled + 1
+                    least = min(least, share)
+                enough = SHARPER * SAFETY * share <= 1.0 or stalled >= STALLED
+            previous = tried
+            if enough and serves:
+                break
+        assert previous is not None, "the last one of all would have raised"
+        self._reference, self._stalled = previous, stalled >= STALLED
+        newest = differences[-max(stalled, 1) :]
+        endless = [Deviation(*(math.inf,) * 4)]
+        own = rounding(previous.samples, self.scene.whirl_unit[0])
+        doubts = [own, *(newest or endless)]
+        self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
+
+    def _longest_passing(self, stepper: Stepper) -> Tried:
+        runs = [one for one in self._trials.tried if one.stepper is stepper]
+        for one in runs:
+            if self._passes(one):
+                return one
+        best = min(runs, key=lambda one: self._share(self._error(one)))
+        error = self._error(best)
+        asked_tolerances = [
+            f"accuracy.{key} = {exact(tolerance)} {unit}: the best that can be had is about "
+            f"{_rounded_up(SAFETY * found):g} {unit}"
+            for key, tolerance, found, unit in (
+                ("angle", self.asked.angle, error.angle, "rad"),
+                ("whirl", self.asked.whirl, error.whirl, self.scene.whirl_unit[1]),
+            )
+            if tolerance is not None and SAFETY * found > tolerance
+        ]
+        reason = "a shorter step is not tried"
+        if self._stalled:
+            reason = (
+                "shorter steps bring runs of this scene no closer to each other, because of "
+                "rounding and of what the motion makes of it"
+            )
+        raise SceneError(
+            f"{'; '.join(asked_tolerances)}, with {_told(best)} and a safety factor of "
+            f"{SAFETY:g}: {reason}; ask for no more"
+        )
+
+    def _cheaper(self, stepper: Stepper, work_precision: float) -> list[Tried]:
+        """Return the longest accurate step of another method, if it may be cheaper."""
+        rungs = self._trials.rungs(stepper)
+        at, failed = 0, -1
+        while at < len(rungs):
+            if self._trials.expected(stepper, rungs[at], like=self._usual) > ALIKE * work_precision:
+                return []
+            tried = self._trials.run(stepper, rungs[at])
+            if tried is not None and self._passes(tried):
+                # The expected step may be too short: try longer ones while they pass.
+                for longer in range(at - 1, failed, -1):
+                    better = self._trials.run(stepper, rungs[longer])
+                    if better is None or not self._passes(better):
+                        break
+                    tried = better
+                return [tried]
+            failed, wanted = at, 0.0
+            if tried is not None:
+                ratio = SAFETY * self._share(self._error(tried))
+                wanted = 0.9 * rungs[at] * ratio ** (1.0 / stepper.order)
+            at += 1
+            while at < len(rungs) and rungs[at] < wanted:
+                at += 1
+        return []
+
+    def _within_tolerance(self, stepper: Stepper) -> list[Tried]:
+        """Return the largest accurate tolerance of a method with tolerances."""
+        radius, unit = self.scene.race.radius, self.scene.whirl_unit[0]
+        asked = [self.asked.angle, self.asked.whirl and self.asked.whirl * unit / radius]
+        allowed = parameters_of(stepper.name)["tolerance"]
+        largest = min(*(one for one in asked if one is not None), allowed.highest)
+        (rung, *_), first = self._trials.rungs(stepper), math.floor(math.log10(largest))
+        for power in range(first, first - TOLERANCES, -1):
+            tolerance = max(10.0**power, allowed.lowest)
+            tried = self._trials.run(stepper, rung, {"tolerance": tolerance})
+            if tried is None:
+                return []
+            if self._passes(tried):
+                return [tried]
+        return []
+
+    def _between(self, one: Tried, other: Tried) -> Deviation:
+        common = math.gcd(one.kept, other.kept)
+        a, b = (each.samples.every(each.kept // common) for each in (one, other))
+        return deviation(a, b, self.scene.whirl_unit[0])
+
+    def _share(self, error: Deviation) -> float:
+        """Return the error relative to the requested one."""
+        return share_of(self.asked, error.angle, error.whirl)
+
+    def _passes(self, tried: Tried) -> bool:
+        return SAFETY * self._share(self._error(tried)) <= 1.0
+
+
+def _told(tried: Tried) -> str:
+    return setting(tried.stepper.name, tried.step, tried.parameters)
+
+
+def _rounded_up(value: float) -> float:
+    """Round up to two digits, so that a request of this accuracy succeeds."""
+    if not 0.0 < value < math.inf:
+        return value
+    digit = 10.0 ** (math.floor(math.log10(value)) - 1)
+    return math.ceil(value / digit * (1 - 1e-12)) * digit

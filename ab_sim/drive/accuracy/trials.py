@@ -1,0 +1,185 @@
+"""Trial runs of a scene with different settings, within a budget of CPU time."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import NamedTuple
+
+from ab_sim.base.errors import DivergedError, SceneError, exact
+from ab_sim.base.progress import Progress
+from ab_sim.drive.accuracy.deviation import MOST_SAMPLES, Samples
+from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.scene.load import with_solver
+from ab_sim.scene.model import Scene
+
+RUNGS = tuple(c * 10**d for d in range(4) for c in (1, 2, 4, 5))
+"""Divisors of the longest step: they give 10, 5, 2.5, 2, 1 ms ..."""
+LONGEST = 1.0
+"""Longest step [s]."""
+MOST_SECONDS = 300.0
+"""Budget of CPU time for measurements [s]."""
+ROUNDS, ENOUGH = 5, 1.0
+"""Number of rounds in which finalists are timed, and CPU time that ends them early [s]."""
+PROBE = 500
+"""Approximate number of steps of the first run of each method, which may compile a kernel."""
+NO_PARAMETERS: Mapping[str, float] = MappingProxyType({})
+
+
+class Timed(NamedTuple):
+    """Finished run with its cost."""
+
+    samples: Samples
+    seconds: float
+    """CPU time of the steps [s]."""
+
+
+Run = Callable[[Scene, int, int], Timed]
+"""Function of a scene, a number of steps and a stride: run and keep every stride-th sample."""
+
+
+@dataclass
+class Tried:
+    """Setting that has been run."""
+
+    scene: Scene
+    stepper: Stepper
+    rung: int
+    kept: int
+    """Samples per longest step; a divisor of the rung."""
+    samples: Samples
+    seconds: float
+    """Least CPU time of its runs [s]."""
+
+    @property
+    def step(self) -> float:
+        """Step [s]."""
+        return self.scene.solver.step
+
+    @property
+    def parameters(self) -> Mapping[str, float]:
+        """Parameters of the stepper."""
+        return self.scene.solver.parameters
+
+
+class TooExpensiveError(SceneError):
+    """Error: measurements would take too long."""
+
+
+class Trials:
+    """Trial runs of a scene.
+
+    Args:
+        scene: scene with profile and duration.
+        run: function that runs it.
+        longest: longest step of each method [s], by name; others are not tried.
+        period: period [s], a whole multiple of all steps; None for a power of ten.
+        tell: called before each run.
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        run: Run,
+        longest: Mapping[str, float],
+        period: float | None,
+        tell: Progress | None = None,
+    ) -> None:
+        self.scene, self._run, self._longest, self._tell = scene, run, longest, tell
+        reach = min(max(longest.values()), LONGEST)
+        base = period or 10.0 ** max(math.ceil(math.log10(reach) - 1e-9), -6)
+        self._base = round(1e9 * base)
+        """Longest step [ns]; all others divide it."""
+        bases = max(1, math.ceil(scene.duration / (1e-9 * self._base) - 1e-9))
+        self._stride = math.ceil(bases / MOST_SAMPLES)
+        self._bases = self._stride * math.ceil(bases / self._stride)
+        self._spent = 0.0
+        self._per_step: dict[str, float] = {}
+        """Least CPU time per step so far [s], by stepper."""
+        self.tried: list[Tried] = []
+
+    @property
+    def length(self) -> float:
+        """Duration of the runs [s]: the scene's, rounded up to a whole step."""
+        return 1e-9 * self._base * self._bases
+
+    def rungs(self, stepper: Stepper) -> list[int]:
+        """Return the rungs from the longest stable step to those of whole nanoseconds."""
+        longest = min(self._longest[stepper.name], LONGEST)
+        return [
+            rung for rung in RUNGS if self._base % rung == 0 and 1e-9 * self._base / rung <= longest
+        ]
+
+    def expected(self, stepper: Stepper, rung: int, like: Stepper) -> float:
+        """Return the expected CPU time of a run [s]; scaled from ``like`` if unmeasured."""
+        per_step = self._per_step.get(stepper.name)
+        if per_step is None:
+            per_step = self._per_step[like.name] * stepper.evaluations / like.evaluations
+        return per_step * self._bases * rung
+
+    def run(
+        self,
+        stepper: Stepper,
+        rung: int,
+        parameters: Mapping[str, float] = NO_PARAMETERS,
+        last: bool = False,
+    ) -> Tried | None:
+        """Run a setting; return None if it diverges or the scene refuses it.
+
+        Raises:
+            SceneError, DivergedError: the ``last`` setting failed.
+            TooExpensiveError: the run would exceed the budget.
+        """
+        try:
+            step = 1e-9 * (self._base // rung)
+            scene = with_solver(self.scene, stepper.name, step, parameters)
+            if stepper.name not in self._per_step:
+                few = rung * max(1, min(self._bases, PROBE // rung))
+                # Run twice, because the first run may compile kernels.
+                for _ in range(2):
+                    self._go(scene, few, 1)
+            self._afford(stepper, rung)
+            kept = max(
+                k for k in RUNGS if rung % k == 0 and (k == 1 or k * self._bases <= MOST_SAMPLES)
+            )
+            every = rung // kept * (self._stride if kept == 1 else 1)
+            timed = self._go(scene, self._bases * rung, every)
+        except (DivergedError, SceneError) as error:
+            if last or isinstance(error, TooExpensiveError):
+                raise
+            return None
+        tried = Tried(scene, stepper, rung, kept, timed.samples, timed.seconds)
+        self.tried.append(tried)
+        return tried
+
+    def time_again(self, finalists: list[Tried]) -> None:
+        """Time finalists in turns, so that other load of the machine affects all of them."""
+        spent = 0.0
+        for _ in range(ROUNDS):
+            for one in finalists:
+                seconds = self._go(
+                    one.scene, self._bases * one.rung, one.rung * self._stride
+                ).seconds
+                one.seconds = min(one.seconds, seconds)
+                spent += seconds
+            if spent > ENOUGH:
+                return
+
+    def _go(self, scene: Scene, steps: int, every: int) -> Timed:
+        name = scene.solver.stepper
+        if self._tell is not None:
+            first = "" if name in self._per_step else ", compiled first if need be"
+            what = f"{name} at {exact(scene.solver.step)} s{first}; seconds of CPU time"
+            self._tell(what, int(self._spent), int(MOST_SECONDS))
+        timed = self._run(scene, steps, every)
+        self._spent += timed.seconds
+        self._per_step[name] = min(self._per_step.get(name, math.inf), timed.seconds / steps)
+        return timed
+
+    def _afford(self, stepper: Stepper, rung: int) -> None:
+        if self._spent + self.expected(stepper, rung, stepper) > MOST_SECONDS:
+            raise TooExpensiveError(
+                f"accuracy: finding what delivers it would take more than {MOST_SECONDS:g} s of "
+                f"CPU time, because a run of duration = {self.scene.duration:g} s is an expensive "
+                "one; find a solver with a shorter duration, and name its stepper and step"
+            )

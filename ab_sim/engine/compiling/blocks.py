@@ -1,0 +1,222 @@
+"""Lines of a function in LLVM IR, and the values that they compute."""
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+from ab_sim.engine.compiling.kinds import Array
+from ab_sim.engine.compiling.source import (
+    BOOL,
+    FLOAT,
+    INT,
+    Kind,
+    RecordKind,
+    Scalar,
+    element_of,
+    leaves,
+)
+from ab_sim.tracing.llvm_text import literal
+
+FIELD, ELEMENT = ", !tbaa !3", ", !tbaa !4"
+"""Type-based alias classes of memory: part of a record, or number of an array. Neither is ever
+written as the other, so LLVM need not reload a record after a write to an array."""
+METADATA = """
+!0 = !{!"ab_sim"}
+!1 = !{!"field", !0, i64 0}
+!2 = !{!"element", !0, i64 0}
+!3 = !{!1, !1, i64 0}
+!4 = !{!2, !2, i64 0}
+"""
+
+
+class Number(NamedTuple):
+    """Float, int or bool."""
+
+    kind: Scalar
+    code: str
+    """Operand in LLVM IR: a name or a literal."""
+    constant: float | int | bool | None = None
+    """Value, if known at compile time."""
+
+
+class ArrayView(NamedTuple):
+    """Array: LLVM's names of its pointer and of its lengths."""
+
+    kind: Array
+    pointer: str
+    shape: tuple[str, ...]
+
+
+class Fields(NamedTuple):
+    """RecordKind or tuple, field by field."""
+
+    kind: RecordKind
+    values: tuple["Value", ...]
+
+
+class StoredRecord(NamedTuple):
+    """RecordKind in memory, eight bytes for each leaf."""
+
+    kind: RecordKind
+    pointer: str
+    at: int
+    """Offset of the first leaf from the pointer, in leaves."""
+    fixed: bool
+    """True if the record does not change while the function runs."""
+
+
+Value = Number | ArrayView | Fields | StoredRecord
+
+
+def constant(x: float | int | bool) -> Number:
+    """Return a number that is known at compile time."""
+    if isinstance(x, bool):
+        return Number(BOOL, "true" if x else "false", x)
+    if isinstance(x, int):
+        return Number(INT, str(int(x)), int(x))
+    return Number(FLOAT, literal(float(x), 1), float(x))
+
+
+def is_known(value: Value) -> bool:
+    """Return whether a value is a number that is known at compile time."""
+    return isinstance(value, Number) and value.constant is not None
+
+
+class BlockWriter:
+    """Writer of a function's lines, basic block by basic block."""
+
+    def __init__(self) -> None:
+        self.entry: list[str] = []
+        """Allocations on the stack, which come first in the function."""
+        self.lines: list[str] = []
+        self.block = "begin"
+        """Label of the current block."""
+        self.open = True
+        """True if the current block is reachable and has no terminator yet."""
+        self.declared: set[str] = set()
+        self._count = 0
+
+    def new(self, of: str = "") -> str:
+        """Return a new name without LLVM's %; values get numbers, which LLVM does not store."""
+        self._count += 1
+        return f"{of}{self._count}"
+
+    def put(self, text: str) -> str:
+        """Append a line that computes a value, and return the value's name."""
+        made = "%" + self.new()
+        self.lines.append(f"{made} = {text}")
+        return made
+
+    def end(self, text: str) -> None:
+        """Append the terminator of the current block, unless it has one."""
+        if self.open:
+            self.lines.append(text)
+        self.open = False
+
+    def go(self, label: str) -> None:
+        """End the block with a jump to another one."""
+        self.end(f"br label %{label}")
+
+    def fork(self, condition: str, yes: str, no: str) -> None:
+        """End the block with a branch to one of two others."""
+        self.end(f"br i1 {condition}, label %{yes}, label %{no}")
+
+    def start(self, label: str) -> None:
+        """Begin a block."""
+        self.lines.append(f"{label}:")
+        self.block, self.open = label, True
+
+    def llvm(self, name: str, kind: str, *values: str, of: str | None = None) -> str:
+        """Append a call of an LLVM intrinsic on numbers of a kind, and return its result's name."""
+        arguments = ", ".join(f"{of or kind} {value}" for value in values)
+        kinds = ", ".join([of or kind] * len(values))
+        self.declared.add(f"declare {kind} @llvm.{name}({kinds})")
+        return self.put(f"call {kind} @llvm.{name}({arguments})")
+
+    def room(self, size: int) -> str:
+        """Allocate ``size`` leaves on the stack, and return the pointer's name."""
+        made = "%" + self.new("room")
+        self.entry.append(f"{made} = alloca [{size} x i64], align 8")
+        return made
+
+    def step(self, pointer: str, leaves: int) -> str:
+        """Return a pointer that is ``leaves`` leaves after another."""
+        if leaves == 0:
+            return pointer
+        return self.put(f"getelementptr inbounds i64, ptr {pointer}, i64 {leaves}")
+
+    def flat(self, value: Value) -> list[str]:
+        """Return LLVM's names of a value's leaves."""
+        if isinstance(value, Number):
+            return [value.code]
+        if isinstance(value, ArrayView):
+            return [value.pointer, *value.shape]
+        if isinstance(value, Fields):
+            return [leaf for field in value.values for leaf in self.flat(field)]
+        found = []
+        for k, leaf in enumerate(leaves(value.kind)):
+            pointer, of = self.step(value.pointer, value.at + k), "i64" if leaf == "i1" else leaf
+            one = self.put(f"load {of}, ptr {pointer}, align 8{FIELD}")
+            found.append(self.put(f"trunc i64 {one} to i1") if leaf == "i1" else one)
+        return found
+
+    def loaded(self, value: Value) -> Value:
+        """Return a copy of a value that later writes to the stack do not change."""
+        if isinstance(value, Fields):
+            return Fields(value.kind, tuple(self.loaded(field) for field in value.values))
+        if isinstance(value, StoredRecord) and not value.fixed:
+            return self.made(value.kind, iter(self.flat(value)))
+        return value
+
+    def made(self, kind: Kind, flat: Iterator[str]) -> Value:
+        """Return a value assembled from its leaves."""
+        if isinstance(kind, Scalar):
+            return Number(kind, next(flat))
+        if isinstance(kind, Array):
+            return ArrayView(kind, next(flat), tuple(next(flat) for _ in range(kind.rank)))
+        return Fields(kind, tuple(self.made(field, flat) for field in kind.kinds))
+
+    def store(self, value: Value, pointer: str) -> None:
+        """Write the leaves of a value to memory, eight bytes for each."""
+        for k, (leaf, one) in enumerate(zip(leaves(value.kind), self.flat(value), strict=True)):
+            if leaf == "i1":
+                leaf, one = "i64", self.put(f"zext i1 {one} to i64")
+            to = self.step(pointer, k)
+            self.lines.append(f"store {leaf} {one}, ptr {to}, align 8{FIELD}")
+
+    def load(self, kind: Kind, pointer: str, at: int = 0, fixed: bool = True) -> Value:
+        """Return a value in memory; a record's fields are loaded when they are used."""
+        if isinstance(kind, RecordKind):
+            return StoredRecord(kind, pointer, at, fixed)
+        one = StoredRecord(RecordKind(None, ("0",), (kind,)), pointer, at, fixed)
+        return self.made(kind, iter(self.flat(one)))
+
+    def field(self, value: Fields | StoredRecord, k: int) -> Value:
+        """Return field ``k`` of a record."""
+        if isinstance(value, Fields):
+            return value.values[k]
+        at = value.at + sum(len(leaves(kind)) for kind in value.kind.kinds[:k])
+        return self.load(value.kind.kinds[k], value.pointer, at, value.fixed)
+
+    def pointer_to(self, value: Value) -> str:
+        """Return a pointer to a record, which is stored on the stack first if necessary."""
+        if isinstance(value, StoredRecord):
+            return self.step(value.pointer, value.at)
+        room = self.room(len(leaves(value.kind)))
+        self.store(value, room)
+        return room
+
+    def passed(self, value: Value) -> list[tuple[str, str]]:
+        """Return a value as arguments (type, name): records by pointer, arrays leaf by leaf."""
+        if isinstance(value, Fields | StoredRecord):
+            return [("ptr", self.pointer_to(value))]
+        return list(zip(leaves(value.kind), self.flat(value), strict=True))
+
+    def element(self, view: ArrayView, index: Sequence[str]) -> str:
+        """Return a pointer to a number of an array; with fewer indices than axes, to a subarray."""
+        at, element = index[0], element_of(view.kind).llvm
+        for one, length in zip(index[1:], view.shape[1:], strict=False):
+            at = self.put(f"mul i64 {at}, {length}")
+            at = self.put(f"add i64 {at}, {one}")
+        for length in view.shape[len(index) :]:
+            at = self.put(f"mul i64 {at}, {length}")
+        return self.put(f"getelementptr inbounds {element}, ptr {view.pointer}, i64 {at}")

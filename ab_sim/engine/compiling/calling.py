@@ -1,0 +1,309 @@
+"""Call functions of the subset as machine code from Python.
+
+Arguments are packed into two blocks, with eight bytes for each number, pointer and length. One
+block holds the first argument and can be kept from call to call, the other holds the rest.
+"""
+
+import copy
+import ctypes
+import functools
+import struct
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from types import FunctionType
+from typing import Any
+
+import numpy as np
+
+from ab_sim.base.quoting import short
+from ab_sim.engine.compiling.kinds import Array
+from ab_sim.engine.compiling.library import Library
+from ab_sim.engine.compiling.source import (
+    BOOL,
+    FLOAT,
+    INT,
+    FunctionSource,
+    Kind,
+    RecordKind,
+    Scalar,
+    leaves,
+    text_of,
+)
+
+_FORMATS = {"double": "d", "i64": "q", "i1": "?7x", "ptr": "q"}
+_RETURNED: dict[Scalar, Any] = {FLOAT: ctypes.c_double, INT: ctypes.c_int64, BOOL: ctypes.c_bool}
+NOTHING_KNOWN: Mapping[str, bool] = {}
+"""Default of ``Compiled``: no field's value is known."""
+_Put = Callable[[Any], tuple[Any, ...]]
+
+
+class Compiled:
+    """Function of the subset as machine code, which is compiled when it is first needed.
+
+    Args:
+        function: function of the subset, with at least one argument.
+        known: values of fields of records in the arguments that are the same in every call, by
+            name.
+        library: store of compiled functions to use and to add to; None for a new one.
+    """
+
+    def __init__(
+        self,
+        function: FunctionType,
+        known: Mapping[str, bool] = NOTHING_KNOWN,
+        library: Library | None = None,
+    ) -> None:
+        functools.update_wrapper(self, function)
+        self._function, self._known, self._library = function, known, library or Library()
+        self._lock = threading.Lock()
+        self._made: _Entry | None = None
+
+    def __call__(self, first: Any, *others: Any) -> Any:
+        """Return the function's result."""
+        return BoundFunction(self._entry(), first)(*others)
+
+    def bind(self, first: Any) -> "BoundFunction":
+        """Return a function of the other arguments, with the first one unpacked once.
+
+        Numbers of the first argument are copied now. Arrays are kept by reference, so each call
+        reads their current contents.
+        """
+        return BoundFunction(self._entry(), first)
+
+    def _entry(self) -> "_Entry":
+        if self._made is None:
+            with self._lock:
+                self._made = self._made or _Entry(self._function, self._known, self._library)
+        return self._made
+
+
+_compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}
+_library = Library()
+
+
+def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
+    """Return a function of the subset as machine code, always the same object for one function.
+
+    Args:
+        function: function of the subset.
+        known: values of fields that are the same in every call, as for ``Compiled``.
+    """
+    if not isinstance(function, FunctionType):
+        raise TypeError(f"compiled({function!r}): must be a function written with def")
+    which = function, frozenset(known.items())
+    if which not in _compiled:
+        _compiled.setdefault(which, Compiled(function, known, _library))
+    return _compiled[which]
+
+
+class KeptArray:
+    """Array argument of many calls, whose address and shape are read once.
+
+    Its contents may change, and each call reads them; its shape must not change.
+
+    Parameters
+    ----------
+    array : array
+        Floats or ints of 64 bits, C-contiguous and writeable.
+    """
+
+    __slots__ = ("array", "dtype", "leaves", "ndim")
+
+    def __init__(self, array: np.ndarray) -> None:
+        kind = Array(array.ndim, int if array.dtype == np.int64 else float)
+        self.array, self.dtype, self.ndim = array, array.dtype, array.ndim
+        self.leaves = _array_packer(kind, "KeptArray")(array)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle the array only, as a copy has another address."""
+        return KeptArray, (self.array,)
+
+
+class BoundFunction:
+    """Compiled function with its first arguments bound; callable with the others.
+
+    Several threads may call it at once if the function itself allows it. The interpreter's lock is
+    released during a call, so other Python threads continue.
+    """
+
+    def __init__(self, entry: "_Entry", first: Any) -> None:
+        self._entry, self._pack, self._run = entry, entry.others.pack, entry.run
+        self._given, self._leaves, self._row = (), (), entry.row(0)
+        self.rebind(first)
+
+    def bind(self, *given: Any) -> "BoundFunction":
+        """Return a function of the remaining arguments, with the next ones unpacked once, too.
+
+        It keeps the present first argument, whatever is passed to ``rebind`` later.
+
+        Raises:
+            TypeError: an argument is of another kind, or there are too many.
+        """
+        found = copy.copy(self)
+        found._given = (*self._given, *given)
+        found._leaves = self._entry.leaves(found._given)
+        found._row = self._entry.row(len(found._given))
+        return found
+
+    def rebind(self, first: Any) -> None:
+        """Replace the first argument from the next call on."""
+        # One assignment, which is atomic: another thread may be about to call.
+        block = self._entry.packed(first)
+        self._first = ctypes.addressof(block), block, first
+
+    def __call__(self, *others: Any) -> Any:
+        """Return the function's result."""
+        first, row = self._first, self._row(*others)
+        try:
+            packed = self._pack(*self._leaves, *row)
+        except struct.error:
+            raise self._entry.wrong((*self._given, *others)) from None
+        return self._run(first[0], packed)
+
+
+class _Entry:
+    """Machine code of a function, and the packing of its arguments."""
+
+    def __init__(self, function: FunctionType, known: Mapping[str, bool], library: Library) -> None:
+        address, (_, arguments, kinds, of_result) = library.made(function, known)
+        if of_result and "ptr" in leaves(of_result):
+            source = FunctionSource(function)
+            what, instead = "an array as a result", "write into one that is an argument"
+            raise source.error(source.tree, what, instead)
+        self._library = library
+        self._name, self._rows = function.__qualname__, dict[int, Any]()
+        named = zip(arguments, kinds, strict=True)
+        puts = [(name, kind, _packer(kind, f"{self._name}: {name}")) for name, kind in named]
+        (_, _, self._first), *self._others = puts
+        first, *others = map(leaves, kinds)
+        self._of_first, self.others = _struct(first), _struct(sum(others, ()))
+        returned = _RETURNED[of_result] if isinstance(of_result, Scalar) else None
+        call = ctypes.CFUNCTYPE(returned, ctypes.c_void_p, ctypes.c_char_p)(address)
+        self.run: Callable[[int, bytes], Any] = call
+        """Callable that takes the address of the first argument's block, and the others' block."""
+        if isinstance(of_result, RecordKind):
+            self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
+
+    def row(self, given: int) -> Callable[..., tuple[Any, ...]]:
+        """Return a function that makes leaves of the other arguments after the first ``given``."""
+        if given not in self._rows:
+            own = self._others[given:]
+            parts = [
+                name if isinstance(kind, Scalar) else f"*_{name}({name})" for name, kind, _ in own
+            ]
+            names = ", ".join(name for name, *_ in own)
+            # A lambda with the arguments' names, so that Python checks their number.
+            text = f"lambda {names}: ({''.join(part + ', ' for part in parts)})"
+            self._rows[given] = eval(text, {f"_{name}": put for name, _, put in own})
+        made: Callable[..., tuple[Any, ...]] = self._rows[given]
+        return made
+
+    def leaves(self, given: Sequence[Any]) -> tuple[Any, ...]:
+        """Return the leaves of those of the other arguments that are given, from the first on."""
+        if len(given) > len(self._others):
+            most = 1 + len(self._others)
+            raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(given)} are given")
+        pairs = zip(given, self._others, strict=False)
+        return tuple(x for each, (*_, put) in pairs for x in put(each))
+
+    def packed(self, value: Any) -> ctypes.Array[Any]:
+        """Return the block of a first argument."""
+        flat = self._first(value)
+        block = (ctypes.c_int64 * max(len(flat), 1))()
+        self._of_first.pack_into(block, 0, *flat)
+        return block
+
+    def wrong(self, others: tuple[Any, ...]) -> TypeError:
+        """Return the error of the first of the other arguments that cannot be packed."""
+        for (*_, put), value in zip(self._others, others, strict=True):
+            try:
+                put(value)
+            except TypeError as error:
+                return error
+        raise AssertionError
+
+
+def _struct(kinds: Sequence[str]) -> struct.Struct:
+    return struct.Struct("=" + "".join(_FORMATS[kind] for kind in kinds))
+
+
+def _record_from(
+    call: Callable[..., None], kind: RecordKind, of_leaves: struct.Struct, first: int, others: bytes
+) -> Any:
+    """Return a record result, which the function writes after the arguments in their block."""
+    block = ctypes.create_string_buffer(others + bytes(of_leaves.size))
+    call(first, block)
+    return _made(kind, iter(of_leaves.unpack_from(block, len(others))))
+
+
+def _made(kind: Kind, flat: Iterator[Any]) -> Any:
+    """Return a result assembled from its leaves."""
+    if isinstance(kind, Scalar):
+        return next(flat)
+    assert isinstance(kind, RecordKind)
+    values = [_made(field, flat) for field in kind.kinds]
+    return kind.cls(*values) if kind.cls else tuple(values)
+
+
+def _packer(kind: Kind, path: str) -> _Put:
+    """Return a function from an argument to its leaves; it raises TypeError for another kind."""
+    if isinstance(kind, Array):
+        return _array_packer(kind, path)
+    if isinstance(kind, RecordKind):
+        return _record_packer(kind, path)
+    types: dict[Scalar, Any] = {
+        FLOAT: (float, int, np.floating, np.integer),
+        INT: (int, np.integer),
+        BOOL: (bool, np.bool_),
+    }
+
+    most = sys.float_info.max
+    low, high = (-most, most) if kind == FLOAT else (-(2**63), 2**63 - 1)
+
+    def put_number(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, types[kind]):
+            raise TypeError(f"{path} must be {kind}, not {short(value)}")
+        if isinstance(value, int | np.integer) and not low <= value <= high:
+            raise TypeError(f"{path} must be {kind}, {low:g} to {high:g}, not {short(value)}")
+        return (value,)
+
+    return put_number
+
+
+def _record_packer(kind: RecordKind, path: str) -> _Put:
+    cls: Any = kind.cls or tuple
+    named = zip(kind.names, kind.kinds, strict=True)
+    fields = [_packer(field, f"{path}.{name}") for name, field in named]
+
+    def put_record(value: Any) -> tuple[Any, ...]:
+        if not isinstance(value, cls) or len(value) != len(fields):
+            raise TypeError(f"{path} must be a {text_of(kind)}, not {value!r}")
+        return tuple(x for put, field in zip(fields, value, strict=True) for x in put(field))
+
+    return put_record
+
+
+def _array_packer(kind: Array, path: str) -> _Put:
+    dtype = np.dtype(np.float64 if kind.element is float else np.int64)
+    rank, nothing, address = kind.rank, (ctypes.c_char * 0).from_buffer, ctypes.addressof
+
+    def put_array(value: Any) -> tuple[Any, ...]:
+        try:
+            if value.dtype == dtype and value.ndim == rank:
+                if type(value) is KeptArray:
+                    return value.leaves
+                # from_buffer fails unless the array is contiguous and writeable. numpy's own
+                # way to the address takes 0.8 us.
+                return address(nothing(value)), *value.shape
+        except (AttributeError, TypeError):
+            pass
+        what = type(value).__name__
+        if isinstance(value, np.ndarray):
+            what = f"{value.dtype}, shape {value.shape}, strides {value.strides}"
+            what += "" if value.flags.writeable else ", read-only"
+        raise TypeError(
+            f"{path} must be a {text_of(kind)}, 64 bits each, C-contiguous, writeable; not {what}"
+        )
+
+    return put_array

@@ -1,0 +1,333 @@
+"""Translate expressions of the subset to LLVM IR."""
+
+import ast
+from collections.abc import Callable, Mapping, Sequence
+from types import FunctionType
+from typing import Any, Protocol
+
+from ab_sim.engine.compiling.blocks import (
+    ELEMENT,
+    ArrayView,
+    Fields,
+    Number,
+    StoredRecord,
+    Value,
+    constant,
+)
+from ab_sim.engine.compiling.kinds import Array
+from ab_sim.engine.compiling.operations import RANK, Operations
+from ab_sim.engine.compiling.source import (
+    BOOL,
+    FLOAT,
+    INT,
+    FunctionSource,
+    Kind,
+    RecordKind,
+    Scalar,
+    Signature,
+    element_of,
+    is_record,
+    kind_of,
+    leaves,
+    text_of,
+    tuple_of,
+)
+
+MISSING = object()
+"""Result of ``Expressions.static`` for a node that is not a global value."""
+
+
+class Callees(Protocol):
+    """Provider of functions that other functions call."""
+
+    known: Mapping[str, bool]
+    """Values of records' fields that are known at compile time, by name."""
+
+    def signature(self, function: FunctionType) -> Signature:
+        """Return the signature of a function, and translate it unless that has been done."""
+
+
+class Expressions(Operations):
+    """Translator of a function's expressions.
+
+    Args:
+        source: source of the function.
+        callees: provider of other functions.
+        local: names of local variables, which hide global ones.
+        intrinsics: functions that are expanded in place instead of called.
+    """
+
+    def __init__(
+        self,
+        source: FunctionSource,
+        callees: Callees,
+        local: set[str],
+        intrinsics: dict[Any, Callable[..., Value | None]],
+    ) -> None:
+        super().__init__(source)
+        self._callees, self._local, self._intrinsics = callees, local, intrinsics
+        self.slots: dict[str, tuple[Kind, str]] = {}
+        """Kinds and stack slots of local variables, by name."""
+        self.bound: dict[str, Value] = {}
+        """Values of names that need no memory."""
+        self.loops = 0
+        """Number of loops around the current statement."""
+        self.calls: set[FunctionType] = set()
+        self.reads: set[str] = set()
+        """Names of records' fields that are read."""
+
+    # Values
+
+    def static(self, node: ast.AST) -> Any:
+        """Return the value of a global name, or MISSING."""
+        if isinstance(node, ast.Name) and node.id not in self._local:
+            try:
+                return self.source.global_value(node.id)
+            except KeyError:
+                return MISSING
+        if isinstance(node, ast.Attribute):
+            owner = self.static(node.value)
+            return MISSING if owner is MISSING else getattr(owner, node.attr, MISSING)
+        return MISSING
+
+    def value(self, node: ast.AST) -> Value:
+        """Return the value of an expression."""
+        found = self.value_or_none(node)
+        if found is None:
+            self.fail(node, "a function without a result is used as a value", "call it by itself")
+        return found
+
+    def value_or_none(self, node: ast.AST) -> Value | None:
+        """Return the value of an expression, or None for a call of a function without a result."""
+        known = self.static(node)
+        if known is not MISSING:
+            return self._constant(node, known)
+        method = getattr(self, "_" + type(node).__name__, None)
+        if method is None:
+            instead = _INSTEAD.get(type(node), "see ab_sim.engine.compiling for what there is")
+            self.fail(node, f"'{ast.unparse(node)}' is not in the subset", instead)
+        found: Value | None = method(node)
+        return found
+
+    def number(self, node: ast.AST) -> Number:
+        """Return the value of an expression that is a float, int or bool."""
+        return self.as_number(node, self.value(node))
+
+    def as_number(self, node: ast.AST, value: Value) -> Number:
+        """Return a value that has to be a number; else raise an error."""
+        if not isinstance(value, Number):
+            self.fail(
+                node,
+                f"{ast.unparse(node)} is a {text_of(value.kind)}, not a number",
+                "work on its elements or fields, in a loop",
+            )
+        return value
+
+    def condition(self, node: ast.AST) -> Number:
+        """Return whether an expression is true; a constant if known at compile time."""
+        return self.truth(self.number(node))
+
+    def fitted(self, node: ast.AST, value: Value, kind: Kind, what: str) -> Value:
+        """Return a value converted to the required kind; raise an error if this is not possible."""
+        if value.kind == kind:
+            return value
+        if isinstance(value, Number) and isinstance(kind, Scalar):
+            if RANK[value.kind] < RANK[kind]:
+                return self.converted(value, kind)
+            how = "write a comparison" if kind == BOOL else f"write {kind}(...)"
+            if kind == INT and value.kind == FLOAT:
+                how += ", or begin with a float, as 0.0, if it is to be one"
+            self.fail(node, f"{what} is {kind}, this is {value.kind}", how)
+        self.fail(
+            node,
+            f"{what} is {text_of(kind)}, this is {text_of(value.kind)}",
+            "use another name, or change the annotation",
+        )
+
+    # Names, constants, parts
+
+    def _constant(self, node: ast.AST, known: Any) -> Value:
+        if isinstance(known, bool | int | float):
+            if isinstance(known, int) and not -(2**63) <= known < 2**63:
+                self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
+            return constant(known)
+        self.fail(
+            node,
+            f"{ast.unparse(node)} is a {type(known).__name__}",
+            "global names may be numbers, and functions that are called; pass anything else as an "
+            "argument",
+        )
+
+    def _Constant(self, node: ast.Constant) -> Value:
+        return self._constant(node, node.value)
+
+    def _Name(self, node: ast.Name) -> Value:
+        if node.id in self.bound:
+            return self.bound[node.id]
+        if node.id not in self.slots:
+            self.fail(node, f"{node.id} is not known here", "assign to it on a line above")
+        kind, slot = self.slots[node.id]
+        if isinstance(kind, Scalar):
+            return Number(kind, self.put(f"load {kind.llvm}, ptr {slot}"))
+        return self.load(kind, slot, fixed=False)
+
+    def _Tuple(self, node: ast.Tuple) -> Value:
+        values = tuple(self.value(x) for x in node.elts)
+        return Fields(tuple_of(x.kind for x in values), values)
+
+    def _Attribute(self, node: ast.Attribute) -> Value:
+        owner, name = self.value(node.value), node.attr
+        if isinstance(owner, Fields | StoredRecord):
+            if name not in owner.kind.names:
+                known = ", ".join(owner.kind.names)
+                self.fail(node, f"{owner.kind} has no {name}", f"its fields are {known}")
+            self.reads.add(name)
+            if name in self._callees.known:
+                return constant(self._callees.known[name])
+            return self.field(owner, owner.kind.names.index(name))
+        if isinstance(owner, ArrayView) and name == "shape":
+            lengths = tuple(Number(INT, length) for length in owner.shape)
+            return Fields(tuple_of([INT] * len(lengths)), lengths)
+        if isinstance(owner, ArrayView) and name == "size":
+            size = owner.shape[0]
+            for length in owner.shape[1:]:
+                size = self.put(f"mul i64 {size}, {length}")
+            return Number(INT, size)
+        self.fail(node, f".{name} of a {text_of(owner.kind)}", "arrays have .size and .shape")
+
+    def _Subscript(self, node: ast.Subscript) -> Value:
+        owner = self.value(node.value)
+        if isinstance(owner, ArrayView):
+            place = self.place(node, owner)
+            if isinstance(place, ArrayView):
+                return place
+            kind = element_of(owner.kind)
+            return Number(kind, self.put(f"load {kind.llvm}, ptr {place}, align 8{ELEMENT}"))
+        index = self.value(node.slice)
+        if isinstance(owner, Number) or not isinstance(index, Number) or index.kind != INT:
+            self.fail(node, f"{ast.unparse(node)} is no element", "index arrays, and tuples")
+        if index.constant is None or not 0 <= index.constant < len(owner.kind.kinds):
+            self.fail(node, "index of a tuple", "write a constant within it, or use an array")
+        return self.field(owner, int(index.constant))
+
+    def place(self, node: ast.Subscript, owner: ArrayView) -> ArrayView | str:
+        """Return the target of a subscript: a pointer to a number, or a view if axes remain."""
+        parts = node.slice.elts if isinstance(node.slice, ast.Tuple) else [node.slice]
+        if len(parts) > owner.kind.rank:
+            self.fail(node, f"{len(parts)} indices of a {text_of(owner.kind)}", "use fewer")
+        index: list[str] = []
+        rest = owner.shape[len(parts) :]
+        for part in parts:
+            if not isinstance(part, ast.Slice):
+                index.append(self._whole(part))
+                continue
+            if part is not parts[-1] or part.step is not None:
+                self.fail(node, "a view that is not contiguous", "slice the last index given: i:j")
+            low = self._whole(part.lower) if part.lower else "0"
+            high = self._whole(part.upper) if part.upper else owner.shape[len(index)]
+            index.append(low)
+            rest = (high if low == "0" else self.put(f"sub i64 {high}, {low}"), *rest)
+        pointer = self.element(owner, index)
+        return ArrayView(Array(len(rest), owner.kind.element), pointer, rest) if rest else pointer
+
+    def _whole(self, node: ast.AST) -> str:
+        index = self.number(node)
+        if index.kind == FLOAT:
+            self.fail(node, f"index {ast.unparse(node)} is a float", "write int(...)")
+        if index.constant is not None and index.constant < 0:
+            self.fail(node, "negative index", "count from the front: a[a.size - 1]")
+        return self.converted(index, INT).code
+
+    # Arithmetic
+
+    def _BinOp(self, node: ast.BinOp) -> Value:
+        return self.operation(node, node.op, self.number(node.left), self.number(node.right))
+
+    def _UnaryOp(self, node: ast.UnaryOp) -> Value:
+        x = self.number(node.operand)
+        if isinstance(node.op, ast.Not):
+            x = self.truth(x)
+            if x.constant is not None:
+                return constant(not x.constant)
+            return Number(BOOL, self.put(f"xor i1 {x.code}, true"))
+        if not isinstance(node.op, ast.USub):
+            self.fail(node, f"'{ast.unparse(node)}' is not in the subset", "write not, or -x")
+        x = self.converted(x, self.wider(x))
+        if x.constant is not None:
+            return constant(-x.constant)
+        text = f"fneg double {x.code}" if x.kind == FLOAT else f"sub i64 0, {x.code}"
+        return Number(x.kind, self.put(text))
+
+    # Calls
+
+    def _Call(self, node: ast.Call) -> Value | None:
+        callee = self.static(node.func)
+        callee = getattr(callee, "__wrapped__", callee)
+        if node.keywords or any(isinstance(x, ast.Starred) for x in node.args):
+            self.fail(node, "arguments by name, or with *", "pass them by place, one by one")
+        try:
+            intrinsic = self._intrinsics.get(callee)
+        except TypeError:
+            intrinsic = None
+        if intrinsic is not None:
+            return intrinsic(self, node, [self.value(x) for x in node.args])
+        if is_record(callee):
+            kind = kind_of(callee)
+            if not isinstance(kind, RecordKind):
+                self.fail(node, f"a field of {callee.__name__}", "annotate all as in the subset")
+            return Fields(kind, tuple(self._given(node, kind.names, kind.kinds)))
+        if isinstance(callee, FunctionType):
+            return self._subset_call(node, callee)
+        self.fail(
+            node,
+            f"call of {ast.unparse(node.func)}",
+            "functions of the subset, NamedTuple classes, and those that are listed in "
+            "ab_sim.engine.compiling can be called",
+        )
+
+    def _subset_call(self, node: ast.Call, function: FunctionType) -> Value | None:
+        """Append a call of another function of the subset, and return its result."""
+        self.calls.add(function)
+        symbol, names, kinds, result = self._callees.signature(function)
+        given = self._given(node, names, kinds)
+        arguments = ", ".join(
+            f"{leaf} {one}" for value in given for leaf, one in self.passed(value)
+        )
+        if result is None:
+            self.lines.append(f'call void @"{symbol}"({arguments})')
+            return None
+        made = self.put(f'call {result_type(result)} @"{symbol}"({arguments})')
+        if isinstance(result, Scalar):
+            return Number(result, made)
+        of = result_type(result)
+        parts = [self.put(f"extractvalue {of} {made}, {k}") for k in range(len(leaves(result)))]
+        return self.made(result, iter(parts))
+
+    def _given(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:
+        """Return the arguments of a call, converted to the kinds that the function takes."""
+        called = ast.unparse(node.func)
+        if len(node.args) != len(names):
+            takes = f"{called} takes {len(names)} arguments: {', '.join(names)}"
+            self.fail(node, f"{takes}; this passes {len(node.args)}", "pass each one once")
+        return [
+            self.fitted(x, self.value(x), kind, f"{name} of {called}")
+            for x, name, kind in zip(node.args, names, kinds, strict=True)
+        ]
+
+
+def result_type(kind: Kind | None) -> str:
+    """Return the type that LLVM's function returns for a result of a kind."""
+    if kind is None:
+        return "void"
+    return kind.llvm if isinstance(kind, Scalar) else "{ " + ", ".join(leaves(kind)) + " }"
+
+
+_INSTEAD: dict[type[ast.AST], str] = {
+    ast.ListComp: "write a loop",
+    ast.GeneratorExp: "write a loop",
+    ast.List: "use a tuple, or scratch(n)",
+    ast.Dict: "use a NamedTuple",
+    ast.Lambda: "write a function",
+    ast.JoinedStr: "leave texts to the caller",
+    ast.NamedExpr: "assign on a line of its own",
+}

@@ -1,0 +1,163 @@
+"""Combine functions of the subset into LLVM modules, and keep those that are compiled already.
+
+A function's code depends on its source and on the known values of the fields that it reads, or
+that functions called by it read. If these values agree, a function is compiled only once, and later
+modules call the existing machine code.
+"""
+
+import itertools
+import threading
+from collections.abc import Mapping
+from types import FunctionType
+from typing import NamedTuple
+
+from ab_sim.engine.compiling.blocks import METADATA, BlockWriter
+from ab_sim.engine.compiling.expressions import result_type
+from ab_sim.engine.compiling.source import FunctionSource, Scalar, Signature, leaves
+from ab_sim.engine.compiling.translate import FunctionTranslator, Translated
+from ab_sim.tracing.machine_code import CONTROL, MachineCode
+
+
+class Kept(NamedTuple):
+    """Compiled function."""
+
+    translated: Translated
+    known: dict[str, bool | None]
+    """Fields on which the code depends, with their known values; None if not known."""
+
+
+class Library:
+    """Store of compiled functions, which live as long as this object.
+
+    Args:
+        features: processor features, as for ``MachineCode``.
+    """
+
+    def __init__(self, features: str | None = None) -> None:
+        self._features = features
+        self._kept: dict[FunctionType, list[Kept]] = {}
+        self._codes: list[MachineCode] = []
+        self._addresses: dict[str, int] = {}
+        self._lock = threading.Lock()
+
+    def found(self, function: FunctionType, known: Mapping[str, bool]) -> Kept | None:
+        """Return a function that was compiled with these known values, or None."""
+        for each in self._kept.get(function, ()):
+            if all(known.get(name) == value for name, value in each.known.items()):
+                return each
+        return None
+
+    @property
+    def size(self) -> int:
+        """Number of compiled functions."""
+        return sum(map(len, self._kept.values()))
+
+    def made(self, function: FunctionType, known: Mapping[str, bool]) -> tuple[int, Signature]:
+        """Compile a function; return its entry's address (see ``Module``) and its signature."""
+        with self._lock:
+            module = Module(function, known, self)
+            code = MachineCode(
+                module.text(), self._features, optimization=CONTROL, elsewhere=self._addresses
+            )
+            self._codes.append(code)
+            for each, own in module.new.items():
+                fields = {name: known.get(name) for name in module.reads(each)}
+                if not own.is_short:
+                    symbol, own = own.signature.symbol, own._replace(body="")
+                    self._addresses[symbol] = code.address(symbol)
+                self._kept.setdefault(each, []).append(Kept(own, fields))
+            return code.address("entry"), module.signature(function)
+
+
+class Module:
+    """LLVM module with a function of the subset and all its callees that are not compiled yet.
+
+    Args:
+        function: function that is called from outside as ``entry(first, others)``, with pointers
+            to the leaves of its first argument and to those of the others, eight bytes each. The
+            entry returns a number; the leaves of a record are written after the others.
+        known: values of records' fields, by name. Branches that are unreachable with these
+            values are left out, together with functions that only they call.
+        library: store of compiled functions.
+    """
+
+    def __init__(
+        self, function: FunctionType, known: Mapping[str, bool], library: Library | None = None
+    ) -> None:
+        self.known, self._library = known, library or Library()
+        self.new: dict[FunctionType, Translated] = {}
+        """Functions to be compiled with this module."""
+        self._kept: dict[FunctionType, Kept] = {}
+        self._signatures: dict[FunctionType, Signature] = {}
+        self._numbers = itertools.count(self._library.size)
+        self._ahead: list[tuple[FunctionType, FunctionSource]] = []
+        self._root = self.signature(function)
+        while self._ahead:
+            each, source = self._ahead.pop()
+            translator = FunctionTranslator(source, self)
+            self.new[each] = translator.translated(self._signatures[each])
+
+    def signature(self, function: FunctionType) -> Signature:
+        """Return the signature of a function, and queue it for translation unless compiled."""
+        if function not in self._signatures:
+            kept = self._library.found(function, self.known)
+            if kept is None:
+                source = FunctionSource(function)
+                symbol = f"{function.__module__}.{function.__qualname__}.{next(self._numbers)}"
+                own = Signature(symbol, source.arguments, source.kinds, source.result)
+                self._ahead.append((function, source))
+            else:
+                own, self._kept[function] = kept.translated.signature, kept
+            self._signatures[function] = own
+            if kept and kept.translated.is_short:
+                for each in kept.translated.calls:
+                    self.signature(each)
+        return self._signatures[function]
+
+    def reads(self, function: FunctionType) -> set[str]:
+        """Return the fields of records that a new function or any of its callees reads."""
+        found: set[str] = set()
+        ahead, seen = [function], {function}
+        while ahead:
+            each = ahead.pop()
+            if each in self._kept:
+                found |= self._kept[each].known.keys()
+            else:
+                found |= self.new[each].reads
+                ahead += self.new[each].calls - seen
+                seen |= self.new[each].calls
+        return found
+
+    def text(self) -> str:
+        """Return the module in LLVM IR."""
+        kept = [each.translated for each in self._kept.values()]
+        here = [*self.new.values(), *(own for own in kept if own.is_short)]
+        declared = {line for own in here for line in own.declared}
+        declared |= {f"declare {own.head}" for own in kept if not own.is_short}
+        parts = [own.definition() for own in here]
+        return "\n".join([*sorted(declared), *parts, self._entry(), METADATA])
+
+    def _entry(self) -> str:
+        body, at, arguments = BlockWriter(), 0, []
+        symbol, _, kinds, result = self._root
+        for k, kind in enumerate(kinds):
+            pointer, first = ("%others", at) if k else ("%first", 0)
+            arguments += body.passed(body.load(kind, pointer, first))
+            at += len(leaves(kind)) if k else 0
+        given = ", ".join(" ".join(argument) for argument in arguments)
+        to = "" if result is None else "%result = "
+        body.lines.append(f'{to}call {result_type(result)} @"{symbol}"({given})')
+        returned = "void"
+        if isinstance(result, Scalar):
+            returned = result.llvm
+            body.lines.append(f"ret {returned} %result")
+        else:
+            if result is not None:
+                of, count = result_type(result), len(leaves(result))
+                parts = [body.put(f"extractvalue {of} %result, {k}") for k in range(count)]
+                body.store(body.made(result, iter(parts)), body.step("%others", at))
+            body.lines.append("ret void")
+        # C requires the upper bits of a returned bool to be 0, hence zeroext.
+        head = f"define {'zeroext ' * (returned == 'i1')}{returned} @entry(ptr %first, ptr %others)"
+        lines = "\n".join([*body.entry, *body.lines])
+        return f"{head} nounwind {{\n{lines}\n}}\n"

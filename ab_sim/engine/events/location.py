@@ -1,0 +1,377 @@
+"""Locate events within a step, and cut the step there.
+
+Sticking, slipping, contact, lift-off and a motor's limit switch the equations. Between two events
+the equations are smooth, so a stepper keeps its order as long as no step crosses one. A trial step
+over the whole length shows whether an event function becomes negative. Further trial steps, each of
+full order, then close in on its root. Shampine, Gladwell and Brankin (1991), ACM TOMS 17,
+interpolate instead; here a trial step costs only about 0.3 us.
+
+Rounding limits the meaning of "zero". Each event function comes with a bound of its rounding error,
+and counts as *crossed* below minus twice that bound.
+"""
+
+from ab_sim.engine.compiling.kinds import Floats
+from ab_sim.engine.events.complementarity import solve_complementarity
+from ab_sim.engine.events.cubics import crossing, landing, minimum_of_cubic
+from ab_sim.engine.events.event_functions import NEVER, event_functions, look_at_start
+from ab_sim.engine.events.reactions import ROUNDING
+from ab_sim.engine.events.run import Run, Workspace, evaluate, take_step
+
+BOUNCES = 60
+"""Events per step, plus 20 per ball, after which balls that meet stay together.
+
+After twice as many, the rest of the step is taken without locating events."""
+CLOSE = 1e-13
+"""Tolerance of an event's time, as a fraction of the step."""
+BESIDE = 0.3 * CLOSE
+"""Distance beyond the predicted root at which a trial step ends, as a fraction of the step."""
+FINE = 0.1
+"""Tolerance of an event function's value at its root, as a fraction of its rounding error's bound.
+It replaces the tolerance of the time where it is the larger one."""
+CROSSED = 2.0
+"""Number of rounding error bounds below zero at which a function counts as crossed.
+
+Branches are chosen with a margin of one bound, so no step begins with a crossed function."""
+NEAR = 0.25
+"""Threshold of a force at both ends of a step, relative to the magnitude of its terms, above which
+it cannot become negative in between. A term that rotates with the spindle deviates from a straight
+line by at most (w h)^2 / 8 of its magnitude."""
+DOUBT = 1e-3
+"""Error of a force's cubic interpolant, relative to the magnitude of the force's terms."""
+SHORTLY = 1e-5
+"""Time over which rates of forces are measured (forward difference), as a fraction of the step."""
+FORCES = 1.0 / ROUNDING
+"""Ratio of the magnitude of a force's terms to the bound of its rounding error."""
+ATTEMPTS = 200
+"""Maximum number of trial steps per event."""
+
+
+def check_branches(run: Run, time: float) -> None:
+    """Choose the branches again where steps begin, if a function is crossed there.
+
+    Call it right after ``evaluate`` of the state. The branches so far may be wrong after a jump of
+    the spindle's acceleration, or after a step with too many events. In all other cases nothing is
+    changed, so that a run does not depend on how it is divided into calls.
+    """
+    work = run.work
+    look_at_start(run)
+    if first_crossed(work.value, work.value, work.rounding) >= 0:
+        solve_complementarity(run, time, -1, False)
+
+
+def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
+    """Take one step, cut at every event; its result is in ``trial``.
+
+    Args:
+        run: run whose slope, table and event functions are those of its state. State and discrete
+            state change at events.
+        begin: local time at the beginning [s].
+        length: length of the step [s].
+        end: local time at which the next step begins, ``begin + length`` up to rounding [s].
+
+    Returns:
+        True if the workspace holds slope and event functions at the step's end.
+    """
+    trial_step(run, begin, length, end)
+    return cut_at_events(run, begin, length, end)
+
+
+def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
+    """Cut a step at every event, as ``step_over_events``, after a trial of the whole step."""
+    work, state = run.work, run.state
+    bounces = BOUNCES + 20 * run.balls.number
+    now, rest = begin, length
+    for count in range(2 * bounces + 1):
+        if count > 0:
+            trial_step(run, now, rest, end)
+        if not within_bounds(work.trial, work.bounds):
+            return False
+        # ``trial`` is now a step from the last event to the end of the whole step.
+        slot, taken = event_within(run, now, rest, end)
+        if slot < 0:
+            return True
+        if count == bounces:
+            work.counts[1] += 1
+        if count == 2 * bounces:
+            trial_step(run, now, rest, end)
+            return False
+        taken, slot = locate(run, now, taken, slot)
+        if taken > 0.0:
+            for j in range(state.size):
+                state[j] = work.trial[j]
+        work.counts[0] += 1
+        now += taken
+        rest -= taken
+        solve_complementarity(run, now, slot, count >= bounces)
+        # The event is at the end of the step, within the tolerance of its time: no step is left.
+        if rest <= CLOSE * length:
+            for j in range(state.size):
+                work.trial[j] = state[j]
+            break
+    return False
+
+
+def within_bounds(trial: Floats, bounds: Floats) -> bool:
+    """Return whether a state is within its bounds; a NaN is not, hence the negated comparison."""
+    for j in range(trial.size):
+        if not abs(trial[j]) < bounds[j]:
+            return False
+    return True
+
+
+def trial_step(run: Run, now: float, length: float, end: float) -> None:
+    """Take a step into ``trial``, and evaluate the event functions at its end."""
+    take_step(run, now, length)
+    look_at_end(run, end)
+
+
+def look_at_end(run: Run, end: float) -> None:
+    """Evaluate the event functions at the end of a trial step."""
+    evaluate(run, end, run.work.trial, run.work.slope_ahead)
+    put_functions_at_end(run)
+
+
+def put_functions_at_end(run: Run) -> None:
+    """Compute the event functions at the end of a trial step, right after ``evaluate`` there."""
+    work = run.work
+    event_functions(
+        run.balls, work.trial, work.slope_ahead, work.value_ahead, work.rounding, work.rate_ahead
+    )
+    work.measured[1] = 0.0
+
+
+def left(value: Floats, rounding: Floats, slot: int) -> float:
+    """Return the margin of an event function until it counts as crossed."""
+    return value[slot] + CROSSED * rounding[slot]
+
+
+def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
+    """Return the slot that is crossed first by linear interpolation, or -1 if none is crossed."""
+    found, first = -1, 2.0
+    for slot in range(value.size):
+        end = left(ahead, rounding, slot)
+        if end < 0.0:
+            start = max(left(value, rounding, slot), 0.0)
+            reaches = start / (start - end)
+            if reaches < first:
+                found, first = slot, reaches
+    return found
+
+
+def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
+    """Return a slot other than ``slot`` whose function is crossed, or -1."""
+    for other in range(ahead.size):
+        if other != slot and left(ahead, rounding, other) < 0.0:
+            return other
+    return -1
+
+
+def event_within(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
+    """Return a function that is crossed in a trial step, and a time at which it is.
+
+    Returns:
+        Slot of the function, -1 if there is none, and the time since the step's beginning [s]. The
+        state at that time is in ``trial``.
+    """
+    work = run.work
+    slot = first_crossed(work.value, work.value_ahead, work.rounding)
+    if slot >= 0:
+        return slot, length
+    return lowest_between(run, now, length, end)
+
+
+def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int, float]:
+    """Return a function that is crossed within a step but not at its end.
+
+    Each function is interpolated by a cubic through both ends. If one falls and rises again, a
+    trial step to the cubic's minimum shows whether it is crossed there. Rates of forces are not
+    known and have to be measured, which is done only for forces small enough to reach zero.
+
+    Returns:
+        Slot of the function, -1 if there is none, and the time since the step's beginning [s].
+    """
+    work = run.work
+    slot, part = next_dip(run, now, length, end, 0)
+    while slot >= 0:
+        trial_step(run, now, part * length, now + part * length)
+        if left(work.value_ahead, work.rounding, slot) < 0.0:
+            return slot, part * length
+        trial_step(run, now, length, end)
+        slot, part = next_dip(run, now, length, end, slot + 1)
+    return -1, length
+
+
+def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
+    """Return whether a step may contain an event, from the event functions at both its ends.
+
+    Steps in lanes (several runs together) are taken without locating events. With contact, this
+    test decides which of the runs must take the step again alone, with events located.
+    """
+    work = run.work
+    if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
+        return True
+    slot, _ = next_dip(run, now, length, end, 0)
+    return slot >= 0
+
+
+def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tuple[int, float]:
+    """Return the first slot, from ``first`` on, whose function may dip below zero within a step.
+
+    Rates of forces at both ends are measured if necessary.
+
+    Returns:
+        Slot of the function, or -1, and the position of its minimum as a fraction of the step.
+    """
+    work = run.work
+    for slot in range(first, work.value.size):
+        if is_far(work, slot):
+            continue
+        if work.rate[slot] >= NEVER and work.measured[1] != SHORTLY * length:
+            put_rates_at_ends(run, now, length, end)
+        part = dip(work, length, slot)
+        if part != 0.0:
+            return slot, part
+    return -1, 0.0
+
+
+def is_far(work: Workspace, slot: int) -> bool:
+    """Return whether a function cannot reach zero within a step, from its values at both ends."""
+    value, ahead = work.value[slot], work.value_ahead[slot]
+    if value > 1e200 or ahead > 1e200:
+        return True
+    if work.rate[slot] < NEVER:
+        return False
+    return min(value, ahead) > NEAR * FORCES * work.rounding[slot]
+
+
+def dip(work: Workspace, length: float, slot: int) -> float:
+    """Return the fraction of a step at which a function may dip below zero, or 0 if it cannot."""
+    is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
+    change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
+    change_ahead = (work.force_rate[1, slot] if is_force else work.rate_ahead[slot]) * length
+    part, lowest = minimum_of_cubic(work.value[slot], work.value_ahead[slot], change, change_ahead)
+    if part == 0.0:
+        return 0.0
+    doubt = 0.0
+    if is_force:
+        # The interpolant's error is at most of the order of the changes at both ends.
+        doubt = min(DOUBT * FORCES * rounding, abs(change) + abs(change_ahead))
+    return 0.0 if lowest >= doubt - rounding else part
+
+
+def put_rates_at_ends(run: Run, now: float, length: float, end: float) -> None:
+    """Measure the rates of the functions at both ends of a step, into ``force_rate``."""
+    put_rates_at_start(run, now, length)
+    put_rates_at_end(run, end, length)
+
+
+def put_rates_at_start(run: Run, now: float, length: float) -> None:
+    """Measure the rates at a step's start, unless that has been done."""
+    work, brief = run.work, SHORTLY * length
+    if work.measured[0] != brief:
+        put_force_rates(run, now, brief, run.state, work.slope, work.value, 0)
+
+
+def put_rates_at_end(run: Run, end: float, length: float) -> None:
+    """Measure the rates at the end of a trial step."""
+    work, brief = run.work, SHORTLY * length
+    put_force_rates(run, end, brief, work.trial, work.slope_ahead, work.value_ahead, 1)
+
+
+def put_force_rates(
+    run: Run, time: float, shortly: float, state: Floats, slope: Floats, value: Floats, line: int
+) -> None:
+    """Measure the rates of the functions at a state by a difference over ``shortly`` [s]."""
+    work, near, values = run.work, run.work.near, run.work.near_value
+    for j in range(state.size):
+        near[0, j] = state[j] + shortly * slope[j]
+    evaluate(run, time + shortly, near[0], near[1])
+    event_functions(run.balls, near[0], near[1], values[0], values[1], values[2])
+    for slot in range(value.size):
+        work.force_rate[line, slot] = (values[0, slot] - value[slot]) / shortly
+    work.measured[line] = shortly
+
+
+def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
+    """Return the time and the slot of the first event of a step.
+
+    The root is bracketed. A cubic through value and rate at both ends of the bracket predicts it.
+    Each trial step ends slightly beyond the prediction, so that the bracket shrinks from both
+    sides. Every eighth trial bisects the bracket, which bounds the number of trials.
+
+    Args:
+        run: run whose state and event functions are those at the step's beginning.
+        now: local time at the step's beginning [s].
+        length: length of the initial bracket [s].
+        slot: event function that is crossed at ``length``.
+
+    Returns:
+        Time since the step's beginning [s], with the state there in ``trial``, and the slot.
+    """
+    work, rounding, start = run.work, run.work.rounding, run.work.value
+    low, high = 0.0, length
+    at_low, at_high = max(left(start, rounding, slot), 0.0), left(work.value_ahead, rounding, slot)
+    rate_low, rate_high = (
+        rate_at_start(run, now, length, slot),
+        rate_at(run, now + high, length, slot),
+    )
+    beside, rate = BESIDE * length, rate_high
+    for attempt in range(ATTEMPTS):
+        if high - low <= CLOSE * length:
+            break
+        x = crossing(low, high, at_low, at_high, rate_low, rate_high) + beside
+        if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
+            # The function starts at zero and rises first, as for a ball that has just started to
+            # move. The second root is wanted.
+            back = landing(rate_low * high, at_high, rate_high * high)
+            x = back * high + beside if back < 1.0 else 0.25 * high
+        if attempt % 8 == 7 or not low < x < high:
+            x = 0.5 * (low + high)
+        trial_step(run, now, x, now + x)
+        here = left(work.value_ahead, rounding, slot)
+        other = other_crossed(work.value_ahead, rounding, slot)
+        if here >= 0.0 and other < 0:
+            # No function is crossed yet. If the root was predicted just here, only rounding hides
+            # it, so look further ahead, eight times as far each time.
+            beside = 8.0 * beside if 0.0 < x - low <= 2.0 * beside else BESIDE * length
+            rate = rate_at(run, now + x, length, slot)
+            low, at_low, rate_low = x, here, rate
+            continue
+        # If several functions are crossed here, another one may be crossed earlier than this one,
+        # so the next trial ends before the predicted root.
+        beside = BESIDE * length if other < 0 else -BESIDE * length
+        if here >= 0.0:
+            # Another function is crossed first: continue with that one. At ``low`` it is not
+            # crossed.
+            slot, here = other, left(work.value_ahead, rounding, other)
+            at_low, rate_low = -here, NEVER
+            if low == 0.0:
+                at_low = max(left(start, rounding, slot), 0.0)
+                rate_low = rate_at_start(run, now, length, slot)
+        elif other < 0 and -here <= max(-rate * CLOSE * length, FINE * rounding[slot]):
+            return x, slot
+        rate = rate_at(run, now + x, length, slot)
+        high, at_high, rate_high = x, here, rate
+    trial_step(run, now, high, now + high)
+    return high, slot
+
+
+def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
+    """Return the rate of an event function at a step's start."""
+    work = run.work
+    if work.rate[slot] < NEVER:
+        return work.rate[slot]
+    put_rates_at_start(run, now, length)
+    return work.force_rate[0, slot]
+
+
+def rate_at(run: Run, time: float, length: float, slot: int) -> float:
+    """Return the rate of an event function at a trial step's end.
+
+    Measuring a force's rate overwrites the results of the evaluation there.
+    """
+    work = run.work
+    if work.rate_ahead[slot] < NEVER:
+        return work.rate_ahead[slot]
+    put_rates_at_end(run, time, length)
+    return work.force_rate[1, slot]

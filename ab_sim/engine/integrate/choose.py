@@ -1,0 +1,173 @@
+"""Choose the stepper of a scene, and explain the choice."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from ab_sim.base.errors import SceneError, exact, nearest
+from ab_sim.engine.integrate.limits import check_step, largest_step
+from ab_sim.engine.integrate.registry import AUTO, parameters_of, stepper_named, steppers
+from ab_sim.engine.integrate.stepper import Stepper
+from ab_sim.model.dynamics.assemble import DRAG, linear_rates
+from ab_sim.model.dynamics.system import System, eventful, has_events
+from ab_sim.model.spindle import top_speed_of
+from ab_sim.scene.model import Scene
+from ab_sim.scene.sections import Solver
+
+
+class Choice(NamedTuple):
+    """Stepper of a scene, with the reason for the choice and the longest stable step."""
+
+    stepper: Stepper
+    reason: str
+    longest: float
+    """Longest stable step [s]; infinite if nothing limits it."""
+    limited_by: str
+    """Name of the motion that limits the step; empty if none does."""
+    cycle: float
+    """Period of the fastest motion that the steps must follow [s]: the deck's whirl or the motor's
+    loop. The decay of a ball's speed by drag may be faster, but it dies away."""
+
+
+USUAL = "rk8"
+"""Default stepper of ``auto``; ``accuracy:`` may find another one cheaper."""
+STIFF = "imex8"
+"""Stepper of ``auto`` where it needs fewer evaluations than ``USUAL`` because of drag."""
+FEW_PARTS = 4
+"""Number of parts of a step up to which ``USUAL`` is preferred, as it is more accurate."""
+MOST_PARTS = 1024
+"""Maximum number of parts of a step."""
+FOLLOWED = 0.5
+"""Largest product of a part's length and the rate of an oscillation that limits the step."""
+
+
+def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepper | None:
+    """Return the stepper that is stable at this step with the least effort.
+
+    Returns:
+        The stepper, which may divide the step into parts; None if no stepper is stable, or if
+        steps would have to be divided below one sample per revolution.
+    """
+    usual, stiff = (_in_stable_parts(stepper_named(name), step, rates) for name in (USUAL, STIFF))
+    if usual.parts == 1:
+        return usual
+    if usual.parts <= FEW_PARTS or _effort(usual) <= _effort(stiff):
+        found = usual
+    else:
+        found = stiff
+    return found if found.parts <= MOST_PARTS and step * speed <= 2.0 * math.pi else None
+
+
+def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
+    longest, what = largest_step(stepper, limiting(stepper, rates))
+    # A stable step suffices for a motion that decays, but an oscillation has to be followed.
+    if step > longest and rates[what].imag:
+        longest = min(longest, FOLLOWED / abs(rates[what]))
+    return stepper.in_parts(max(1, math.ceil(step / longest)))
+
+
+def _effort(stepper: Stepper) -> int:
+    return stepper.parts * stepper.evaluations
+
+
+def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
+    """Return those of ``linear_rates`` that limit a stepper's step."""
+    return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
+
+
+def top_speed(scene: Scene, commanded: bool = False) -> float:
+    """Return the largest speed of the spindle [rad/s], at which steps have to be stable.
+
+    Args:
+        scene: scene to run.
+        commanded: True if the run takes commands, which may go up to ``spindle.max_speed``. Else
+            the profile gives the largest speed. With a motor it is ``spindle.max_speed``, too, as
+            the speed need not follow the profile.
+    """
+    if commanded or "motor" in scene.effects:
+        return scene.spindle.max_speed
+    return top_speed_of(scene)
+
+
+def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -> Choice:
+    """Return the stepper that a scene names, or a suitable one for ``auto``.
+
+    ``auto`` takes ``rk8`` if it is stable at the scene's step. If not, it divides steps into equal
+    parts: those of ``rk8``, or those of ``imex8`` if drag makes them cheaper. It does so only if
+    the step samples each revolution at least once.
+
+    Args:
+        scene: scene to run.
+        system: system of the scene.
+        fastest: spindle speed [rad/s] up to which the step has to be stable; default: the
+            ``top_speed`` of the scene's profile.
+
+    Raises:
+        SceneError: unknown stepper, step beyond its stability limit, parameters without a named
+            stepper, or the scene requests an accuracy instead.
+    """
+    if scene.accuracy is not None:
+        raise SceneError(
+            "accuracy: has to be turned into a stepper and a step first, which takes runs of the "
+            "scene: ab_sim.drive.accuracy.resolve_accuracy(scene) returns the scene with them"
+        )
+    _check_no_parameters_of_auto(scene.solver)
+    step, name = scene.solver.step, scene.solver.stepper
+    speed = top_speed(scene) if fastest is None else fastest
+    rates = linear_rates(system, speed)
+    automatic = _automatic(step, speed, rates)
+    if name != AUTO:
+        stepper, reason = stepper_named(name, scene.solver.parameters), "named by the scene"
+    else:
+        stepper, reason = automatic or stepper_named(USUAL), "auto: stable at this step"
+        most, what = largest_step(stepper_named(USUAL), rates)
+        if step > most and automatic is not None:
+            reason = (
+                f"auto: {USUAL} would need steps of at most {most:g} s for {what}, whose rate is "
+                f"{abs(rates[what]):.4g} 1/s"
+            )
+            if stepper.parts > 1:
+                reason += f"; takes each step in {stepper.parts} parts"
+    _check_suits(stepper, scene, system)
+    limits = limiting(stepper, rates)
+    longest, what = largest_step(stepper, limits)
+    try:
+        check_step(stepper, step, limits, (longest, what))
+    except SceneError as error:
+        if automatic is None:
+            raise
+        raise SceneError(f"{error}; or leave solver.stepper to auto") from None
+    beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
+    fastest_rate = max((abs(rate) for rate in beside_drag.values()), default=0.0)
+    # Without any motion of its own and with the spindle at rest, the system has no period.
+    cycle = 2.0 * math.pi / fastest_rate if fastest_rate else step
+    return Choice(stepper, reason, longest, what, cycle)
+
+
+def _check_no_parameters_of_auto(solver: Solver) -> None:
+    """Refuse parameters for ``auto``, as they belong to one stepper, which has to be named."""
+    if solver.stepper != AUTO or not solver.parameters:
+        return
+    key, value = next(iter(solver.parameters.items()))
+    takes = [name for name in steppers() if key in parameters_of(name)]
+    known = sorted({key for name in steppers() for key in parameters_of(name)})
+    name_it = (
+        f"name the stepper that takes it ({' or '.join(takes)})"
+        if takes
+        else f"no stepper takes it{nearest(key, known)}"
+    )
+    raise SceneError(
+        f"solver.parameters.{key} = {exact(value)}: solver.stepper is {AUTO!r}, which takes no "
+        f"parameters; {name_it}, or remove solver.parameters (--set solver.parameters=)"
+    )
+
+
+def _check_suits(stepper: Stepper, scene: Scene, system: System) -> None:
+    """Refuse a stepper whose steps cannot be cut at this system's events."""
+    if has_events(system.effects) and not stepper.locates_events:
+        able = ", ".join(name for name, known in steppers().items() if known.locates_events)
+        because = ", ".join(f"{name} ({why})" for name, why in eventful(scene.effects).items())
+        raise SceneError(
+            f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which come "
+            f"with effects.{because}; name one of: {able}"
+        )

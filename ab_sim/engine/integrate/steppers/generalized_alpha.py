@@ -1,0 +1,72 @@
+"""Generalized-alpha for first-order equations: implicit, with selectable damping of fast motions.
+
+With am = (3 - rho) / (2 (1 + rho)), af = 1 / (1 + rho), gamma = 1/2 + am - af, the method has order
+2 and is stable for any step. In each step it multiplies infinitely fast motions by -rho. See
+``stepping.implicit`` for the step.
+
+Source: Jansen, Whiting and Hulbert (2000), Comput. Methods Appl. Mech. Engrg. 190, 305-319. Chung
+and Hulbert (1993), J. Appl. Mech. 60, is the form for second-order equations, which deck-3d used.
+"""
+
+import functools
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.engine.integrate.registry import Parameter, register_family
+from ab_sim.engine.integrate.stepper import Stepper
+
+ROUNDING = 1e-7
+"""Rounding error of a root's modulus; two nearly equal roots are found to half of the digits."""
+
+
+class Alpha(NamedTuple):
+    """Weights of the method."""
+
+    mass: float
+    """Weight am: position between a step's ends at which y' is taken."""
+    force: float
+    """Weight af: position between a step's ends at which f is taken."""
+    newmark: float
+    """Weight gamma."""
+
+
+def growth_of(weights: Alpha, z: complex) -> complex:
+    """Return the growth per step for y' = lambda y, z = step times lambda: the larger root.
+
+    A step maps (y, h y') linearly. Of the two eigenvalues of this map, one approximates the
+    solution, and the other one is parasitic.
+    """
+    am, af, gamma = weights
+    a = am - gamma * af * z
+    b = 1.0 - 2.0 * am - (gamma * (1.0 - af) + (1.0 - gamma) * af) * z
+    c = am - 1.0 - (1.0 - gamma) * (1.0 - af) * z
+    largest = complex(max(np.roots([a, b, c]), key=abs))
+    # With rho = 1, the parasitic root is -1 for any z; rounding must not make it unstable.
+    return largest / abs(largest) if 1.0 < abs(largest) < 1.0 + ROUNDING else largest
+
+
+RADIUS = Parameter(
+    "share that a step leaves of what is infinitely fast: 0 takes it away at once, 1 keeps it",
+    default=0.8,
+    lowest=0.0,
+    highest=1.0,
+)
+
+
+@register_family("generalized-alpha", {"rho_inf": RADIUS})
+def generalized_alpha(rho_inf: float) -> Stepper:
+    """Return the method that multiplies infinitely fast motions by ``-rho_inf`` in each step."""
+    am, af = (3.0 - rho_inf) / (2.0 * (1.0 + rho_inf)), 1.0 / (1.0 + rho_inf)
+    weights = Alpha(am, af, 0.5 + am - af)
+    return Stepper(
+        "generalized-alpha",
+        2,
+        "Jansen, Whiting and Hulbert (2000), Comput. Methods Appl. Mech. Engrg. 190, 305-319",
+        weights,
+        evaluations=4,
+        growth=functools.partial(growth_of, weights),
+        memory=1,
+        locates_events=False,
+        priced=False,
+    )

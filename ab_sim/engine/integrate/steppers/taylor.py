@@ -1,0 +1,88 @@
+"""Taylor's method, in the method's own steps, in which the scene's steps are samples.
+
+See ``ab_sim.engine.taylor``. Sources: Jorba and Zou (2005), Exp. Math. 14, 99-117, for order and
+length of a step from the tolerance; Moore, Interval Analysis (1966), ch. 11, for the recurrences.
+"""
+
+import math
+from typing import NamedTuple
+
+from ab_sim.engine.integrate.registry import Parameter, register_family
+from ab_sim.engine.integrate.stepper import Stepper
+
+PARTS = 1024
+"""Maximum number of parts into which a step of the scene is divided."""
+LOWEST, HIGHEST = 6, 16
+"""Lowest and highest order."""
+MOST_STEPS = 8
+"""Maximum number of the scene's steps in one of the method's own, if a number is given."""
+TOLERANCE = Parameter(
+    "how large the last term of each step's series may be, in balls' angles and in the deck's "
+    "displacement over the race's radius",
+    1e-11,
+    1e-16,
+    1e-2,
+    "rad",
+)
+ORDER = Parameter(
+    "of the series; 0 for the one that suits the tolerance",
+    0.0,
+    0.0,
+    float(HIGHEST),
+    values=(0.0, *map(float, range(LOWEST, HIGHEST + 1))),
+)
+
+
+STEPS = Parameter(
+    "how many of the scene's steps each step of its own goes over, whatever error that leaves; 0 "
+    "for as many, or such a part of one, as the tolerance allows",
+    0.0,
+    0.0,
+    float(MOST_STEPS),
+    values=tuple(map(float, range(MOST_STEPS + 1))),
+)
+
+
+class TaylorParameters(NamedTuple):
+    """Parameters of the method."""
+
+    tolerance: float
+    """Tolerance [rad]."""
+    order: int
+    steps: float
+    """Number of the scene's steps in each of the method's own; 0 for the tolerance's choice."""
+
+
+def order_for(tolerance: float) -> int:
+    """Return the order with which a run is nearly fastest (Jorba and Zou, 3.1)."""
+    return min(max(round(-0.5 * math.log(tolerance)), LOWEST), HIGHEST)
+
+
+@register_family("taylor", {"tolerance": TOLERANCE, "order": ORDER, "steps": STEPS})
+def taylor(tolerance: float, order: float, steps: float) -> Stepper:
+    """Return the method for a tolerance [rad], an order, and a number of the scene's steps."""
+    chosen = int(order) or order_for(tolerance)
+
+    length = steps or 1.0
+    """Length of the method's own steps, in steps of the scene or in parts of one."""
+
+    def growth(z: complex) -> complex:
+        term = total = 1.0 + 0.0j
+        for k in range(1, chosen + 1):
+            term *= z * length / k
+            total += term
+        return total
+
+    return Stepper(
+        "taylor",
+        chosen,
+        "Jorba and Zou (2005), Exp. Math. 14, 99-117",
+        TaylorParameters(tolerance, chosen, steps),
+        evaluations=chosen,
+        growth=growth,
+        memory=1,
+        parts=1 if steps else PARTS,
+        takes_lanes=True,
+        locates_events=False,
+        keeps_tolerance=True,
+    )

@@ -1,0 +1,108 @@
+"""Constants of a scene in memory: traced as inputs, filled in with numbers.
+
+In memory come the raw constants of deck and effects, in the order of ``flattened``; the columns of
+the balls; the place on the speed profile, which a driver changes from one range of steps to the
+next; and derived constants, which the emitted ``prepare`` computes.
+"""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.model.dynamics.system import System, constants_of_balls
+from ab_sim.model.equations.race import BallConstants
+
+PLACE_FIELDS = ("phase", "until", "angle")
+"""Names of the numbers that follow the fields of a segment."""
+
+
+class ConstantsLayout(NamedTuple):
+    """Positions of the raw constants in memory."""
+
+    scalars: tuple[str, ...]
+    """Names of the constants of deck and effects, which begin at 0."""
+    balls: int
+    """Position of the first column of the balls."""
+    place: int
+    """Position of the place on the speed profile."""
+    size: int
+    """Number of raw constants."""
+
+
+def flattened(value: Any, name: str) -> Iterator[tuple[str, float]]:
+    """Yield the floats in nested tuples and arrays, each with a name."""
+    if type(value) is float or isinstance(value, np.floating):
+        yield name, float(value)
+    elif isinstance(value, np.ndarray):
+        for k, line in enumerate(value):
+            yield from flattened(tuple(line.tolist()) if line.ndim else float(line), f"{name}.{k}")
+    elif isinstance(value, tuple):
+        names = getattr(value, "_fields", range(len(value)))
+        for part, each in zip(names, value, strict=True):
+            yield from flattened(each, f"{name}.{part}")
+
+
+def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:
+    """Return nested tuples with each float replaced by ``make`` of its name.
+
+    Other values, such as counts and choices, stay, because they decide which code is traced.
+    """
+    if type(value) is float or isinstance(value, np.floating):
+        return make(name)
+    if isinstance(value, np.ndarray):
+        lines = [tuple(line.tolist()) if line.ndim else float(line) for line in value]
+        return tuple(traced(line, f"{name}.{k}", make) for k, line in enumerate(lines))
+    if isinstance(value, tuple):
+        names = getattr(value, "_fields", range(len(value)))
+        parts = [traced(v, f"{name}.{part}", make) for part, v in zip(names, value, strict=True)]
+        return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
+    return value
+
+
+def layout_of_constants(system: System, segment: type[Any]) -> ConstantsLayout:
+    """Return the layout of a system's constants, for a class of segments."""
+    scalars = tuple(name for name, _ in flattened(_bodies(system), ""))
+    n = len(system.balls)
+    place = len(scalars) + n * (len(BallConstants._fields) - 1)
+    size = place + len(segment._fields) + len(PLACE_FIELDS)
+    return ConstantsLayout(scalars, len(scalars), place, size)
+
+
+def numbers_of(system: System) -> np.ndarray:
+    """Return the raw constants of a system, except its place on the profile."""
+    scalars = [number for _, number in flattened(_bodies(system), "")]
+    return np.concatenate([scalars, constants_of_balls(system).ravel()])
+
+
+def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tuple[Any, ...]]:
+    """Return deck and effects of a system with expressions instead of numbers."""
+    deck, effects = traced(_bodies(system), "", make)
+    return deck, effects
+
+
+def traced_balls(count: int, make: Callable[[str], Any]) -> BallConstants:
+    """Return the constants of ``count`` balls as expressions."""
+    return BallConstants(count, *(make(name) for name in BallConstants._fields[1:]))
+
+
+def pattern(system: System) -> Any:
+    """Return everything on which code depends: types, and values other than floats.
+
+    Scenes with equal patterns share their code.
+    """
+    return _pattern(_bodies(system))
+
+
+def _bodies(system: System) -> tuple[Any, tuple[Any, ...]]:
+    return system.deck_model, system.effects
+
+
+def _pattern(value: Any) -> Any:
+    if type(value) is float or isinstance(value, np.floating):
+        return float
+    if isinstance(value, np.ndarray):
+        return value.shape
+    if isinstance(value, tuple):
+        return type(value), tuple(map(_pattern, value))
+    return value

@@ -1,0 +1,267 @@
+"""Equations of a kind of scene as expressions, from which all functions are emitted."""
+
+import functools
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+from ab_sim.engine.kernels.constants import traced_balls, traced_bodies
+from ab_sim.model.dynamics.system import (
+    System,
+    has_contact,
+    has_friction,
+    has_motor,
+    has_spindle_angle,
+)
+from ab_sim.model.equations.arrowhead import Arrow, Solved, solve
+from ab_sim.model.equations.energy import powers
+from ab_sim.model.equations.motion import SpindleMotion
+from ab_sim.model.equations.race import (
+    OnRace,
+    friction_coefficient,
+    on_race,
+    path_length,
+    rate_change,
+)
+from ab_sim.model.equations.spindle import (
+    MotorState,
+    SegmentInputs,
+    Torques,
+    motor_driven,
+    prescribed,
+)
+from ab_sim.model.equations.sums import Number, over_effects
+from ab_sim.tracing import Expression, Graph, Level, cos, sin
+from ab_sim.tracing.expression import rows
+
+OF_EACH_BALL = ("theta", "rate")
+"""Names of the states per ball."""
+
+
+class TracedState(NamedTuple):
+    """State at a time, as expressions."""
+
+    time: Number
+    deck: Sequence[Number]
+    """States of the deck."""
+    theta: Number
+    rate: Number
+    """Rate of each ball's angle."""
+    spindle: MotorState | None
+    """Spindle's state with a motor, else None."""
+
+
+class Evaluated(NamedTuple):
+    """Results of the equations for a state."""
+
+    spindle: SpindleMotion
+    torques: Torques | None
+    on: OnRace
+    arrow: Arrow
+    solved: Solved
+
+
+class Model:
+    """Kind of scene: deck model, effects, number of balls, class of the profile's segments.
+
+    Args:
+        system: any system of this kind.
+        segment: class of the segments.
+    """
+
+    def __init__(self, system: System, segment: type[Any]) -> None:
+        self.graph = Graph()
+        self.count = len(system.balls)
+        self.deck, self.effects = traced_bodies(system, self._parameter)
+        self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
+        fields = [self._parameter(f"segment.{name}") for name in segment._fields]
+        self.place = SegmentInputs(
+            segment(*fields), self._parameter("phase"), self._parameter("angle")
+        )
+        self.states = type(system.deck_model).STATES
+        self.unknowns: int = type(system.deck_model).UNKNOWNS + 1
+        self.has_motor = has_motor(self.effects)
+        self.has_friction = has_friction(self.effects)
+        self.has_contact = has_contact(self.effects)
+        self.has_events = self.has_motor or self.has_friction or self.has_contact
+        self.has_energy_balance = bool(system.energy_balance)
+        self.angle_needed = has_spindle_angle(system)
+
+    @property
+    def state_names(self) -> tuple[str, ...]:
+        """Names of the inputs that are states, in order; ``OF_EACH_BALL`` stand for all balls."""
+        return (
+            *(f"deck[{j}]" for j in range(self.states)),
+            *OF_EACH_BALL,
+            *(("psi", "omega", "integral") if self.has_motor else ()),
+            *(("work", "dissipated") if self.has_energy_balance else ()),
+        )
+
+    def state_inputs(self) -> list[Expression]:
+        """Return the inputs of all states, in their order; one input stands for all balls."""
+        return [self.graph.input(name, each=name in OF_EACH_BALL) for name in self.state_names]
+
+    def _parameter(self, name: str, each: bool = False) -> Expression:
+        return self.graph.input(name, Level.PARAMETER, each)
+
+    def motion(self) -> TracedState:
+        """Return the state in memory, as inputs, at the input ``time``."""
+        given = self.graph.input
+        spindle = None
+        if self.has_motor:
+            # The motor's branch changes at events only, so it is not a state.
+            limit = given("limit", Level.TIME)
+            spindle = MotorState(given("psi"), given("omega"), given("integral"), limit)
+        return TracedState(
+            given("time", Level.TIME),
+            [given(f"deck[{j}]") for j in range(self.states)],
+            given("theta", each=True),
+            given("rate", each=True),
+            spindle,
+        )
+
+    def friction(self) -> Number | None:
+        """Return each ball's signed coefficient of sliding friction, or None without friction."""
+        if not self.has_friction:
+            return None
+        sign = self.graph.input("sign", Level.TIME, each=True)
+        return sign * friction_coefficient(self.effects, self.balls)
+
+    def mobility(self, force: Number, ahead: Number | None = None) -> Number:
+        """Return the balls' accelerations under a force (``equations.arrowhead.Mobility``).
+
+        Args:
+            force: force along the race on each ball.
+            ahead: time [s] after which the drag is evaluated, at the speed reached then; None
+                evaluates it at the speed of the state.
+        """
+        if ahead is not None:
+            drag = over_effects(self.effects, "ball_drag", 0.0, self.balls.each)
+            force = force / (1.0 + ahead * (drag * self.balls.mobility))
+        if self.has_contact:
+            return rows(self.lifted(force))
+        if self.has_friction:
+            return force * self.graph.input("mobility_now", Level.TIME, each=True)
+        return force * self.balls.mobility
+
+    def spindle(self, at: TracedState) -> tuple[SpindleMotion, Torques | None]:
+        """Return the spindle's motion and, with a motor, its torques."""
+        if at.spindle is None:
+            return prescribed(self.effects, self.place, at.time, self.angle_needed), None
+        return motor_driven(self.effects, self.place, at.time, at.spindle, self.angle_needed)
+
+    def arrow(
+        self, at: TracedState, c: Number | None = None, s: Number | None = None
+    ) -> tuple[SpindleMotion, Torques | None, OnRace, Arrow]:
+        """Return the equations before their solution; c, s may give the balls' cos and sin."""
+        spindle, torques = self.spindle(at)
+        c = cos(at.theta) if c is None else c
+        s = sin(at.theta) if s is None else s
+        on = on_race(self.effects, self.balls, c, s, at.rate)
+        arrow = self.deck.arrow(self.effects, self.balls, on, spindle, at.deck)
+        return spindle, torques, on, arrow
+
+    def evaluated(self, at: TracedState, ahead: Number | None = None) -> Evaluated:
+        """Return the equations and their solution; ``ahead`` is that of ``mobility``."""
+        spindle, torques, on, arrow = self.arrow(at)
+        prescribed_one = None if self.has_motor else spindle.acceleration
+        mobility = functools.partial(self.mobility, ahead=ahead)
+        solved = solve(arrow, self.count, mobility, self.friction(), prescribed_one)
+        return Evaluated(spindle, torques, on, arrow, solved)
+
+    def slope(self, at: TracedState, found: Evaluated) -> list[Expression]:
+        """Return the rates of change of all states, in order; one expression for all balls."""
+        spindle, torques, on, arrow, solved = found
+        deck = self.deck.rates(self.effects, spindle, at.deck, solved.x)
+        rates = [*deck, at.rate, rate_change(on, solved.path)]
+        if at.spindle is not None:
+            rates += [spindle.speed, solved.x[-1], spindle.integral_rate]
+        if self.has_energy_balance:
+            loss = self.deck.dissipated(self.effects, spindle, at.deck)
+            rates += powers(
+                self.effects,
+                self.balls,
+                on,
+                spindle,
+                arrow,
+                solved,
+                friction=self.friction(),
+                prescribed=not self.has_motor,
+                suspension_loss=loss,
+            )
+        return [self.lifted(rate) for rate in rates]
+
+    def sample(self, at: TracedState, found: Evaluated) -> list[Expression]:
+        """Return a sample's row without the balls and the torque, at the input ``profile_time``.
+
+        Whole turns of a motor's spindle are left out.
+        """
+        when = self.graph.input("profile_time", Level.TIME)
+        segment, turned = self.place.segment, self.place.segment.angle(when)
+        asked, spindle = segment.speed(when), found.spindle
+        if at.spindle is None:
+            angle, speed, psi = self.place.angle + turned, asked, self.place.phase + turned
+        else:
+            angle, speed, psi = at.spindle.psi, at.spindle.speed, at.spindle.psi
+        shown = spindle._replace(cos=cos(psi), sin=sin(psi))
+        own = self.deck.channels(self.effects, shown, at.deck, found.solved.x)
+        row = [angle, speed, asked, *own]
+        return [self.lifted(x) for x in row]
+
+    def table(self, at: TracedState, found: Evaluated) -> list[Expression]:
+        """Return columns of the balls' table for events, see ``ab_sim.engine.events``."""
+        _, _, on, arrow, solved = found
+        friction = self.friction()
+        along = 0.0
+        if self.has_contact:
+            along = path_length(self.effects, self.balls, at.theta)
+        columns = [
+            arrow.load,
+            self.balls.rolling_mass,
+            arrow.path_force,
+            0.0 if friction is None else friction,
+            friction_coefficient(self.effects, self.balls),
+            on.path,
+            on.curve,
+            along,
+            solved.path,
+            *arrow.coupling,
+            *arrow.normal_coupling,
+        ]
+        return [self.lifted(x) for x in columns]
+
+    def with_forces(
+        self, columns: Sequence[Expression], x: Sequence[Expression]
+    ) -> list[Expression]:
+        """Return the columns of ``table`` with three more that depend on the accelerations.
+
+        These are the normal force, the force along the race that is left after sliding friction,
+        and the size of the terms in it, which bounds its rounding error.
+        """
+        load, _, pull, friction, *others = columns
+        coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]
+        normal = load if self.has_friction else self.lifted(0.0)
+        for r, each in enumerate(x):
+            pull = pull + coupling[r] * each
+            normal = normal + press[r] * each if self.has_friction else normal
+        pull = pull - friction * normal
+        size = abs(pull) + self.balls.mass * (abs(x[0]) + abs(x[1])) + abs(normal)
+        return [*columns[:9], normal, pull, size, *columns[9:]]
+
+    def block(self, arrow: Arrow) -> list[Expression]:
+        """Return the equations' block row by row, with the forces in its last column."""
+        lines = [[*line, f] for line, f in zip(arrow.block, arrow.force, strict=True)]
+        return [self.lifted(x) for line in lines for x in line]
+
+    def restitution(self) -> Expression:
+        """Return the coefficient of restitution for the input ``approach`` [m/s]."""
+        approach = self.graph.input("approach")
+        return self.lifted(over_effects(self.effects, "restitution", 0.0, approach))
+
+    def jump(self, at: TracedState) -> list[Expression]:
+        """Return the changes of the deck's states by jumps of velocity, the inputs ``jump[r]``."""
+        jumps = [self.graph.input(f"jump[{r}]") for r in range(self.unknowns)]
+        return [self.lifted(x) for x in self.deck.jump(at.deck, jumps)]
+
+    def lifted(self, x: Number) -> Expression:
+        """Return an expression unchanged, and a number as a constant."""
+        return x if isinstance(x, Expression) else self.graph.constant(x)

@@ -1,0 +1,125 @@
+"""Step of the generalized-alpha method, solved by Newton's method with exact derivatives.
+
+The stepper gives the method's source. From y_n, and y'_n in its memory, a step of length h solves
+
+    y'_{n+am} = f(t + af h, y_{n+af})
+    y'_{n+am} = y'_n + am (y'_{n+1} - y'_n),      y_{n+af} = y_n + af (y_{n+1} - y_n)
+    y_{n+1} = y_n + h (y'_n + gamma (y'_{n+1} - y'_n))
+
+for d = y_{n+af} - y_n.
+"""
+
+import math
+
+from ab_sim.engine.compiling.kinds import Table, call
+from ab_sim.engine.events.run import ImplicitWork, Run
+
+KEPT = 6
+"""Newton iterations per Jacobian."""
+MOST = 60
+"""Maximum number of iterations; a step that needs more returns a state that is not finite."""
+CLOSE, SETTLED = 1e-14, 1e-7
+"""Relative corrections at which the iteration ends, as fractions of the step's change: at once
+below ``CLOSE``; below ``SETTLED`` once they no longer shrink, because they are then rounding."""
+
+
+def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> None:
+    """Take one step from the state, whose slope is known, into ``trial``; local time [s]."""
+    am, af, gamma = own.mass, own.force, own.newmark
+    state, past, d, at = run.state, run.work.memory[0], own.change, own.at
+    equations, states = own.equations, run.state.size
+    c, b = run.scene.c, run.balls.branches
+    # A cleared memory, at the start or after a kink, begins with the present slope.
+    fresh = True
+    for j in range(states):
+        if past[j] != 0.0:
+            fresh = False
+    for j in range(states):
+        if fresh:
+            past[j] = run.work.slope[j]
+        d[j] = af * length * past[j]
+    reach = af * gamma * length / am
+    kept = length * af * (1.0 - gamma / am)
+    own.time[0] = begin + af * length
+    before, solved = math.inf, False
+    for k in range(MOST):
+        for j in range(states):
+            at[j] = state[j] + d[j]
+        call(own.slope, c, b, at, own.slope_there, own.time[0])
+        # Simplified Newton: the Jacobian costs far more than a slope, and the start is so close
+        # that an old one converges nearly as fast.
+        if k % KEPT == 0:
+            differentiate(own, run)
+        for i in range(states):
+            for j in range(states):
+                equations[i, j] = -reach * own.jacobian[i, j]
+            equations[i, i] += 1.0
+            equations[i, states] = reach * own.slope_there[i] + kept * past[i] - d[i]
+        reduce(equations, states)
+        # Deck and balls are judged separately: their states differ by orders of magnitude.
+        balls = run.balls.first_angle
+        change = max(share_changed(own, reach, 0, balls), share_changed(own, reach, balls, states))
+        for j in range(states):
+            d[j] += equations[j, states]
+        # Close to the solution, corrections that no longer shrink are rounding.
+        if change <= CLOSE or (change < SETTLED and change > 0.5 * before):
+            solved = True
+            break
+        before = change
+    if not solved:
+        d[0] = math.nan
+    for j in range(states):
+        run.work.trial[j] = state[j] + d[j] / af
+        past[j] = (d[j] / (af * length) - (1.0 - gamma) * past[j]) / gamma
+
+
+def differentiate(own: ImplicitWork, run: Run) -> None:
+    """Compute the Jacobian at ``own.at`` and ``own.time``, several columns at once."""
+    states, lanes, first = run.state.size, own.along.shape[1], 0
+    while first < states:
+        for j in range(states + 1):
+            for lane in range(lanes):
+                own.along[j, lane] = 1.0 if j == first + lane else 0.0
+        c, b = run.scene.c, run.balls.branches
+        call(own.tangent, c, b, own.time, own.at, own.along, own.rates)
+        for lane in range(min(lanes, states - first)):
+            for i in range(states):
+                own.jacobian[i, first + lane] = own.rates[i, lane]
+        first += lanes
+
+
+def share_changed(own: ImplicitWork, reach: float, first: int, end: int) -> float:
+    """Return the correction of states ``first`` to ``end``, relative to the step's change of them.
+
+    Both are the largest over these states: one that stays at zero by symmetry is only rounding.
+    """
+    size, most, column = 0.0, 0.0, own.change.size
+    for j in range(first, end):
+        size = max(size, abs(own.change[j]) + abs(reach * own.slope_there[j]))
+        most = max(most, abs(own.equations[j, column]))
+    return most / size if size > 0.0 else most
+
+
+def reduce(table: Table, size: int) -> None:
+    """Solve linear equations by Gauss-Jordan elimination with partial pivoting, in place.
+
+    Args:
+        table: matrix with the right-hand side in its last column, shape (size, size + 1). The last
+            column holds the solution at the end.
+        size: number of equations.
+    """
+    for p in range(size):
+        best = p
+        for r in range(p + 1, size):
+            if abs(table[r, p]) > abs(table[best, p]):
+                best = r
+        scale = 1.0 / table[best, p]
+        for c in range(p, size + 1):
+            moved = table[best, c] * scale
+            table[best, c] = table[p, c]
+            table[p, c] = moved
+        for r in range(size):
+            factor = table[r, p]
+            if r != p and factor != 0.0:
+                for c in range(p, size + 1):
+                    table[r, c] -= factor * table[p, c]

@@ -1,0 +1,245 @@
+"""Fixed steps of eight runs with events, taken together unless a run may have an event.
+
+A run that may have an event in a step takes that step alone, by ``events.location``, and then joins
+the others again. The test for all eight is slightly more cautious than that for one run: a run may
+take a step alone although there is no event in it.
+"""
+
+from typing import NamedTuple
+
+from ab_sim.engine.compiling.kinds import Cube, Floats, Table, call
+from ab_sim.engine.events.balls import put_branches
+from ab_sim.engine.events.event_functions import look_at_start
+from ab_sim.engine.events.location import (
+    check_branches,
+    cut_at_events,
+    look_at_end,
+    may_have_event,
+    put_functions_at_end,
+)
+from ab_sim.engine.events.run import Run, evaluate
+from ab_sim.engine.stepping.fixed_step import take_over_end
+from ab_sim.engine.stepping.settle import MOVED, SOUND
+from ab_sim.engine.stepping.side_by_side import (
+    BEGIN,
+    END,
+    LANES,
+    STEPS,
+    TAKEN,
+    LanePlan,
+    LaneRuns,
+    LaneSamples,
+    enter,
+    put_times,
+    recorded,
+    settle,
+)
+from ab_sim.model.dynamics.system import TURNS
+
+EightRuns = tuple[Run, Run, Run, Run, Run, Run, Run, Run]
+
+
+class LanesOverEvents(NamedTuple):
+    """Eight runs with events."""
+
+    lanes: LaneRuns
+    has_contact: bool
+    """True if balls can touch. Neighbours differ between runs, so each run is then tested alone."""
+    watch: int
+    """Function watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
+    seen: Table
+    """Memory of ``watch`` between steps, shape (numbers, 8)."""
+    evaluate: int
+    """Function evaluate(c, b, t, y, k, x, motor, table), in lanes. With contact."""
+    x: Table
+    """``BallEvents.x`` of all runs, shape (K, 8)."""
+    motor: Table
+    """``BallEvents.motor`` of all runs, shape (3, 8)."""
+    table: Cube
+    """``BallEvents.table`` of all runs, shape (12 + 2 K, n, 8)."""
+    found: Floats
+    """Nonzero for a run that may have an event in its step, shape (8,)."""
+    again: Floats
+    """Nonzero for a run that took its step alone, shape (8,): 1, or 2 if its branches must be
+    checked."""
+    one: EightRuns
+    """Single runs; their states, branches and turns are copies of those in the lanes."""
+
+
+def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: LaneSamples) -> None:
+    """Take the steps of a plan with events: see ``side_by_side.advance_side_by_side``."""
+    runs = all_runs.lanes
+    c, b, times = runs.c, runs.b, runs.times
+    for s in range(plan.rows.shape[0]):
+        enter(runs, plan, s)
+        for lane in range(LANES):
+            if times[TAKEN, lane] > 0.0:
+                times[END, lane] = times[BEGIN, lane]
+        enter_alone(all_runs)
+        for k in range(plan.rows[s, STEPS]):
+            put_times(runs, plan, s, k)
+            call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
+            # All runs try the step as if there were no event. Only those in which an event is
+            # possible repeat it alone, so that the common case stays vectorised.
+            look(all_runs)
+            if is_any(all_runs.found):
+                step_alone(all_runs)
+            settle(runs)
+            if all_runs.has_contact:
+                go_on(all_runs)
+            if is_any(all_runs.again) or is_any(runs.said[MOVED]):
+                join(all_runs)
+            recorded(runs, plan, samples, s, k)
+
+
+def enter_alone(all_runs: LanesOverEvents) -> None:
+    """Begin a row of a plan with each run that takes part in it."""
+    runs, lane = all_runs.lanes, 0
+    for run in all_runs.one:
+        if is_going(runs, lane):
+            for j in range(runs.place, run.scene.c.size):
+                run.scene.c[j] = runs.c[j, lane]
+            see_to_branches(runs, run, lane)
+        lane += 1
+    refresh(all_runs)
+
+
+def look(all_runs: LanesOverEvents) -> None:
+    """Mark the runs that may have an event in the trial step."""
+    runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
+    c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
+    if not all_runs.has_contact:
+        call(all_runs.watch, c, b, after, trial, slopes, all_runs.seen, all_runs.found)
+        return
+    x, motor, table = all_runs.x, all_runs.motor, all_runs.table
+    call(all_runs.evaluate, c, b, runs.times[END:], trial, slopes, x, motor, table)
+    lane = 0
+    for run in all_runs.one:
+        all_runs.found[lane] = 0.0
+        if is_going(runs, lane) and may_have_event_alone(all_runs, run, lane):
+            all_runs.found[lane] = 1.0
+        lane += 1
+
+
+def refresh(all_runs: LanesOverEvents) -> None:
+    """Update the memory of ``watch`` to the present states."""
+    runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
+    if not all_runs.has_contact:
+        c, b, state, slopes = runs.c, runs.b, runs.state, runs.slopes
+        call(all_runs.watch, c, b, now, state, slopes, all_runs.seen, all_runs.found)
+
+
+def is_going(runs: LaneRuns, lane: int) -> bool:
+    """Return whether a run takes the current step."""
+    return runs.times[TAKEN, lane] > 0.0 and runs.said[SOUND, lane] != 0.0
+
+
+def may_have_event_alone(all_runs: LanesOverEvents, run: Run, lane: int) -> bool:
+    """Return whether one run may have an event in its step, from its values at the step's end."""
+    balls, work, times = run.balls, run.work, all_runs.lanes.times
+    take_out(work.trial, all_runs.lanes.trial, lane)
+    take_out(work.slope_ahead, all_runs.lanes.slopes, lane)
+    take_out(balls.x, all_runs.x, lane)
+    take_out(balls.motor, all_runs.motor, lane)
+    for line in range(balls.table.shape[0]):
+        take_out(balls.table[line], all_runs.table[line], lane)
+    put_functions_at_end(run)
+    return may_have_event(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
+
+
+def step_alone(all_runs: LanesOverEvents) -> None:
+    """Repeat the step with each run that may have an event in it."""
+    runs, lane = all_runs.lanes, 0
+    for run in all_runs.one:
+        if all_runs.found[lane] != 0.0 and is_going(runs, lane):
+            if not all_runs.has_contact:
+                look_at_step(runs, run, lane)
+            known = step_of_one(runs, run, lane)
+            all_runs.again[lane] = 1.0 if known else 2.0
+        lane += 1
+
+
+def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
+    """Evaluate one run's event functions at both ends of the step tried in the lanes."""
+    work = run.work
+    take_over_from(runs, run, lane)
+    evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
+    look_at_start(run)
+    take_out(work.trial, runs.trial, lane)
+    look_at_end(run, runs.times[END, lane])
+
+
+def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
+    """Take one run's step alone, cut at its events, and copy the result into the lanes.
+
+    Returns:
+        Whether its branches certainly hold at the step's end, as for ``step_over_events``.
+    """
+    work, times = run.work, runs.times
+    known = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
+    put_in(runs.trial, work.trial, lane)
+    put_in(runs.slopes, work.slope_ahead, lane)
+    put_in(runs.b, run.balls.branches, lane)
+    return known
+
+
+def join(all_runs: LanesOverEvents) -> None:
+    """Check the branches of runs that had an event, or whose state has been changed."""
+    runs, lane = all_runs.lanes, 0
+    for run in all_runs.one:
+        doubtful = all_runs.again[lane] == 2.0 or runs.said[MOVED, lane] != 0.0
+        if doubtful and is_going(runs, lane):
+            see_to_branches(runs, run, lane)
+        all_runs.again[lane] = 0.0
+        lane += 1
+    refresh(all_runs)
+
+
+def is_any(flags: Floats) -> bool:
+    """Return whether any run's flag is nonzero."""
+    found = 0.0
+    for lane in range(LANES):
+        found += abs(flags[lane])
+    return found != 0.0
+
+
+def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
+    """Check one run's branches, as a single run does before its first step."""
+    take_over_from(runs, run, lane)
+    put_branches(run.balls)
+    time = runs.times[END, lane]
+    evaluate(run, time, run.state, run.work.slope)
+    check_branches(run, time)
+    put_in(runs.state, run.state, lane)
+    put_in(runs.slopes, run.work.slope, lane)
+    put_in(runs.b, run.balls.branches, lane)
+
+
+def take_over_from(runs: LaneRuns, run: Run, lane: int) -> None:
+    """Copy one run's state and turns from the lanes."""
+    take_out(run.state, runs.state, lane)
+    for i in range(runs.turns.shape[0]):
+        run.balls.discrete[i, TURNS] = int(runs.turns[i, lane])
+
+
+def take_out(values: Floats, table: Table, lane: int) -> None:
+    """Copy one run's numbers from the lanes."""
+    for j in range(values.size):
+        values[j] = table[j, lane]
+
+
+def put_in(table: Table, values: Floats, lane: int) -> None:
+    """Copy one run's numbers into the lanes."""
+    for j in range(values.size):
+        table[j, lane] = values[j]
+
+
+def go_on(all_runs: LanesOverEvents) -> None:
+    """Reuse what was evaluated at each run's step end for its next start."""
+    lane = 0
+    for run in all_runs.one:
+        if is_going(all_runs.lanes, lane) and all_runs.again[lane] != 2.0:
+            for j in range(run.state.size):
+                run.state[j] = run.work.trial[j]
+            take_over_end(run.work)
+        lane += 1

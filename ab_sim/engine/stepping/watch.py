@@ -1,0 +1,208 @@
+"""Emit a test for possible events in a step of eight runs without ball contact.
+
+``events.event_functions`` and ``events.location`` define events. The emitted test is conservative:
+if it rules out an event, the scalar driver would find none either. Margins cover the difference in
+rounding.
+"""
+
+from functools import partial
+from typing import NamedTuple
+
+from ab_sim.engine.events.event_functions import NEVER
+from ab_sim.engine.events.location import DOUBT, NEAR, SHORTLY
+from ab_sim.engine.events.run import ASKED, GRIP, MOST, NORMAL, PULL, SIZE
+from ab_sim.engine.kernels.code import Code
+from ab_sim.engine.kernels.emission import Emission
+from ab_sim.tracing import Expression, Graph, Level, total, where
+from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
+
+SURE = 1e-6
+"""Margin far above rounding, as a fraction of the forces in an event function, or of a speed."""
+NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
+
+
+def watch_address(code: Code, lanes: int) -> int:
+    """Return the address of ``watch(c, b, t, y, k, seen, found)``, in lanes, at a step's end y.
+
+    The length of each run's step and the time at its end follow t. The function fills in the slope
+    k, and ``found`` with a number for each run, 0.0 if the step cannot contain an event. ``seen``
+    must hold the values from the step's start and is overwritten: see ``size_of_seen``.
+
+    Args:
+        code: machine code of the kind of scene, which caches the function.
+        lanes: number of runs side by side.
+    """
+    return code.made("watch", "watch", partial(_text, code.emission, lanes))
+
+
+def size_of_seen(code: Code) -> int:
+    """Return the count of numbers that ``watch`` keeps of each run between steps."""
+    return NUMBERS_PER_BALL * code.model.count + NUMBERS_OF_MOTOR
+
+
+class _Function(NamedTuple):
+    """Event function that is a force: see ``events.event_functions``."""
+
+    value: Expression
+    size: Expression
+    """Magnitude of the forces in it, which bounds its rounding error."""
+
+
+def _text(emission: Emission, lanes: int) -> str:
+    into, body = emission.function(
+        "watch", ["y", "k", "seen", "found"], ["length", "time"], state="y", lanes=lanes
+    )
+    emission.store_slope(body, emission.roots["slope"], "k")
+    forces, sliding = _forces(emission), _sliding(emission)
+    near = Body(into, emission.places, emission.known, _shortly_after(emission, body))
+    taken = emission.model.graph.input("length", Level.TIME)
+    judged, given = Graph(), {"length": body.values(taken)}
+    places: dict[str, MemorySlot] = {}
+    kept: list[tuple[Expression, MemorySlot]] = []
+    doubts: list[Expression] = []
+    at = 0
+
+    def number(name: str, each: bool, values: list[str]) -> Expression:
+        given[name] = values
+        return judged.input(name, each=each)
+
+    def remembered(name: str, each: bool, now: Expression) -> Expression:
+        nonlocal at
+        places[name] = MemorySlot("seen", at)
+        kept.append((now, places[name]))
+        at += emission.model.count if each else 1
+        return judged.input(name, each=each)
+
+    length = judged.input("length")
+    for k, force in enumerate(forces):
+        each = force.value.each
+
+        def of(body: Body, x: Expression, each: bool = each) -> list[str]:
+            return body.each(x) if each else body.values(x)
+
+        value = number(f"value {k}", each, of(body, force.value))
+        size = number(f"size {k}", each, of(body, force.size))
+        shortly = number(f"near {k}", each, of(near, force.value))
+        change = (shortly - value) / SHORTLY
+        before = remembered(f"value before {k}", each, value)
+        change_before = remembered(f"change before {k}", each, change)
+        doubts.append(_doubt_of_force(before, change_before, value, change, size))
+    if sliding is not None:
+        speed, rate = (number(f"slide {k}", True, body.each(x)) for k, x in enumerate(sliding))
+        before = remembered("slide before", True, speed)
+        rate_before = remembered("rate before", True, rate)
+        doubts.append(_doubt_of_speed(before, rate_before * length, speed, rate * length))
+    found = judged.constant(0.0)
+    for doubt in doubts:
+        found = found + (total(doubt) if doubt.each else doubt)
+    judge = Body(into, places, bound=given)
+    # All values are read before any is written: outputs may overwrite inputs.
+    for x in (found, *(now for now, _ in kept)):
+        judge.values(x)
+    for now, place in kept:
+        judge.store(now, place)
+    judge.store(found, MemorySlot("found", 0))
+    return module_text([into])
+
+
+def _shortly_after(emission: Emission, body: Body) -> dict[str, list[str]]:
+    """Return the inputs a moment later, for difference quotients of forces.
+
+    ``location.put_force_rates`` uses the same ones for a single run.
+    """
+    model, slope = emission.model, emission.roots["slope"]
+    given = model.graph.input
+    shortly = SHORTLY * given("length", Level.TIME)
+    found = {"time": body.values(given("time", Level.TIME) + shortly)}
+    for state, change in zip(model.state_inputs(), slope, strict=True):
+        if model.count or not state.each:
+            later = state + shortly * change
+            found[state.payload] = body.each(later) if state.each else body.values(later)
+    return found
+
+
+def _forces(emission: Emission) -> list[_Function]:
+    """Return the event functions that are forces.
+
+    They are a ball's normal force, a sticking ball's friction reserve either way, and a motor's
+    torque reserve.
+    """
+    model, table = emission.model, emission.roots["table"]
+    found: list[_Function] = []
+    if model.has_friction and model.count:
+        normal, pull, size = table[NORMAL], table[PULL], table[SIZE]
+        left = table[GRIP] * where(normal > 0.0, normal, 0.0)
+        sign, sticks = _sign(emission), _sticks(emission)
+        load = where(sticks, normal, where(abs(sign) > 0.0, normal, -normal))
+        found += [
+            _Function(load, size),
+            _Function(where(sticks, left + pull, NEVER), size),
+            _Function(where(sticks, left - pull, NEVER), size),
+        ]
+    if model.has_motor:
+        asked, most = (emission.roots["motor"][k] for k in (ASKED, MOST))
+        limit = model.graph.input("limit", Level.TIME)
+        free, size = abs(limit) <= 0.0, most + abs(asked)
+        found += [
+            _Function(where(free, most + asked, limit * asked - most), size),
+            _Function(where(free, most - asked, NEVER), size),
+        ]
+    return found
+
+
+def _sliding(emission: Emission) -> tuple[Expression, Expression] | None:
+    """Return the balls' speed in their direction of sliding, and its rate."""
+    model = emission.model
+    if not (model.has_friction and model.count):
+        return None
+    sign, rate = _sign(emission), model.graph.input("rate", each=True)
+    change = emission.roots["slope"][model.states + 1]
+    slides = abs(sign) > 0.0
+    return where(slides, sign * rate, NEVER), where(slides, sign * change, 0.0)
+
+
+def _sign(emission: Emission) -> Expression:
+    return emission.model.graph.input("sign", Level.TIME, each=True)
+
+
+def _sticks(emission: Emission) -> Expression:
+    return emission.model.graph.input("mobility_now", Level.TIME, each=True) <= 0.0
+
+
+def _doubt_of_force(
+    g0: Expression, r0: Expression, g1: Expression, r1: Expression, size: Expression
+) -> Expression:
+    """Return 1.0 where a force may become negative within a step, else 0.0.
+
+    The bound follows from values and changes at both ends of the step.
+    """
+    sure = SURE * size
+    varies = abs(r0) + abs(r1)
+    doubt = where(varies < DOUBT * size, varies, DOUBT * size) + sure
+    low = where(_hull(g0, r0, g1, r1) > doubt, 0.0, 1.0)
+    dips = where(r0 < sure, where(r1 > -sure, low, 0.0), 0.0)
+    is_far = _least(g0, g1) > (1.0 + SURE) * NEAR * size
+    # A force negative at the end, or NaN, always counts: the comparison is false for NaN. Far from
+    # zero there is no event for any changes.
+    return where(g1 >= 0.0, where(is_far, 0.0, dips), 1.0)
+
+
+def _doubt_of_speed(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
+    """Return 1.0 where a speed may become negative within a step, else 0.0."""
+    sure = SURE * (abs(r0) + abs(r1) + _least(abs(g0), abs(g1)))
+    low = where(_hull(g0, r0, g1, r1) > sure, 0.0, 1.0)
+    dips = where(r0 < 0.0, where(r1 > 0.0, low, 0.0), 0.0)
+    return where(g1 > 0.0, dips, 1.0)
+
+
+def _hull(g0: Expression, r0: Expression, g1: Expression, r1: Expression) -> Expression:
+    """Return a lower bound of the cubic with these end values and changes.
+
+    A cubic lies within the convex hull of its four Bezier ordinates.
+    """
+    ends = _least(g0, g1)
+    return _least(ends, _least(g0 + r0 / 3.0, g1 - r1 / 3.0))
+
+
+def _least(a: Expression, b: Expression) -> Expression:
+    return where(a < b, a, b)

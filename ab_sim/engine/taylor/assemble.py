@@ -1,0 +1,129 @@
+"""Build the runs of Taylor's method from a system and its machine code."""
+
+import math
+
+from ab_sim.base.errors import SceneError
+from ab_sim.engine.compiling.kinds import aligned
+from ab_sim.engine.events.run import Run
+from ab_sim.engine.integrate.steppers.taylor import PARTS, TaylorParameters
+from ab_sim.engine.kernels.code import Code
+from ab_sim.engine.taylor.clock import (
+    AIM,
+    CLOCK,
+    ENDS_STEPS,
+    EVERY,
+    LONGEST,
+    SAID,
+    SHORTEST,
+    SOUND,
+    SOUND_STEPS,
+    STEP,
+)
+from ab_sim.engine.taylor.emission import TaylorEmission
+from ab_sim.engine.taylor.run import STATE, TaylorRun, TaylorRuns
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.system import System
+from ab_sim.tracing.llvm_text import module_text
+from ab_sim.tracing.machine_code import AS_WRITTEN, MachineCode
+from ab_sim.tracing.power_series import NotAnalyticError
+
+
+class TaylorCode:
+    """Machine code of Taylor steps for a kind of scene.
+
+    Args:
+        code: machine code of the scene's equations.
+        order: order of the series.
+        lanes: number of runs side by side.
+
+    Raises:
+        SceneError: a formula has no Taylor series.
+    """
+
+    def __init__(self, code: Code, order: int, lanes: int) -> None:
+        emission = TaylorEmission(code.emission, order)
+        self.size = emission.size
+        try:
+            made = emission.functions(lanes)
+        except NotAnalyticError as error:
+            raise SceneError(f"solver.stepper = 'taylor': {error}; use rk8") from error
+        self._code = MachineCode(module_text(made), optimization=AS_WRITTEN)
+        self.addresses = {function.name: self._code.address(function.name) for function in made}
+
+
+def taylor_code(code: Code, order: int, lanes: int) -> TaylorCode:
+    """Return the code for a kind of scene, which ``code`` caches."""
+    return code.other((TaylorCode, order, lanes), lambda: TaylorCode(code, order, lanes))
+
+
+def memory_size(system: System) -> int:
+    """Return the count of numbers in a run's memory, which belongs to its state."""
+    return STATE + layout_of(system).size + len(system.balls)
+
+
+def lanes_of(
+    system: System, code: Code, told: TaylorParameters, step: float, every: int, lanes: int
+) -> TaylorRuns:
+    """Return runs of one kind of scene; their arrays are allocated, for the caller to fill in.
+
+    Args:
+        system: any system of the kind.
+        code: machine code of the kind.
+        told: parameters of the method.
+        step: step of the scene [s].
+        every: steps from one recorded sample to the next.
+        lanes: number of runs.
+    """
+    own = taylor_code(code, told.order, lanes)
+    states, n = layout_of(system).size, len(system.balls)
+    clock = aligned((len(CLOCK), lanes))
+    clock[AIM], clock[STEP], clock[EVERY] = math.log2(told.tolerance), step, every
+    clock[SHORTEST] = told.steps * step if told.steps else step / PARTS
+    clock[LONGEST] = told.steps * step if told.steps else math.inf
+    clock[ENDS_STEPS] = 1.0
+    said = aligned((SAID, lanes))
+    said[SOUND] = 1.0
+    width = code.emission.row_channels
+    return TaylorRuns(
+        prepare=code.address("prepare", lanes),
+        coefficients=own.addresses["coefficients"],
+        move=own.addresses["move"],
+        mark=own.addresses["mark"],
+        sample=own.addresses["sample"],
+        record=own.addresses.get("record", 0),
+        record_dense=own.addresses.get("record_dense", 0),
+        c=aligned((code.size, lanes)),
+        b=aligned((code.branches(), lanes)),
+        place=code.layout.place,
+        clock=clock,
+        y=aligned((states, lanes)),
+        turns=aligned((n, lanes)),
+        series=aligned((own.size * lanes,)),
+        state=aligned((states, lanes)),
+        bounds=aligned((states, lanes)),
+        said=said,
+        row=aligned((width, lanes)),
+        nowhere=aligned((width + 2,)),
+        sound=said[SOUND_STEPS],
+    )
+
+
+def run_by_taylor(run: Run, system: System, code: Code, told: TaylorParameters) -> TaylorRun:
+    """Return a single run, which uses the memory of ``run``, of ``memory_size`` numbers.
+
+    Args:
+        run: the Run.
+        system: system to simulate.
+        code: machine code of its kind of scene.
+        told: parameters of the method.
+    """
+    own, states = lanes_of(system, code, told, run.step, 1, 1), run.state.size
+    memory, column = run.work.memory[0], (-1, 1)
+    own = own._replace(
+        c=run.scene.c.reshape(column),
+        b=run.balls.branches.reshape(column),
+        y=memory[STATE : STATE + states].reshape(column),
+        turns=memory[STATE + states :].reshape(column),
+        bounds=run.work.bounds.reshape(column),
+    )
+    return TaylorRun(run, own)

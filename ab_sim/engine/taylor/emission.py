@@ -1,0 +1,223 @@
+"""Machine code of a Taylor step, for one run or for several in lanes."""
+
+from collections.abc import Sequence
+
+from ab_sim.engine.kernels.emission import Emission
+from ab_sim.engine.kernels.model import OF_EACH_BALL
+from ab_sim.engine.stepping.settle import normalised, unwound
+from ab_sim.engine.taylor.clock import (
+    AIM,
+    ANEW,
+    BEGIN,
+    END,
+    HOW_MANY_DUE,
+    HOW_MANY_LEFT,
+    INPUTS,
+    LOCAL,
+    SOUND,
+    SOUND_STEPS,
+    STEP,
+    TO,
+    ClockLines,
+    due_samples,
+    end_of_step,
+    recorded,
+    soundness,
+)
+from ab_sim.engine.taylor.series import squared_size, state_coefficients
+from ab_sim.engine.taylor.step_length import step_length
+from ab_sim.model.equations.sums import over_balls
+from ab_sim.tracing import Expression, Level, lowered, where
+from ab_sim.tracing.llvm_text import Body, Function, MemorySlot, kind
+from ab_sim.tracing.transposed import store_lines
+
+
+class TaylorEmission:
+    """Functions that a driver of Taylor steps calls: see ``ab_sim.engine.taylor``.
+
+    Args:
+        emission: emission of the equations.
+        order: order of the series.
+    """
+
+    def __init__(self, emission: Emission, order: int) -> None:
+        self._emission, self._order, self._model = emission, order, emission.model
+        self._clock = ClockLines(emission.model.graph)
+        self.size = (order + 1) * emission.states
+        """Count of numbers in a series."""
+
+    def functions(self, lanes: int) -> list[Function]:
+        """Emit all functions for ``lanes`` runs side by side."""
+        made = [self.coefficients(lanes), self.move(lanes), self.mark(lanes), self.sample(lanes)]
+        if lanes > 1:
+            made += [self.record(lanes, dense) for dense in (False, True)]
+        return made
+
+    def coefficients(self, lanes: int) -> Function:
+        """Emit ``coefficients(c, b, t, y, series)``."""
+        into, body = self._function("coefficients", ["y", "series"], lanes)
+        body.places |= self._emission.state_places("y")
+        # The equations are evaluated at the time at which the series begins.
+        body.places[INPUTS[LOCAL]] = MemorySlot("t", BEGIN)
+        series = state_coefficients(self._model, self._order)
+        orders = (self._order, self._order - 1)
+        sizes = [squared_size(self._model, series, k) for k in orders]
+        flat = [each for coefficients in series for each in coefficients]
+        *found, high, low = lowered([*flat, *sizes])
+        count = self._order + 1
+        for k in range(count):
+            for state, name in enumerate(self._model.state_names):
+                of_balls = name in OF_EACH_BALL
+                if self._model.count or not of_balls:
+                    body.store(found[state * count + k], self._slot(name, k), each=of_balls)
+        squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
+        length = step_length(into, body.values(self._clock[AIM])[0], squares)
+        behind = Body(into, body.places, bound={"clock.found": [length]})
+        end = end_of_step(self._clock, self._model.graph.input("clock.found"))
+        behind.store(end, MemorySlot("t", END))
+        return into
+
+    def move(self, lanes: int) -> Function:
+        """Emit ``move(c, b, t, series, reached, y, turns)``."""
+        model, n, given = self._model, self._model.count, self._model.graph.input
+        into, body = self._function("move", ["series", "reached", "y", "turns"], lanes)
+        on_series = self._sums(self._clock[TO] - self._clock[BEGIN], body)
+        fresh, anew = self._named("reached", body), self._clock[ANEW] > 0.0
+        state = [where(anew, a, b) for a, b in zip(fresh, on_series, strict=True)]
+        quaternion = type(model.deck).UNIT_AT
+        if quaternion >= 0:
+            unit = slice(quaternion, quaternion + 4)
+            state[unit], _ = normalised(state[unit])
+        results = state
+        if n:
+            turn, state[model.states] = unwound(state[model.states])
+            body.places["turns"] = MemorySlot("turns", 0)
+            results = [*state, given("turns", each=True) + turn]
+        results = lowered(results)
+        # All values are read before any is written: outputs may overwrite inputs.
+        for x in (*results, self._clock[TO]):
+            body.values(x)
+        self._emission.store_slope(body, results[: len(state)], "y")
+        if n:
+            body.store(results[-1], MemorySlot("turns", 0))
+        body.store(self._clock[TO], MemorySlot("t", BEGIN))
+        body.store(model.lifted(0.0), MemorySlot("t", ANEW))
+        return into
+
+    def mark(self, lanes: int) -> Function:
+        """Emit ``mark(c, b, t, said)``."""
+        into, body = self._function("mark", ["said"], lanes)
+        found = due_samples(self._clock)
+        for x in (*found.lines.values(), found.due, found.left):
+            body.values(x)
+        for line, x in found.lines.items():
+            body.store(x, MemorySlot("t", line))
+        body.store(found.due, MemorySlot("said", HOW_MANY_DUE))
+        body.store(found.left, MemorySlot("said", HOW_MANY_LEFT))
+        return into
+
+    def sample(self, lanes: int) -> Function:
+        """Emit ``sample(c, b, t, series, turns, bounds, reached, said, row)``."""
+        pointers = ["series", "turns", "bounds", "reached", "said", "row"]
+        into, body = self._function("sample", pointers, lanes)
+        sums = lowered(self._sums(self._clock[LOCAL] - self._clock[BEGIN], body))
+        self._emission.store_slope(body, sums, "reached")
+        self._store_soundness(body, sums)
+        values = (body.values(x) for x in sums)
+        bound = dict(zip(self._model.state_names, values, strict=True))
+        body.places["turns"] = MemorySlot("turns", 0)
+        behind, own = Body(into, body.places, self._emission.known, bound), self._emission
+        own.store_columns(behind, "row", *own.row(turned=True), own.roots["torque"][0])
+        return into
+
+    def record(self, lanes: int, dense: bool) -> Function:
+        """Emit ``record(c, b, t, row, samples, nowhere, channel)``, for lanes.
+
+        With ``dense``, emit ``record_dense``, for samples whose channels are contiguous.
+        """
+        channels, pointers = self._emission.row_channels, ["row", "samples", "nowhere"]
+        into, body = self._function("record_dense" if dense else "record", pointers, lanes)
+        into.numbers = ["channel"]
+        apart = into.put("fptosi double %channel to i64")
+        is_one, place, steps = recorded(self._clock)
+        seconds = steps * self._clock[STEP]
+        head = [body.values(x)[0] for x in (steps, seconds)]
+        columns = [*head, *(into.load(MemorySlot("row", k), 0, 1) for k in range(channels))]
+        of_ints = kind(lanes, "i64")
+        at = into.put(f"fptosi {kind(lanes)} {body.values(place)[0]} to {of_ints}")
+        chosen = into.put(f"fcmp ogt {kind(lanes)} {body.values(is_one)[0]}, zeroinitializer")
+        pointers, apart_each = [], []
+        # A lane without a sample to record writes to ``nowhere``, so that no branch is needed.
+        for lane in range(lanes):
+            one = into.put(f"extractelement {of_ints} {at}, i32 {lane}")
+            here = into.put(f"getelementptr double, ptr %samples, i64 {one}")
+            if_one = into.put(f"extractelement {kind(lanes, 'i1')} {chosen}, i32 {lane}")
+            pointers.append(into.put(f"select i1 {if_one}, ptr {here}, ptr %nowhere"))
+            if not dense:
+                apart_each.append(into.put(f"select i1 {if_one}, i64 {apart}, i64 0"))
+        if dense:
+            store_lines(into, columns, pointers)
+            return into
+        for lane, (pointer, between) in enumerate(zip(pointers, apart_each, strict=True)):
+            for column in columns:
+                number = into.put(f"extractelement {kind(lanes)} {column}, i32 {lane}")
+                into.lines.append(f"store double {number}, ptr {pointer}, align 8")
+                pointer = into.put(f"getelementptr double, ptr {pointer}, i64 {between}")
+        return into
+
+    def _function(self, name: str, pointers: Sequence[str], lanes: int) -> tuple[Function, Body]:
+        return self._emission.function(name, pointers, INPUTS, lanes=lanes, times=True)
+
+    def _store_soundness(self, body: Body, state: Sequence[Expression]) -> None:
+        """Store whether a state is within its bounds."""
+        inside = self._model.lifted(1.0)
+        for x, bound in zip(state, self._named("bounds", body), strict=True):
+            beyond = where(abs(x) < bound, 0.0, self._model.lifted(1.0))
+            if x.each:
+                beyond = over_balls(self._model.count, beyond)
+            inside = inside - beyond
+        names = {"said.sound": SOUND, "said.steps": SOUND_STEPS}
+        body.places |= {name: MemorySlot("said", line) for name, line in names.items()}
+        sound, steps = (self._model.graph.input(name, Level.TIME) for name in names)
+        found = soundness(self._clock, sound, steps, self._clock.flag(inside > 0.5))
+        for x in found.values():
+            body.values(x)
+        for line, x in found.items():
+            body.store(x, MemorySlot("said", line))
+
+    def _slot(self, name: str, k: int) -> MemorySlot:
+        """Return the place of a state's coefficient k in a series; balls' are contiguous."""
+        first = self._emission.state_places("series")[name].at
+        between = self._model.count if name in OF_EACH_BALL else 1
+        return MemorySlot("series", first * (self._order + 1) + k * between)
+
+    def _sums(self, offset: Expression, body: Body) -> list[Expression]:
+        """Return the states at ``offset`` from a series' beginning.
+
+        Even and odd powers are summed separately by Horner's scheme: two shorter chains of
+        dependent operations instead of one.
+        """
+        given, found, square = self._model.graph.input, [], offset * offset
+        for name in self._model.state_names:
+            series = []
+            for k in range(self._order + 1):
+                series.append(given(f"{name}.{k}", each=name in OF_EACH_BALL))
+                body.places[f"{name}.{k}"] = self._slot(name, k)
+            even, odd = (_horner(square, series[first::2]) for first in (0, 1))
+            found.append(offset * odd + even)
+        return found
+
+    def _named(self, pointer: str, body: Body) -> list[Expression]:
+        """Return the states to which a pointer refers."""
+        given, found = self._model.graph.input, []
+        for name, place in self._emission.state_places(pointer).items():
+            body.places[f"{pointer}.{name}"] = place
+            found.append(given(f"{pointer}.{name}", each=name in OF_EACH_BALL))
+        return found
+
+
+def _horner(x: Expression, coefficients: Sequence[Expression]) -> Expression:
+    total = coefficients[-1]
+    for each in reversed(coefficients[:-1]):
+        total = x * total + each
+    return total

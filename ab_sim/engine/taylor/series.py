@@ -1,0 +1,117 @@
+"""Taylor coefficients of a motion, as expressions, from a model's equations by recurrences.
+
+The equations of motion are not solved for the accelerations symbolically. At each order they are
+linear in the accelerations' coefficients of that order, with the mass matrix at the step's
+beginning. ``arrowhead.solve`` solves them, and its elimination is shared by all orders. So no
+series of an inverse is needed, only one product of series per term.
+"""
+
+from collections.abc import Sequence
+
+from ab_sim.engine.kernels.model import Evaluated, Model
+from ab_sim.model.equations.arrowhead import Arrow, Solved, solve
+from ab_sim.model.equations.sums import Number, over_balls
+from ab_sim.tracing import Expression
+from ab_sim.tracing.expression import is_constant
+from ab_sim.tracing.power_series import PowerSeries
+
+
+def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
+    """Return coefficients 0 to ``order`` of each state, in the states' order.
+
+    A state that each ball has is one expression for all balls.
+
+    Args:
+        model: model without events.
+        order: order of the series.
+
+    Raises:
+        NotAnalyticError: a formula has no Taylor series.
+    """
+    at = model.motion()
+    equations = _Equations(model)
+    rates = dict(zip(model.state_inputs(), model.slope(at, equations.unsolved), strict=True))
+    series = PowerSeries({**rates, model.lifted(at.time): model.graph.constant(1.0)})
+    found: list[list[Expression]] = [[] for _ in rates]
+    for k in range(order + 1):
+        for coefficients, state in zip(found, rates, strict=True):
+            coefficients.append(series.coefficient(state, k))
+        if k < order:
+            equations.solve(series, k)
+    return found
+
+
+MM = 1e-3
+"""Millimetre [m]."""
+
+
+def squared_size(model: Model, coefficients: Sequence[Sequence[Expression]], k: int) -> Expression:
+    """Return the squared norm of coefficient k, over balls' angles and the deck's position.
+
+    The deck's displacement is divided by the race's radius, without balls by 1 mm; its rotations
+    count as they are.
+
+    Args:
+        model: see ``state_coefficients``.
+        coefficients: result of ``state_coefficients``.
+        k: order of the coefficient.
+    """
+    n = model.count
+    length = n / over_balls(n, model.balls.race_curvature) if n else MM
+    # At speed 0 only displacements and rotations have a scale other than 0.
+    scales = model.deck.scale(length, 0.0)
+    angles = coefficients[model.states][k]
+    size = over_balls(n, angles * angles)
+    for series, scale in zip(coefficients, scales, strict=False):
+        if not is_constant(model.lifted(scale), 0.0):
+            part = series[k] * (1.0 / scale)
+            size = size + part * part
+    return model.lifted(size)
+
+
+class _Equations:
+    """Equations of motion, with accelerations as unknowns that have series themselves."""
+
+    def __init__(self, model: Model) -> None:
+        self._model, graph, lifted = model, model.graph, model.lifted
+        spindle, torques, on, arrow = model.arrow(model.motion())
+        free, al = model.unknowns - 1, spindle.acceleration
+        self._x = [graph.input(f"x[{r}]") for r in range(free)]
+        self._path = graph.input("path", each=True)
+        x = [*self._x, lifted(al)]
+        self.unsolved = Evaluated(spindle, torques, on, arrow, Solved(x, self._path))
+        """Equations at a state, before they are solved for the accelerations."""
+        self._block = [
+            [lifted(arrow.block[min(r, q)][max(r, q)]) for q in range(free)] for r in range(free)
+        ]
+        self._coupling = [lifted(each) for each in arrow.coupling[:free]]
+        self._force = [lifted(arrow.force[r] - arrow.block[r][free] * al) for r in range(free)]
+        self._path_force = lifted(arrow.path_force + arrow.coupling[free] * al)
+
+    def solve(self, series: PowerSeries, k: int) -> None:
+        """Solve for coefficient k of the accelerations; the lower ones are known."""
+        model, of = self._model, series.coefficient
+        zero = model.graph.constant(0.0)
+
+        def known(a: Expression, b: Expression) -> Expression:
+            """Return coefficient k of the product a b without the term a_0 b_k."""
+            return series.product(a, b, k, 1) if k else zero
+
+        # Cauchy products: the unknown b_k is multiplied by a_0 only, so all other terms go to the
+        # right-hand side and the matrix is that of order 0.
+        force: list[Number] = []
+        for row, own, coupling in zip(self._block, self._force, self._coupling, strict=True):
+            total = of(own, k)
+            for each, x in zip(row, self._x, strict=True):
+                total = total - known(each, x)
+            force.append(total + over_balls(model.count, known(coupling, self._path)))
+        path_force = of(self._path_force, k)
+        for coupling, x in zip(self._coupling, self._x, strict=True):
+            path_force = path_force + known(coupling, x)
+        first: list[list[Number]] = [[of(each, 0) for each in row] for row in self._block]
+        couplings: list[Number] = [of(each, 0) for each in self._coupling]
+        arrow = Arrow(first, force, couplings, couplings, 0.0, path_force)
+        found = solve(arrow, model.count, model.mobility)
+        for x, value in zip(self._x, found.x, strict=True):
+            series.give(x, k, model.lifted(value))
+        series.give(self._path, k, model.lifted(found.path))

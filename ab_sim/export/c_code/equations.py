@@ -1,0 +1,334 @@
+"""Functions of a model's expressions as C: slopes, a step, speeds, specific forces of sensors.
+
+The expressions are lowered as for machine code, so that they have the same bits.
+"""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+from ab_sim.engine.kernels.constants import layout_of_constants, traced_bodies
+from ab_sim.engine.kernels.emission import Emission
+from ab_sim.engine.kernels.model import Model
+from ab_sim.engine.kernels.runge_kutta import Tableau
+from ab_sim.export.c_code.parameters import GIVEN, DriveParameter
+from ab_sim.model.dynamics.assemble import of_ball
+from ab_sim.model.dynamics.system import FORMULA_COLUMNS, System
+from ab_sim.model.equations.motion import Ball
+from ab_sim.model.equations.race import BallConstants
+from ab_sim.model.spindle import RaisedCosine, Ramp
+from ab_sim.scene.sensors import Accelerometer
+from ab_sim.tracing import Graph, Level
+from ab_sim.tracing.c_text import Store, c_literal, c_statements
+from ab_sim.tracing.expression import Expression, lifted, reached
+from ab_sim.tracing.lowering import without_cosines
+
+KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
+"""Kinds of segments, and their names in C."""
+COLUMNS = BallConstants._fields[1:]
+"""Columns of the balls, one name for each of ``FORMULA_COLUMNS``."""
+
+
+class Equations(NamedTuple):
+    """Result of the conversion of a scene's equations."""
+
+    text: str
+    """Text of the functions."""
+    used: frozenset[str]
+    """Inputs of the model that the functions read."""
+    derived: int
+    """Count of numbers that are derived from the parameters."""
+    ball_derived: int
+    """Count of numbers that are derived for each ball."""
+    columns: tuple[str, ...]
+    """Derived constants of the balls, by their names in ``BallConstants``."""
+
+
+def equations_of(
+    system: System,
+    parameters: Sequence[DriveParameter],
+    kinds: Sequence[type[Any]],
+    channels: Sequence[str],
+    sensors: Mapping[str, Accelerometer],
+) -> Equations:
+    """Return the functions of a system.
+
+    Args:
+        system: the system.
+        parameters: all of its fields.
+        kinds: kinds of its profile's segments.
+        channels: names of the deck's channels, as fields of ``struct drive_outputs``.
+        sensors: sensors of the scene.
+    """
+    made = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
+    felt = _felt(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
+    used = frozenset(felt.used.union(*(each.used for each in made)))
+    columns = tuple(name for name in COLUMNS if name in used and name not in GIVEN)
+    derived = _of_balls(system, columns) if columns else _NOTHING
+    parts = [derived.text, *(each.text() for each in made), _dispatch(kinds, bool(columns))]
+    return Equations(
+        "\n".join(part for part in [*parts, felt.text] if part),
+        used | derived.used,
+        max(each.numbers for each in made),
+        max(each.columns for each in made),
+        columns,
+    )
+
+
+class _Part(NamedTuple):
+    text: str
+    used: frozenset[str]
+
+
+_NOTHING = _Part("", frozenset())
+
+
+def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
+    """Return the names of the inputs that expressions read."""
+    return frozenset(x.payload for x in reached(roots) if x.op == "input")
+
+
+def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
+    """Return the C text of each of the model's inputs, by name."""
+    found = {name: f"b->{name}[i]" for name in COLUMNS}
+    for each in parameters:
+        if each.is_of_balls:
+            found[each.inputs[0]] = f"p->{each.name}[i]"
+        else:
+            for name, (place, _, _) in zip(each.inputs, each.places, strict=True):
+                found[name] = f"p->{place}"
+    return found
+
+
+class _Kind:
+    """Functions along segments of one kind."""
+
+    def __init__(
+        self, system: System, kind: type[Any], places: dict[str, str], channels: Sequence[str]
+    ) -> None:
+        model = Model(system, kind)
+        own = Emission(model, layout_of_constants(system, kind), kind._fields)
+        self._model, self._name = model, KINDS[kind]
+        n, states = model.count, model.states
+        self._derived = [x for x in own.derived if n or not x.each]
+        self._inputs = places | {f"segment.{name}": f"s->{name}" for name in kind._fields}
+        self._inputs |= {"phase": "s->phase", "angle": "s->start_angle"}
+        self._inputs |= {"time": "time", "profile_time": "profile_time"}
+        self._inputs |= {f"deck[{j}]": f"y[{j}]" for j in range(states)}
+        self._inputs |= {"theta": "theta[i]", "rate": "rate[i]"}
+        self._known: dict[int, str] = {}
+        self.numbers = self.columns = 0
+        for x in self._derived:
+            if x.each:
+                self._known[x.number] = f"d->ball_derived[{self.columns}][i]"
+                self.columns += 1
+            else:
+                self._known[x.number] = f"d->derived[{self.numbers}]"
+                self.numbers += 1
+        self._slope = [Store(x, f"k[{j}]") for j, x in enumerate(own.roots["slope"][:states])]
+        if n:
+            theta, rate = own.roots["slope"][states : states + 2]
+            self._slope.append(Store(theta, f"k[{states} + i]", True))
+            self._slope.append(Store(rate, f"k[{states + n} + i]", True))
+        self._sample = [
+            Store(x, f"out->{name}")
+            for x, name in zip(
+                own.roots["sample"], ("angle", "speed", "command", *channels), strict=True
+            )
+        ]
+        if n:
+            for name in ("theta", "rate"):
+                x = model.graph.input(name, each=True)
+                field = "ball_angle" if name == "theta" else "ball_rate"
+                self._sample.append(Store(x, f"out->{field}[i]", True))
+
+    @property
+    def used(self) -> frozenset[str]:
+        """Names of the inputs that the functions read."""
+        roots = [store.root for store in [*self._slope, *self._sample]]
+        return _read_by(roots)
+
+    def text(self) -> str:
+        """Return the text of the functions."""
+        derived = [Store(x, self._known[x.number], x.each) for x in self._derived]
+        segment = "const struct drive_segment *s"
+        state = f"const struct drive *d, {segment}, double time, const double *y, double *k"
+        return "\n".join(
+            [
+                self._function("derive", f"struct drive *d, {segment}", derived, {}),
+                self._function("slope", state, self._slope, self._known),
+                self._function(
+                    "finish",
+                    f"{state}, double profile_time, struct drive_outputs *out",
+                    [*self._slope, *self._sample],
+                    self._known,
+                ),
+            ]
+        )
+
+    def _function(
+        self, name: str, arguments: str, stores: Sequence[Store], known: Mapping[int, str]
+    ) -> str:
+        lines = c_statements(stores, self._inputs, known)
+        first, n = self._model.states, self._model.count
+        return function(f"static void {name}_{self._name}", arguments, lines, (first, first + n))
+
+
+def function(head: str, arguments: str, lines: Sequence[str], balls: tuple[int, int]) -> str:
+    """Return a function's text, with the pointers that its lines use.
+
+    Args:
+        head: return type and name.
+        arguments: its arguments.
+        lines: its body.
+        balls: positions of the first ball's angle and rate in the state.
+    """
+    body = "\n".join(lines)
+
+    def uses(word: str) -> bool:
+        return re.search(rf"\b{word}\b", body) is not None
+
+    pointers = [
+        line
+        for word, line in (
+            ("p->", "const struct drive_parameters *p = &d->p;"),
+            ("b->", "const struct drive_balls *b = &d->balls;"),
+            ("theta\\[", f"const double *theta = y + {balls[0]};"),
+            ("rate\\[", f"const double *rate = y + {balls[1]};"),
+        )
+        if re.search(rf"(?<![\w>.]){word}", body)
+    ]
+    body = "\n".join([*pointers, body])
+    names = re.findall(r"(\w+)(?:,|$)", arguments)
+    unused = [f"(void){name};" for name in names if not uses(name)]
+    indented = [f"    {line}" for line in [*unused, *body.split("\n")] if line]
+    return f"{head}({arguments})\n{{\n" + "\n".join(indented) + "\n}\n"
+
+
+def _of_balls(system: System, columns: Sequence[str]) -> _Part:
+    """Return the constants that follow from the balls' given ones, as Python computes them."""
+    graph = Graph()
+    m, a, radius = (
+        graph.input(name, Level.PARAMETER, True) for name in ("mass", "radius", "race_radius")
+    )
+    _, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
+    numbers = of_ball(Ball(m, a), radius, effects)  # type: ignore[arg-type]
+    by_name = dict(zip(COLUMNS, (numbers[k] for k in _OF_BALL), strict=True))
+    roots = [lifted(graph, by_name[name]) for name in columns]
+    stores = [
+        Store(x, f"d->balls.{name}[i]", True)
+        for x, name in zip(without_cosines(roots), columns, strict=True)
+    ]
+    places = {name: f"d->p.{field}[i]" for name, (field, *_) in GIVEN.items()}
+    lines = c_statements(stores, places)
+    head = "/* Constants of the balls that follow from others. */\nstatic void derive_balls"
+    return _Part(function(head, "struct drive *d", lines, (0, 0)), _read_by(roots))
+
+
+_OF_BALL = [*FORMULA_COLUMNS[:-1], 0]
+"""Position of each column in the result of ``of_ball``, which has no height."""
+
+
+def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
+    """Return functions that dispatch on a segment's kind."""
+    names = [KINDS[kind] for kind in kinds]
+    begin = ["derive_balls(d);"] if columns else []
+    segment = "const struct drive_segment *s"
+    state = f"const struct drive *d, {segment}, double time, const double *y, double *k"
+    more = "double profile_time, struct drive_outputs *out"
+    forms = (
+        ("static void derive", f"struct drive *d, {segment}", "derive_{}(d, s)"),
+        ("static void slope", state, "slope_{}(d, s, time, y, k)"),
+        (
+            "static void finish",
+            f"{state}, {more}",
+            "finish_{}(d, s, time, y, k, profile_time, out)",
+        ),
+        ("static double speed_of", f"{segment}, double time", "speed_{}(s, time)"),
+        ("static double angle_of", f"{segment}, double time", "angle_{}(s, time)"),
+    )
+    found = [_of_segments(kind) for kind in kinds]
+    for head, arguments, form in forms:
+        call = "return " if head.startswith("static double") else ""
+        lines = begin if head.endswith("derive") else []
+        if len(names) == 1:
+            lines = [*lines, f"{call}{form.format(names[0])};"]
+        elif call:
+            first, second = (form.format(name) for name in names)
+            lines = [*lines, f"return s->kind == RAMP ? {first} : {second};"]
+        else:
+            first, second = (form.format(name) for name in names)
+            lines = [*lines, "if (s->kind == RAMP)", f"    {first};", "else", f"    {second};"]
+        found.append(function(head, arguments, lines, (0, 0)))
+    return "\n".join(found)
+
+
+def _of_segments(kind: type[Any]) -> str:
+    """Return functions for speed and angle of a segment, as Python computes them."""
+    graph, found = Graph(), []
+    segment = kind(*(graph.input(name) for name in kind._fields))
+    time = graph.input("time")
+    inputs = {name: f"s->{name}" for name in kind._fields} | {"time": "time"}
+    for what in ("speed", "angle"):
+        roots = without_cosines([getattr(segment, what)(time)])
+        lines = c_statements([Store(roots[0], "const double found")], inputs)
+        head = f"static double {what}_{KINDS[kind]}"
+        arguments = "const struct drive_segment *s, double time"
+        found.append(function(head, arguments, [*lines, "return found;"], (0, 0)))
+    return "\n".join(found)
+
+
+def _felt(
+    system: System,
+    channels: Sequence[str],
+    sensors: Mapping[str, Accelerometer],
+    places: dict[str, str],
+) -> _Part:
+    """Return the specific force at each sensor, on the deck's axes, as Python computes it."""
+    graph = Graph()
+    deck, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
+    shown = [graph.input(name) for name in channels]
+    inputs = places | {name: f"out->{name}" for name in channels}
+    stores = []
+    for k, sensor in enumerate(sensors.values()):
+        force = deck.specific_force(effects, shown, sensor.position)
+        roots = without_cosines([lifted(graph, x) for x in force])
+        stores += [Store(x, f"force[{k}][{axis}]") for axis, x in enumerate(roots)]
+    used = _read_by(store.root for store in stores).difference(channels)
+    lines = c_statements(stores, inputs)
+    head = "/* Specific force at each sensor [m/s^2], on the deck's axes. */\nstatic void feel"
+    arguments = "const struct drive *d, const struct drive_outputs *out, double (*force)[AXES]"
+    return _Part(function(head, arguments, lines, (0, 0)), used)
+
+
+def step_of(tableau: Tableau) -> str:
+    """Return a step of an explicit Runge-Kutta method."""
+    a, b, c = tableau
+    stages = len(b)
+    lines = [f"double k[{stages - 1}][STATES]; /* slopes of the stages behind the first */"]
+
+    def combined(weights: Sequence[float], used: int) -> list[str]:
+        terms = [
+            (weight, f"k[{k - 1}][j]" if k else "k0[j]")
+            for k, weight in enumerate(weights[:used])
+            if weight != 0.0
+        ]
+        (weight, first), *others = terms
+        body = [f"double sum = {c_literal(weight)} * {first};"]
+        body += [f"sum = fma({c_literal(weight)}, {k}, sum);" for weight, k in others]
+        body.append("trial[j] = fma(length, sum, y[j]);")
+        return [
+            "for (int j = 0; j < STATES; j++) {", *(f"    {line}" for line in body), "}",
+        ]  # fmt: skip
+
+    for stage in range(1, stages):
+        lines += combined(a[stage].tolist(), stage)
+        lines.append(
+            f"slope(d, s, fma({c_literal(float(c[stage]))}, length, begin), trial, k[{stage - 1}]);"
+        )
+    lines += combined(b.tolist(), stages)
+    arguments = (
+        "const struct drive *d, const struct drive_segment *s, double begin, double length, "
+        "const double *y, const double *k0, double *trial"
+    )
+    return function("static void runge_kutta", arguments, lines, (0, 0))

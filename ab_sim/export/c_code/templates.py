@@ -1,0 +1,69 @@
+"""Files from templates, and escapes for text from outside."""
+
+import html
+import re
+from collections.abc import Mapping
+from importlib.resources import files
+from textwrap import wrap
+
+from ab_sim.base.quoting import visible
+
+TEMPLATES = files("ab_sim.export.c_code") / "template_files"
+WIDTH = 96
+"""Width of lines of comments."""
+
+
+def filled(name: str, values: Mapping[str, str], flags: Mapping[str, bool]) -> str:
+    """Fill a template, in one pass, so that no value is searched for names of others.
+
+    Lines between ``@if FLAG`` and ``@end`` are left out if the flag is not set. ``@NAME@`` is a
+    value, which may have several lines.
+    """
+    lines, keep = [], True
+    for line in (TEMPLATES / name).read_text(encoding="utf-8").splitlines():
+        if line.startswith("@if "):
+            keep = flags[line.removeprefix("@if ")]
+        elif line == "@end":
+            keep = True
+        elif keep:
+            lines.append(line)
+    text = "\n".join(lines) + "\n"
+
+    def value(match: re.Match[str]) -> str:
+        block, word = match.groups()
+        return values[word] if block is None else _block(values[block])
+
+    text = re.sub(r"^@([A-Z_]+)@\n|@([A-Z_]+)@", value, text, flags=re.M)
+    return re.sub(r"\n{3,}", "\n\n", text)
+
+
+def _block(value: str) -> str:
+    """Return a value that stands on its own lines, with a final line end."""
+    return value if value.endswith("\n") or not value else f"{value}\n"
+
+
+def comment(*paragraphs: str) -> str:
+    """Return lines within a comment."""
+    lines = [line for text in paragraphs for line in wrap(plain(text), WIDTH)]
+    return "".join(f" * {line}\n" for line in lines)
+
+
+def one_line(text: str) -> str:
+    """Return text from outside on one line, with control characters written out."""
+    return visible(" ".join(text.split()))
+
+
+def plain(text: str) -> str:
+    """Return text from outside for a comment of C or CMake, without a comment end in it."""
+    text = re.sub(r"\?(?=\?)", "? ", one_line(text))  # no trigraphs, of which ??/ would join lines
+    return text.replace("*/", "* /").replace("/*", "/ *")
+
+
+def in_html(text: str) -> str:
+    """Return text from outside for HTML and its comments: ``&``, ``<``, ``>`` as entities."""
+    return html.escape(one_line(text), quote=False)
+
+
+def in_markdown(text: str) -> str:
+    """Return text from outside for Markdown, as text: no markup, no HTML, no link."""
+    return re.sub(r"[]\\`*_[<>&|~#!$:@^=]", r"\\\g<0>", one_line(text))

@@ -1,0 +1,125 @@
+"""Print an effect's formulas: each of its methods is run once on expressions."""
+
+import inspect
+from typing import Any, NamedTuple
+
+from ab_sim.export.formulas.lines import Equation, Lines, lines_of
+from ab_sim.export.formulas.methods import METHODS, EffectMethod
+from ab_sim.export.formulas.symbols import Symbols, lifted, symbol_of_field
+from ab_sim.model.equations.motion import Ball, DeckMotion
+from ab_sim.scene.registry import effect_parameters
+from ab_sim.tracing.expression import Graph, reached
+from ab_sim.tracing.local_names import Named, with_local_names
+
+OTHERS = frozenset({"check_scene"})
+"""Methods that are not formulas."""
+
+
+class Formula(NamedTuple):
+    """Formula of one method of an effect."""
+
+    method: str
+    meaning: str
+    """Meaning from ``methods``; empty for a method that is not listed there."""
+    lines: Lines
+    parameters: dict[str, str]
+    """Parameters of the effect by their symbols in the lines, where symbol and name differ."""
+    trouble: str = ""
+    """Reason why there are no lines; empty if there are."""
+
+
+class TracedMethod(NamedTuple):
+    """Result of a method that was run on expressions."""
+
+    equations: list[Equation]
+    quantities: list[Named]
+    fields: dict[str, str]
+    """Symbols of the effect's fields, by the fields' names."""
+
+
+def formulas_of(effect: type[Any]) -> list[Formula]:
+    """Return all formulas of a class of effects, first those of ``methods`` in its order."""
+    own = [name for name in dir(effect) if _is_formula(effect, name)]
+    order = [*(name for name in METHODS if name in own), *(n for n in own if n not in METHODS)]
+    return [_formula(effect, name) for name in order]
+
+
+def _formula(effect: type[Any], name: str) -> Formula:
+    meaning = METHODS[name].meaning if name in METHODS else ""
+    try:
+        traced = traced_method(effect, name)
+    except TypeError as error:
+        # Branches on traced numbers, and functions of math, raise TypeError.
+        return Formula(name, meaning, Lines([], []), {}, str(error))
+    nodes = reached(equation.right for equation in traced.equations)
+    shown = {node.payload for node in nodes if node.op == "input"}
+    named = {
+        symbol: field
+        for field, symbol in traced.fields.items()
+        if symbol != field and symbol in shown
+    }
+    return Formula(name, meaning, lines_of(traced.equations, traced.quantities), named)
+
+
+def traced_method(effect: type[Any], name: str) -> TracedMethod:
+    """Run a method of a class of effects on expressions."""
+    graph = Graph()
+    x = Symbols(graph)
+    method = METHODS[name] if name in METHODS else _unknown(effect, name)
+    arguments, left = method.arguments(x), method.left(x)
+    fields = _field_symbols(effect, x.used - {node.payload for node in left if node.op == "input"})
+    result, quantities = with_local_names(
+        getattr(effect._make(_values(effect, fields, x)), name), *arguments
+    )
+    result = method.used(result, x)
+    each = list(result) if isinstance(result, tuple) else [result]
+    if name not in METHODS:
+        left = [x(name)] if len(each) == 1 else [x(f"{name}_{k + 1}") for k in range(len(each))]
+    sides = zip(left, each, strict=True)
+    equations = [Equation(own, lifted(graph, value)) for own, value in sides]
+    return TracedMethod(equations, quantities, fields)
+
+
+def _is_formula(effect: type[Any], name: str) -> bool:
+    if name.startswith("_") or name in OTHERS or hasattr(tuple, name):
+        return False
+    return inspect.isfunction(inspect.getattr_static(effect, name))
+
+
+def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
+    """Return the symbol of each field, or the field's name if the symbol is already taken."""
+    found: dict[str, str] = {}
+    for field, about in effect_parameters(effect).items():
+        symbol = symbol_of_field(field, about.get("description", ""))
+        found[field] = field if symbol in taken or symbol in found.values() else symbol
+    return found
+
+
+def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:
+    """Return an input for each number; counts and choices get their default values.
+
+    Counts and choices decide which operations are done, so they cannot be inputs.
+    """
+    values = []
+    for field, about in effect_parameters(effect).items():
+        if about.get("type") == "number":
+            values.append(x(fields[field]))
+        else:
+            values.append(about.get("default", about.get("minimum", 1)))
+    return values
+
+
+def _unknown(effect: type[Any], name: str) -> EffectMethod:
+    """Return a description of a method that is not in ``methods``, from its arguments' names."""
+    names = list(inspect.signature(getattr(effect, name)).parameters)[1:]
+    bodies: dict[str, Any] = {"deck": DeckMotion, "ball": Ball}
+
+    def arguments(x: Symbols) -> list[Any]:
+        return [
+            bodies[each](*(x(field) for field in bodies[each]._fields))
+            if each in bodies
+            else x(each)
+            for each in names
+        ]
+
+    return EffectMethod("", arguments, lambda x: [])

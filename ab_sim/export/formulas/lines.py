@@ -1,0 +1,140 @@
+"""Print a traced formula as lines, with the intermediate quantities of its source."""
+
+from collections import Counter
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from typing import NamedTuple
+
+from ab_sim.export.formulas.symbols import in_latex, symbol_of_local
+from ab_sim.tracing.expression import Expression, reached
+from ab_sim.tracing.latex import Latex
+from ab_sim.tracing.local_names import Named
+from ab_sim.tracing.plain_text import PlainText
+from ab_sim.tracing.printed import Printer
+
+WIDTH = 88
+"""Maximum number of characters of a line in text; longer ones get named quantities."""
+
+
+class Line(NamedTuple):
+    """Equation in print."""
+
+    text: str
+    latex: str
+
+
+class Equation(NamedTuple):
+    """Two sides of an equation."""
+
+    left: Expression
+    right: Expression
+
+
+class Lines(NamedTuple):
+    """Equations, and definitions of the quantities in them."""
+
+    equations: list[Line]
+    quantities: list[Line]
+
+
+def lines_of(
+    equations: Sequence[Equation],
+    locals_: Iterable[Named],
+    known: Mapping[str, str] | None = None,
+    explained: Collection[str] = (),
+    *,
+    always: bool = False,
+) -> Lines:
+    """Return equations in print, with as few named quantities as keep the lines short.
+
+    No quantity is named if all lines are short without. Otherwise all are named at first. Then one
+    name is removed at a time, as long as there is one that is unused, or that is used once and
+    whose removal keeps every line within ``WIDTH``.
+
+    Args:
+        equations: equations in the order of printing.
+        locals_: intermediate quantities that can be named.
+        known: symbols of some of them, by their names in the source.
+        explained: symbols that need no definition.
+        always: True to name all quantities even in short lines, for a system of equations.
+    """
+    symbols = _symbols(equations, locals_, dict(known or {}))
+    if not always and _short(equations, {}):
+        symbols = {}
+    while not always:
+        uses = _uses(equations, symbols)
+        spare = next((n for n in symbols if _can_go(equations, symbols, n, uses)), None)
+        if spare is None:
+            break
+        del symbols[spare]
+    uses = _uses(equations, symbols)
+    used = {n: symbols[n] for n in sorted(symbols) if uses[n]}
+    nodes = {n: node for node in _nodes(equations) if (n := node.number) in used}
+    return Lines(
+        [_line(equation.left, equation.right, used) for equation in equations],
+        [_line(None, nodes[n], used) for n in used if used[n] not in explained],
+    )
+
+
+def _symbols(
+    equations: Sequence[Equation], locals_: Iterable[Named], known: dict[str, str]
+) -> dict[int, str]:
+    """Return a symbol for each node that can be named, none of which is in use already."""
+    taken = {node.payload for node in _nodes(equations) if node.op == "input"}
+    whole = {equation.right.number for equation in equations}
+    found: dict[int, str] = {}
+    for name, node in locals_:
+        if node.number in found:
+            continue
+        symbol = symbol_of_local(name, known)
+        if name in known or (symbol not in taken and node.number not in whole):
+            found[node.number] = symbol
+            taken.add(symbol)
+    return found
+
+
+def _can_go(
+    equations: Sequence[Equation], symbols: dict[int, str], number: int, uses: Counter[int]
+) -> bool:
+    """Return whether a quantity need not be named."""
+    if uses[number] == 0:
+        return True
+    fewer = {n: symbol for n, symbol in symbols.items() if n != number}
+    return uses[number] == 1 and _short(equations, fewer)
+
+
+def _short(equations: Sequence[Equation], symbols: Mapping[int, str]) -> bool:
+    nodes = {node.number: node for node in _nodes(equations)}
+    whole = [_line(equation.left, equation.right, symbols) for equation in equations]
+    parts = [_line(None, nodes[n], symbols) for n in symbols if n in nodes]
+    return all(len(line.text) <= WIDTH for line in [*whole, *parts])
+
+
+def _uses(equations: Sequence[Equation], symbols: Mapping[int, str]) -> Counter[int]:
+    """Return how often each named quantity is printed in the equations and in the definitions."""
+    uses: Counter[int] = Counter()
+    ahead = [side for equation in equations for side in equation]
+    done: set[int] = set()
+    while ahead:
+        for arg in ahead.pop().args:
+            if arg.number in symbols:
+                uses[arg.number] += 1
+                if arg.number in done:
+                    continue
+                done.add(arg.number)
+            ahead.append(arg)
+    return uses
+
+
+def _nodes(equations: Sequence[Equation]) -> list[Expression]:
+    return reached(side for equation in equations for side in equation)
+
+
+def _line(left: Expression | None, right: Expression, symbols: Mapping[int, str]) -> Line:
+    text = Printer(PlainText(), named=symbols)
+    latex = Printer(Latex(), in_latex, {n: in_latex(symbol) for n, symbol in symbols.items()})
+    sides = []
+    for printer in (text, latex):
+        own = printer.name(right) if left is None else printer.text(left)
+        other = printer.text(right)
+        sides.append(own if own == other else f"{own} = {other}")
+    return Line(*sides)

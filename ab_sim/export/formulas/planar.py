@@ -1,0 +1,151 @@
+"""Print the equations of motion of a deck in the plane of the disc, as planar.py computes them.
+
+One placeholder stands for all effects. Each of its methods returns a symbol, so the lines show
+where an effect acts; the effects' own formulas are printed elsewhere.
+"""
+
+from typing import Any, NamedTuple
+
+from ab_sim.export.formulas.lines import Equation, Lines, lines_of
+from ab_sim.export.formulas.symbols import Symbols
+from ab_sim.model.equations.arrowhead import Arrow, normal_force
+from ab_sim.model.equations.motion import Ball, DeckMotion, SpindleMotion
+from ab_sim.model.equations.planar import Planar
+from ab_sim.model.equations.race import BallConstants, OnRace, on_race, rate_change
+from ab_sim.model.equations.sums import over_balls
+from ab_sim.tracing.expression import Graph
+from ab_sim.tracing.functions import cos, sin
+from ab_sim.tracing.local_names import Named, with_local_names
+
+NAMED = {
+    "load": "load",
+    "along": "along",
+    "b13": "b_13",
+    "b23": "b_23",
+    "spin_mass": "spin_mass",
+    "inertia": "inertia",
+    "lever": "lever",
+    "h": "h",
+    "curve": "l",
+    "path": "s'",
+    "g1": "gravity_1",
+    "g2": "gravity_2",
+    "N": "N",
+}
+"""Symbols of the intermediate quantities that are named; others are written out."""
+EXPLAINED = frozenset({"h", "l"})
+"""Symbols that the effects' formulas define, and which need no definition here."""
+
+
+class TracedEffect(NamedTuple):
+    """Placeholder for all effects."""
+
+    x: Symbols
+
+    def deck_force(self, deck: DeckMotion) -> tuple[Any, Any]:
+        """Return the suspension's force."""
+        return self.x("f_1"), self.x("f_2")
+
+    def gravity(self) -> tuple[Any, Any]:
+        """Return gravity across the shaft."""
+        return self.x("g_x"), self.x("g_y")
+
+    def race_shape(self, c: Any, s: Any) -> tuple[Any, ...]:
+        """Return the shape of a race."""
+        each = self.x.each
+        return each("h") - each("R"), each("x"), each("l") - each("R"), each("dl/dtheta")
+
+    def ball_inertia(self, ball: Ball) -> Any:
+        """Return the inertia of rolling balls."""
+        return self.x.each("I") / (ball.radius * ball.radius)
+
+    def ball_drag(self, ball: Ball) -> Any:
+        """Return the drag on a ball."""
+        return self.x("c_b")
+
+    def rotor_moment(self) -> Any:
+        """Return a motor's moment of inertia."""
+        return self.x("I_r")
+
+
+class EquationGroup(NamedTuple):
+    """Equations under one title."""
+
+    title: str
+    lines: Lines
+
+
+def planar_sections() -> list[EquationGroup]:
+    """Return the equations of deck, spindle and balls, line by line."""
+    system = _System(Symbols(Graph()))
+    return [
+        EquationGroup("displacement and velocity", system.rates()),
+        EquationGroup("deck and spindle", system.deck()),
+        EquationGroup("each ball", system.balls()),
+    ]
+
+
+class _System:
+    """Equations as expressions."""
+
+    def __init__(self, x: Symbols) -> None:
+        each, theta = x.each, x.each("theta")
+        m, radius, R = each("m"), each("a"), each("R")
+        inertia = each("I") / (radius * radius)
+        self.x, self.mu = x, each("mu")
+        constants = BallConstants(
+            *(2, m, radius, self.mu, 1.0 / self.mu, m * R, m * R - inertia * radius),
+            *(R, 1.0 / R, each("z")),
+        )
+        self.spindle = SpindleMotion(x("w"), x("al"), cos(x("psi")), sin(x("psi")), x("T"), x("z'"))
+        self.effects = (TracedEffect(x),)
+        self.state = [x("u_1"), x("u_2"), x("v_1"), x("v_2")]
+        self.accelerations = [x("A_1"), x("A_2"), x("al")]
+        self.path = each("s''")
+        unbalance = x("M0") * x("e")
+        self.planar = Planar._make([x("M"), unbalance, x("e"), x("sag_x"), x("sag_y")])
+
+        def equations() -> tuple[OnRace, Arrow]:
+            on = on_race(self.effects, constants, cos(theta), sin(theta), each("theta'"))
+            return on, self.planar.arrow(self.effects, constants, on, self.spindle, self.state)
+
+        (self.on, self.arrow), self.named = with_local_names(equations)
+
+    def rates(self) -> Lines:
+        """Return the rates of displacement and velocity."""
+        rates, named = with_local_names(
+            self.planar.rates, self.effects, self.spindle, self.state, self.accelerations
+        )
+        symbols = ("u_1'", "u_2'", "v_1'", "v_2'")
+        left = [self.x(symbol) for symbol in symbols]
+        sides = zip(left, rates, strict=True)
+        return self._lines([Equation(*each) for each in sides], named, set())
+
+    def deck(self) -> Lines:
+        """Return the equations of deck and spindle: B x - sum_i coupling_i g_i = F."""
+        equations = []
+        for r, force in enumerate(self.arrow.force):
+            left = -over_balls(2, self.arrow.coupling[r] * self.path)
+            for q, acceleration in reversed(list(enumerate(self.accelerations))):
+                left = self.arrow.block[min(r, q)][max(r, q)] * acceleration + left
+            equations.append(Equation(left, force))
+        return self._lines(equations, self.named, set())
+
+    def balls(self) -> Lines:
+        """Return the equation of a ball along the race: mu g = path_force + coupling.x - nu N."""
+        N = normal_force(self.arrow, self.accelerations)
+        force = self.arrow.path_force
+        for coupling, acceleration in zip(self.arrow.coupling, self.accelerations, strict=True):
+            force = force + coupling * acceleration
+        force = force - self.x.each("nu") * N
+        angle = rate_change(self.on, self.path)
+        equations = [
+            Equation(self.mu * self.path, force),
+            Equation(self.x.each("theta''"), angle),
+        ]
+        before = {"spin_mass", "lever", "s'", "load", "along"}
+        return self._lines(equations, [*self.named, Named("N", N)], before)
+
+    def _lines(self, equations: list[Equation], named: list[Named], before: set[str]) -> Lines:
+        own = [one for one in named if one.name in NAMED]
+        return lines_of(equations, own, NAMED, EXPLAINED | before, always=True)

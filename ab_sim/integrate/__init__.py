@@ -1,6 +1,0 @@
-"""Steppers: their registry, the choice of one for a scene, and limits of the step."""
-
-from ab_sim.integrate.registry import stepper_named
-from ab_sim.integrate.stepper import Stepper
-
-__all__ = ["Stepper", "stepper_named"]

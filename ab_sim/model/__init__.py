@@ -1,0 +1,1 @@
+"""A checked scene as the numbers of a system, every formula once, and the spindle's speed."""

@@ -1,0 +1,262 @@
+"""Conversion of a scene to the system that a kernel runs, its start, and its fastest decay rate."""
+
+import functools
+import math
+
+import numpy as np
+
+from ab_sim.base.errors import SceneError
+from ab_sim.model.dynamics import registry
+from ab_sim.model.dynamics.layout import layout_of
+from ab_sim.model.dynamics.linearised import Linearised
+from ab_sim.model.dynamics.system import (
+    BALL_CONSTANTS,
+    DISCRETE_COLUMNS,
+    FIRST_TURNS,
+    JOINED,
+    LOADED,
+    MASS,
+    RADIUS,
+    ROLLING_MASS,
+    SPACING,
+    TURNS,
+    ActiveSegment,
+    System,
+    constants_of_balls,
+    has_motor,
+    has_spin,
+)
+from ab_sim.model.equations.motion import Ball, SpindleMotion
+from ab_sim.model.equations.neighbours import contacts_of, reduced, start_angles, start_gaps
+from ab_sim.model.equations.race import BallConstants, on_race
+from ab_sim.model.equations.sums import over_effects
+from ab_sim.model.spindle import ScheduledSegment
+from ab_sim.scene.model import Scene
+
+
+def system_of(scene: Scene, energy_balance: bool = False) -> System:
+    """Return the system of a scene: constants and effects.
+
+    Args:
+        scene: a checked scene.
+        energy_balance: whether motor work and losses are integrated along with the motion.
+    """
+    effects = tuple(scene.effects.values())
+    deck_model = registry.of_scene(scene).make(scene, effects)
+    balls = _balls(scene, effects)
+    return System(deck_model, balls, contacts_of(scene), effects, energy_balance)
+
+
+def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
+    """Return ``System.balls``."""
+    rows = [
+        (*of_ball(Ball(m, a), scene.race.radius, effects), scene.race.heights[race])
+        for m, a, race in zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
+    ]
+    found = np.array(rows).reshape(len(rows), BALL_CONSTANTS)
+    found[:, FIRST_TURNS] = [reduced(angle)[1] for angle in start_angles(scene)]
+    return found
+
+
+def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[float, ...]:
+    """Return the constants of a ball, columns of ``System.balls`` except the height, with no turns.
+
+    Args:
+        ball: its mass and radius.
+        radius: radius of the race [m].
+        effects: the scene's effects. Their numbers and the ball's may be columns, shape (runs,).
+    """
+    m, a = ball
+    spin = over_effects(effects, "ball_inertia", 0.0, ball)
+    lever = m * radius - spin * a if has_spin(effects) else m * radius
+    return (m, a, m + spin, 1.0 / (m + spin), m * radius, lever, 0.0, radius, 1.0 / radius)
+
+
+def start_state(scene: Scene, system: System) -> np.ndarray:
+    """Return the state at t = 0."""
+    layout = layout_of(system)
+    state = np.zeros(layout.size)
+    state[layout.deck] = registry.of_scene(scene).start(scene, system)
+    if scene.start.ball_rates is not None:
+        state[layout.rates] = scene.start.ball_rates
+    state[layout.angles] = [reduced(angle)[0] for angle in start_angles(scene)]
+    if has_motor(system.effects):
+        start = scene.start
+        state[layout.spindle] = reduced(start.angle)[0], start.speed, start.motor_integral
+    return state
+
+
+def start_discrete_state(scene: Scene, system: System) -> np.ndarray:
+    """Return the initial branches, before they are settled, and the turns in the start angles."""
+    n = system.balls.shape[0]
+    discrete_state = np.zeros((n + 1, DISCRETE_COLUMNS), np.int64)
+    discrete_state[:n, LOADED] = 1
+    discrete_state[:n, TURNS] = system.balls[:, FIRST_TURNS]
+    discrete_state[n, TURNS] = reduced(scene.start.angle)[1]
+    for k, gap in enumerate(start_gaps(scene, len(system.contacts))):
+        discrete_state[k, JOINED] = gap <= TOUCHING * system.contacts[k, SPACING]
+    return discrete_state
+
+
+def state_bounds(system: System, step: float) -> np.ndarray:
+    """Return magnitudes that no sound run reaches; a state beyond them is invalid.
+
+    A deck that has gone a thousand kilometres, or a ball that turns 3 rad along the race within
+    one step, which no stepper can follow. Energies grow without limit in sound runs.
+    """
+    layout = layout_of(system)
+    bounds = np.full(layout.size, 1e150)
+    bounds[layout.deck] = 1e6
+    bounds[layout.angles] = MOST_ANGLE
+    bounds[layout.rates] = 3.0 / step
+    if has_motor(system.effects):
+        bounds[layout.spindle.start : layout.spindle.start + 2] = MOST_ANGLE, 3.0 / step
+    return bounds
+
+
+def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
+    """Return the fastest eigenvalues [1/s] of the linear parts, by name.
+
+    Args:
+        system: the system.
+        top_speed: fastest spindle speed [rad/s]; the deck's whirl is faster by that on rotating
+            axes.
+
+    Raises:
+        SceneError: a method of an effect returns numbers that are not finite.
+    """
+    effects = system.effects
+    own = registry.of_system(system).rates(system, top_speed)
+    rates = {DRAG: complex(-drag_rate(system)), **own}
+    if has_motor(effects):
+        rates |= _motor_rates(system, rates[DRAG])
+    for what, rate in rates.items():
+        _check_finite(effects, what, rate)
+    return rates
+
+
+TOUCHING = 1e-12
+"""Part of the distance between two centres that counts as none: it is found to 1e-14 or so."""
+MOST_ANGLE = 1e15
+"""rad; beyond it a double has no digits left below a turn."""
+DRAG = "the race's drag"
+"""Key of the drag's rate in ``linear_rates``, which does not limit steppers for stiff drag."""
+LOOP = "the motor's speed loop"
+"""Key of the motor's rate in ``linear_rates``."""
+
+
+def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | list[float]) -> None:
+    if not np.isfinite(numbers).all():
+        names = ", ".join(type(each).__name__ for each in effects)
+        raise SceneError(
+            f"effects: the rate of {what} is no finite number; a method of one of them gives "
+            f"numbers that are none: {names}"
+        )
+
+
+def drag_rate(system: System) -> float:
+    """Return the fastest decay rate [1/s] of a ball's speed along the race under the effects' drag.
+
+    It is c_b/(m + I/a^2) for a ball on a fixed deck. A deck that is free to move reduces the
+    effective mass of the balls, most if they are side by side, which is assumed here. The rate is
+    then the largest eigenvalue of G^-1 c_b with G_ij = mu_i delta_ij - m_i m_j / M
+    (docs/equations.md, 2). For a deck in space, the turning adds to 1 / M; the direction with the
+    largest effect is taken.
+    """
+    n = system.balls.shape[0]
+    if n == 0:
+        return 0.0
+    masses, inertia = system.balls[:, MASS], system.balls[:, ROLLING_MASS]
+    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
+    drag = [over_effects(system.effects, "ball_drag", 0.0, ball) for ball in balls]
+    _check_finite(system.effects, DRAG, drag)
+    fastest = 0.0
+    for yields in registry.of_system(system).yields(system):
+        coupled = np.diag(inertia) - masses[:, None] * masses * yields
+        decays = np.linalg.eigvals(np.linalg.solve(coupled, np.diag(drag)))
+        fastest = max(fastest, float(decays.real.max()))
+    return fastest
+
+
+def _motor_rates(system: System, drag_alone: complex) -> dict[str, complex]:
+    """Return the rates of a motor's speed loop and of the drag [1/s], which act on each other.
+
+    A rotor that is free to turn yields to the drag as a deck does, and unbalance and deck lighten
+    it. At these rates the suspension's forces do not count. Balls are taken side by side, in the
+    directions in which that makes most.
+    """
+    effects, n = system.effects, len(system.balls)
+    balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]].tolist()]
+    drag = np.array([over_effects(effects, "ball_drag", 0.0, ball) for ball in balls])
+    _check_finite(effects, DRAG, list(drag))
+    stiffness = float(over_effects(effects, "loop_torque", 0.0, 0.0, 1.0))
+    alone, together = 0j, 0j
+    for along in np.linspace(0.0, 2.0 * math.pi, 16, endpoint=False) if n else (0.0,):
+        masses = _mass_matrix(system, along)
+        spindle, size = len(masses) - n - 1, len(masses)
+        for of_balls in (np.zeros(n), drag):
+            damping = np.zeros(size)
+            damping[spindle], damping[spindle + 1 :] = _motor_damping(system), of_balls
+            # Velocities and the integral of the spindle's.
+            matrix = np.zeros((size + 1, size + 1))
+            matrix[:size, :size] = np.diag(-damping)
+            matrix[spindle, size], matrix[size, spindle] = -stiffness, 1.0
+            matrix[:size] = np.linalg.solve(masses, matrix[:size])
+            fastest = complex(max(np.linalg.eigvals(matrix), key=abs))
+            if of_balls is drag:
+                together = max(together, fastest, key=abs)
+            else:
+                alone = max(alone, fastest, key=abs)
+    # Both act in the fastest motion; it is called after the one that makes most of it.
+    if abs(alone) >= abs(drag_alone):
+        return {LOOP: together, DRAG: drag_alone}
+    return {LOOP: alone, DRAG: together}
+
+
+def _mass_matrix(system: System, along: float) -> np.ndarray:
+    """Return the mass matrix of deck, spindle and balls along the race, all balls at one angle."""
+    effects, n = system.effects, len(system.balls)
+    balls = BallConstants(n, *constants_of_balls(system))
+    ones = np.ones(n)
+    on = on_race(effects, balls, math.cos(along) * ones, math.sin(along) * ones, 0.0 * ones)
+    still = SpindleMotion(0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+    model = type(system.deck_model)
+    state = [0.0] * len(model.STATE_NAMES)
+    if model.UNIT_AT >= 0:
+        state[model.UNIT_AT] = 1.0
+    arrow = system.deck_model.arrow(effects, balls, on, still, state)
+    upper = np.triu(np.array(arrow.block, float))
+    coupling = np.array([each * ones for each in arrow.coupling])
+    rolling = np.diag(system.balls[:, ROLLING_MASS])
+    return np.block([[upper + np.triu(upper, 1).T, -coupling], [-coupling.T, rolling]])
+
+
+def linearised(system: System) -> Linearised:
+    """Return small motions of the deck about its position at rest.
+
+    Raises:
+        SceneError: there is no position at rest, or the deck model does not provide them.
+    """
+    return registry.of_system(system).linearised(system)
+
+
+def free_coordinates(system: System) -> tuple[str, ...]:
+    """Return coordinates along which nothing restores the deck; empty if that is not known."""
+    try:
+        return linearised(system).free
+    except SceneError:
+        return ()
+
+
+def _motor_damping(system: System) -> float:
+    """Return the loss of a motor's torque per speed above the commanded one [N m s/rad]."""
+    effects = system.effects
+    asked = over_effects(effects, "loop_torque", 0.0, 1.0, 0.0)
+    return float(asked + over_effects(effects, "back_torque", 0.0, 1.0))
+
+
+@functools.lru_cache(maxsize=256)
+def place_on(scheduled: ScheduledSegment) -> ActiveSegment:
+    """Return the kernel's data of a segment of a speed profile."""
+    phase, lasts = reduced(scheduled.start_angle)[0], float(scheduled.end - scheduled.start)
+    return ActiveSegment(scheduled.segment, phase, lasts, float(scheduled.start_angle))

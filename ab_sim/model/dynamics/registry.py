@@ -1,0 +1,120 @@
+"""Registry of the deck models that a scene can name, from the files in ``deck_models/``."""
+
+import functools
+import pkgutil
+from collections.abc import Callable
+from importlib import import_module
+from typing import Any, NamedTuple, NoReturn
+
+import numpy as np
+
+from ab_sim.base.errors import SceneError
+from ab_sim.model.dynamics.linearised import Linearised
+from ab_sim.model.dynamics.system import System
+from ab_sim.scene.model import Scene
+
+PLANAR, IN_SPACE = "planar", "in_space"
+"""Default deck models: without and with a section ``deck`` in the scene."""
+_FOLDER = "ab_sim.model.dynamics.deck_models"
+
+
+def _no_rates(system: System, top_speed: float) -> dict[str, complex]:
+    return {}
+
+
+def _not_known(system: System) -> NoReturn:
+    name = type(system.deck_model).__name__
+    raise SceneError(
+        f"deck_model: {name} does not say how it moves by itself, which is asked for here; take "
+        "deck_model out of the scene"
+    )
+
+
+class DeckFromScene(NamedTuple):
+    """Functions that make a deck model from a scene, and describe its motion in advance."""
+
+    make: Callable[[Scene, tuple[object, ...]], Any]
+    """Function that returns the deck model of a scene and its effects."""
+    start: Callable[[Scene, System], np.ndarray]
+    """Function that returns the deck model's states at t = 0."""
+    yields: Callable[[System], list[np.ndarray]]
+    """Function that returns matrices (balls, balls) with the acceleration of the race at each ball
+    per force along it at each ball [1/kg], with all balls side by side, in relevant directions.
+    They show how much the deck reduces the effective mass of the balls."""
+    rates: Callable[[System, float], dict[str, complex]] = _no_rates
+    """Function that returns the fastest eigenvalues [1/s] up to a spindle speed, by name; they
+    limit the step."""
+    linearised: Callable[[System], Linearised] = _not_known
+    """Function that returns small motions about the position at rest, for modes."""
+
+
+class RegisteredDeckModel(NamedTuple):
+    """A deck model with its functions."""
+
+    kind: type[Any]
+    """Class decorated with ``equations.deck_model.deck_model``."""
+    from_scene: DeckFromScene
+
+
+_deck_models: dict[str, RegisteredDeckModel] = {}
+
+
+def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -> None:
+    """Register a deck model for scenes in this process.
+
+    Raises:
+        ValueError: the name is taken, or the class is registered under another one.
+    """
+    if name in _deck_models:
+        raise ValueError(f"deck model {name!r} is registered twice")
+    for other, known in _deck_models.items():
+        if known.kind is kind:
+            raise ValueError(f"deck model {name!r}: its class is that of {other!r}")
+    _deck_models[name] = RegisteredDeckModel(kind, from_scene)
+
+
+def deck_models() -> dict[str, RegisteredDeckModel]:
+    """Return all deck models by name."""
+    _import_all()
+    return dict(sorted(_deck_models.items()))
+
+
+def of_scene(scene: Scene) -> DeckFromScene:
+    """Return the functions for the deck model that a checked scene names, or has by default."""
+    name = scene.deck_model or (PLANAR if scene.deck is None else IN_SPACE)
+    _import_all()
+    return _deck_models[name].from_scene
+
+
+def of_system(system: System) -> DeckFromScene:
+    """Return the functions for a system's deck model."""
+    kind = type(system.deck_model)
+    _import_all()
+    return next(known.from_scene for known in _deck_models.values() if known.kind is kind)
+
+
+def require_built_in(scene: Scene, asked: str) -> None:
+    """Refuse a user's deck model for formulas that hold for the built-in ones only.
+
+    Args:
+        scene: a checked scene.
+        asked: name of the request that uses the formulas, for the message.
+
+    Raises:
+        SceneError: the message names key, value, allowed models and remedy.
+    """
+    name = scene.deck_model
+    if name in (None, PLANAR, IN_SPACE):
+        return
+    raise SceneError(
+        f"deck_model = {name!r}: {asked} needs the equations of a built-in deck model; "
+        f"allowed here: {IN_SPACE}, {PLANAR}; take deck_model out of the scene (--set "
+        "deck_model=), or simulate this deck instead, without faults of balls, mounts and disc"
+    )
+
+
+@functools.cache
+def _import_all() -> None:
+    folder = import_module(_FOLDER)
+    for found in pkgutil.iter_modules(folder.__path__):
+        import_module(f"{_FOLDER}.{found.name}")

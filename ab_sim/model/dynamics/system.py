@@ -1,0 +1,143 @@
+"""Constants of the moving bodies, and the columns of their arrays."""
+
+from collections.abc import Mapping
+from math import inf
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ab_sim.model.equations.race import BallConstants
+from ab_sim.model.equations.sums import any_has, over_effects
+
+MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER, FIRST_TURNS = range(7)
+RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT = 7, 8, 9
+"""Columns of System.balls: m_i [kg]; a_i [m]; mu_i = m_i + I_i/a_i^2 [kg], with I_i = 0 without
+rolling; 1/mu_i; m_i R [kg m]; m_i R - (I_i/a_i^2) a_i [kg m], the coefficient of the spindle's
+acceleration in the ball's equation on a round race; whole turns in the ball's start angle; radius R
+of its race [m], 1/R, and height of the race along the shaft [m]."""
+BALL_CONSTANTS = 10
+ORDER, SPACING = 0, 1
+"""Columns of System.contacts: the ball at this place of the row; the distance along the race from
+it to the next one in contact [m]."""
+DIRECTION, LOADED, JOINED, TURNS = 0, 1, 2, 3
+"""Columns of the discrete state: the branches of set-valued laws that hold between two events.
+
+DIRECTION: +1 or -1, direction in which a ball slides along the race; 0 if it sticks, or is held
+between others. In the last row: +1 or -1 while the motor is at its torque limit in that direction,
+else 0. LOADED: 1 if the race carries the ball. JOINED: 1 if the two balls at a contact touch and
+stay in contact: both slide, or both stick. TURNS: whole turns removed from a ball's angle; in the
+last row, from the spindle's.
+"""
+DISCRETE_COLUMNS = 4
+FORMULA_COLUMNS = (
+    *(MASS, RADIUS, ROLLING_MASS, MOBILITY, MOMENT, ROUND_LEVER),
+    *(RACE_RADIUS, RACE_CURVATURE, RACE_HEIGHT),
+)
+"""Columns of System.balls, in the order of ``equations.race.BallConstants``."""
+EVENTFUL = {
+    "friction_coefficient": "balls stick and slip",
+    "restitution": "balls collide",
+    "rotor_moment": "a motor reaches its limit",
+}
+"""Methods of effects with set-valued laws, and the events that they cause."""
+
+
+class System(NamedTuple):
+    """Constants of a scene. Effects that are not in ``effects`` are not computed."""
+
+    deck_model: Any
+    """Deck and rotor: an instance of a deck model, see ``ab_sim.model.equations.planar``."""
+    balls: np.ndarray
+    """Shape (n, BALL_CONSTANTS), columns as above."""
+    contacts: np.ndarray
+    """Neighbours along the race, shape (n, 2), columns as above; contact k lies between the balls
+    at places k and k + 1 of the row, cyclic. Shape (0, 2) if balls may pass each other."""
+    effects: tuple[Any, ...]
+    energy_balance: bool = False
+    """True if motor work and losses are integrated along with the motion."""
+
+    def mechanical_energy(self, state: Any, psi: float, speed: float) -> float:
+        """Return kinetic and stored energy [J]; the rotor's inertia I_r counts with a motor only.
+
+        Args:
+            state: its state.
+            psi: spindle angle [rad].
+            speed: spindle speed [rad/s].
+        """
+        balls = BallConstants(len(self.balls), *constants_of_balls(self))
+        at = np.asarray(state, float)
+        return float(self.deck_model.energy(self.effects, balls, at, float(psi), float(speed)))
+
+
+class ActiveSegment(NamedTuple):
+    """Position of a run on the speed profile."""
+
+    segment: Any
+    """Speed segment in force."""
+    phase: float
+    """Spindle angle at the segment's beginning [rad], without whole turns."""
+    until: float = inf
+    """Local time at which the segment ends [s]."""
+    angle: float = 0.0
+    """Spindle angle at the segment's beginning [rad], with whole turns: for samples."""
+
+
+def constants_of_balls(system: System) -> np.ndarray:
+    """Return the constants in formulas, shape (columns of ``BallConstants``, n)."""
+    return system.balls.T[list(FORMULA_COLUMNS)]
+
+
+def has_friction(effects: tuple[Any, ...]) -> bool:
+    """Return whether balls have friction on the race, and may stick."""
+    return any_has(effects, "friction_coefficient")
+
+
+def has_contact(effects: tuple[Any, ...]) -> bool:
+    """Return whether balls touch each other."""
+    return any_has(effects, "restitution")
+
+
+def has_motor(effects: tuple[Any, ...]) -> bool:
+    """Return whether a motor drives the spindle."""
+    return any_has(effects, "rotor_moment")
+
+
+def has_events(effects: tuple[Any, ...]) -> bool:
+    """Return whether there are set-valued laws."""
+    return any_has(effects, *EVENTFUL)
+
+
+def eventful(effects: Mapping[str, Any]) -> dict[str, str]:
+    """Return the effects of a scene with set-valued laws, by name, and their events."""
+    return {
+        name: what
+        for name, effect in effects.items()
+        for method, what in EVENTFUL.items()
+        if hasattr(effect, method)
+    }
+
+
+def has_gravity(effects: tuple[Any, ...]) -> bool:
+    """Return whether there is gravity."""
+    return any_has(effects, "gravity")
+
+
+def has_spin(effects: tuple[Any, ...]) -> bool:
+    """Return whether balls roll."""
+    return any_has(effects, "ball_inertia")
+
+
+def has_stiffening(effects: tuple[Any, ...]) -> bool:
+    """Return whether mounts harden."""
+    return any_has(effects, "mount_stiffening")
+
+
+def rotor_moment(effects: tuple[Any, ...]) -> float:
+    """Return I_r of the motor's rotor [kg m^2]; 0 without a motor."""
+    return float(over_effects(effects, "rotor_moment", 0.0))
+
+
+def has_spindle_angle(system: System) -> bool:
+    """Return whether the equations contain the spindle's angle."""
+    turned = any_has(system.effects, "space_force", "gravity")
+    return bool(type(system.deck_model).NEEDS_ANGLE or turned)

@@ -1,0 +1,57 @@
+"""Sums over a scene's effects, and over the balls."""
+
+from collections.abc import Iterable
+from typing import Any
+
+from ab_sim.tracing.functions import total
+
+Number = Any
+"""A float or an expression; for balls, an expression that stands for a number per ball."""
+
+
+def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any) -> Any:
+    """Return the sum of ``effect.method(*arguments)`` over the effects that have the method.
+
+    Args:
+        effects: effects of a scene.
+        method: name of a method, see ``ab_sim.model.equations.effects``.
+        zero: the sum over none: a number, or a tuple of numbers for a vector.
+        *arguments: arguments of the method.
+
+    Raises:
+        TypeError: a method returns another number of results than ``zero`` has.
+    """
+    found = zero
+    for effect in effects:
+        if hasattr(effect, method):
+            term = getattr(effect, method)(*arguments)
+            _check_results(effect, method, term, zero)
+            if isinstance(zero, tuple):
+                found = tuple(a + b for a, b in zip(found, term, strict=True))
+            else:
+                found = found + term
+    return found
+
+
+def _check_results(effect: Any, method: str, term: Any, zero: Any) -> None:
+    given, wanted = _shape(term), _shape(zero)
+    if given != wanted:
+        raise TypeError(f"{type(effect).__name__}.{method} returns {given}; must return {wanted}")
+
+
+def _shape(term: Any) -> str:
+    if term is None:
+        return "nothing"
+    return f"a tuple of {len(term)}" if isinstance(term, tuple | list) else "a number"
+
+
+def any_has(effects: Iterable[Any], *methods: str) -> bool:
+    """Return whether one of the effects has one of the methods."""
+    return any(hasattr(effect, method) for effect in effects for method in methods)
+
+
+def over_balls(count: int, each: Number) -> Number:
+    """Return the sum of a number per ball over the balls; 0 without balls."""
+    if isinstance(each, float):
+        return count * each
+    return total(each) if count else 0.0

@@ -1,0 +1,200 @@
+"""Decisions of the start-up firmware, without middleware and clock, which tests can run alone."""
+
+import enum
+import math
+from collections.abc import Callable, Mapping
+from typing import Any
+
+from ab_sim.base.stored_numbers import MOST_TIME, finite
+from ab_sim.model.spindle.course import Course
+
+
+class ProfileState(enum.Enum):
+    """State of a profile."""
+
+    IDLE = "idle"
+    WAITING = "waiting"
+    """Waiting for a drive."""
+    RUNNING = "running"
+    DONE = "done"
+    """Done; the final speed is held."""
+    ABORTING = "aborting"
+    """Ramping down."""
+    ABORTED = "aborted"
+    """Aborted; standstill is commanded."""
+
+    @property
+    def under_way(self) -> bool:
+        """True if the profile was started and is not over."""
+        return self in (ProfileState.RUNNING, ProfileState.ABORTING)
+
+
+COMMANDING = (ProfileState.RUNNING, ProfileState.DONE, ProfileState.ABORTING, ProfileState.ABORTED)
+
+MOST_SPEED = 1e6
+"""rad/s; of a command in a snapshot."""
+
+
+class ProfileRun:
+    """Runs profiles one after the other; times are by any clock that only advances.
+
+    Args:
+        ahead: lead of the commands of a ramp down [s]: a drive approaches them until the next one.
+        say: receives the status whenever it changes: the state's word, often with details after a
+            colon; and whether there is no problem.
+    """
+
+    def __init__(self, ahead: float, say: Callable[[str, bool], None]) -> None:
+        self._ahead, self._say = ahead, say
+        self.course: Course | None = None
+        """Profile that was started last; None before the first."""
+        self._deceleration = math.inf
+        self._falls = (0.0, 0.0)
+        self.began = 0.0
+        self.state = ProfileState.IDLE
+        self.status = ""
+        self.why = ""
+        """Reason of an abort, or problem; empty if there is none."""
+        self.command = 0.0
+        """Last commanded speed [rad/s]."""
+        self.commanded: float | None = None
+        """Result of the last call of ``tick``."""
+        self._enter(ProfileState.IDLE)
+
+    def wait(self, what: str) -> None:
+        """Wait for a condition."""
+        self._enter(ProfileState.WAITING, what)
+
+    def start(
+        self, now: float, course: Course, deceleration: float, begin: float | None = None
+    ) -> str:
+        """Run a profile from its beginning.
+
+        Args:
+            now: the time [s].
+            course: the profile, not yet begun.
+            deceleration: deceleration of an abort [rad/s^2].
+            begin: time of its beginning [s]; None: now.
+
+        Returns:
+            Reason of a refusal; empty if the profile runs.
+        """
+        if self.state is ProfileState.RUNNING:
+            return "running already; abort first"
+        if self.state is ProfileState.ABORTING:
+            return "ramping down; wait for standstill"
+        if self.state is ProfileState.DONE and self.command != course.first:
+            return (
+                f"{self.command:g} rad/s is commanded, and the profile begins at "
+                f"{course.first:g} rad/s; abort first"
+            )
+        self.course, self._deceleration = course, deceleration
+        self.command, self.why = course.first, ""
+        self.state = ProfileState.RUNNING
+        self.shift(now if begin is None else begin)
+        self.tick(now)
+        return ""
+
+    def shift(self, now: float) -> None:
+        """Move the start of the profile to the present time."""
+        self.began = now
+        if self.course is not None:
+            self.course.begin(now)
+
+    def abort(self, now: float, why: str) -> str:
+        """Ramp down to standstill; return the reason if that makes no sense."""
+        if self.state is ProfileState.WAITING:
+            self._enter(ProfileState.IDLE)
+        elif self.state in (ProfileState.RUNNING, ProfileState.DONE):
+            self.why = why
+            self._falls = now, self.command
+            self._enter(ProfileState.ABORTING, why)
+            self.tick(now)
+        elif self.state is not ProfileState.ABORTING:
+            return "not running"
+        return ""
+
+    def drop(self, why: str) -> None:
+        """Command standstill at once, because there is no motion left to ramp down."""
+        self.why = why
+        self.command = 0.0
+        self._enter(ProfileState.ABORTED)
+
+    def tick(self, now: float) -> float | None:
+        """Return the speed to command now [rad/s]; None: no command."""
+        speaks = self.state in COMMANDING
+        if self.state is ProfileState.RUNNING and self.course is not None:
+            speaks = self._run(self.course, now)
+        if self.state is ProfileState.ABORTING:
+            since, speed = self._falls
+            left = abs(speed) - self._deceleration * max(now + self._ahead - since, 0.0)
+            self.command = math.copysign(max(left, 0.0), speed)
+            if left <= 0.0:
+                self.command = 0.0
+                self._enter(ProfileState.ABORTED)
+        self.commanded = self.command if speaks else None
+        return self.commanded
+
+    def state_values(self) -> dict[str, Any]:
+        """Return the complete state as JSON-able values."""
+        return {
+            "state": self.state.value,
+            "status": self.status,
+            "why": self.why,
+            "command": self.command,
+            "commanded": self.commanded,
+            "began": self.began,
+            "falls": self._falls,
+            "deceleration": self._deceleration,
+            "course": None if self.course is None else self.course.state(),
+        }
+
+    def restore(self, kept: Mapping[str, Any], course: Course | None) -> None:
+        """Continue from a state of ``state_values``.
+
+        Args:
+            kept: the values.
+            course: the profile of the state, not yet begun; None if there was none.
+
+        Raises:
+            ArithmeticError, AttributeError, LookupError, TypeError, ValueError: the values are
+                invalid; nothing has changed.
+        """
+        state, status, why = ProfileState(kept["state"]), str(kept["status"]), str(kept["why"])
+        began, command = finite(kept["began"], 0.0, MOST_TIME), _speed(kept["command"])
+        commanded = None if kept["commanded"] is None else _speed(kept["commanded"])
+        since, speed = kept["falls"]
+        since, speed = finite(since, 0.0, MOST_TIME), _speed(speed)
+        deceleration = float(kept["deceleration"])
+        if not deceleration > 0.0 or (state is ProfileState.ABORTING and math.isinf(deceleration)):
+            raise ValueError(f"deceleration = {deceleration}: must be above 0, and finite")
+        if course is not None:
+            course.restore(kept["course"])
+        self.course, self.state, self.why = course, state, why
+        self.began, self.command, self._deceleration = began, command, deceleration
+        self._falls, self.commanded = (since, speed), commanded
+        self.status = status
+        self._say(status, not why)
+
+    def _run(self, course: Course, now: float) -> bool:
+        """Run one period of the course; return whether it commands a speed."""
+        speed = course.command(max(now, self.began))
+        self.why = course.why
+        if course.failure:
+            self.abort(now, course.failure)
+            return True
+        self.command = self.command if speed is None else speed
+        self._enter(ProfileState.DONE if course.ended else ProfileState.RUNNING, course.words)
+        return speed is not None
+
+    def _enter(self, state: ProfileState, more: str = "") -> None:
+        self.state = state
+        status = f"{state.value}: {more}" if more else state.value
+        if status != self.status:
+            self.status = status
+            self._say(status, not self.why)
+
+
+def _speed(value: Any) -> float:
+    """Return a speed from a file [rad/s]."""
+    return finite(value, -MOST_SPEED, MOST_SPEED)

@@ -1,0 +1,301 @@
+"""A spindle-speed profile: successive segments with exact breakpoints."""
+
+import bisect
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ab_sim.base.errors import SceneError
+from ab_sim.model.spindle.speed_laws import RaisedCosine, Ramp
+
+if TYPE_CHECKING:
+    from ab_sim.scene import Scene
+    from ab_sim.scene.profiles import AnyProfile
+    from ab_sim.scene.segments import Segment as AskedSegment
+
+Segment = Ramp | RaisedCosine
+
+
+class ScheduledSegment(NamedTuple):
+    """One segment with its times."""
+
+    start: float
+    """Start time [s]."""
+    end: float
+    """End time [s]; infinite for the last segment."""
+    start_angle: float
+    """Angle psi at the start [rad]."""
+    segment: Segment
+
+
+class SpeedSchedule:
+    """Spindle speed and angle over time, piecewise; the last speed is held for ever.
+
+    Args:
+        segments: pairs of a duration [s] and its segment.
+        final_speed: speed [rad/s] held after the last segment.
+        start: time at which the first segment begins [s].
+        start_angle: angle psi at that time [rad].
+        variable_speed_period: start of that period [s], if the profile has one.
+    """
+
+    def __init__(
+        self,
+        segments: Sequence[tuple[float, Segment]],
+        final_speed: float,
+        start: float = 0.0,
+        start_angle: float = 0.0,
+        variable_speed_period: float | None = None,
+    ) -> None:
+        scheduled_segments = []
+        for duration, segment in segments:
+            scheduled_segments.append(
+                ScheduledSegment(start, start + duration, start_angle, segment)
+            )
+            start += duration
+            start_angle += segment.angle(duration)
+        scheduled_segments.append(
+            ScheduledSegment(start, math.inf, start_angle, Ramp(final_speed, 0.0))
+        )
+        self.segments = tuple(scheduled_segments)
+        self.variable_speed_period = variable_speed_period
+        self._starts = [scheduled.start for scheduled in scheduled_segments]
+
+    @property
+    def end(self) -> float:
+        """Time at which the final speed is reached [s]."""
+        return self.segments[-1].start
+
+    @property
+    def top_speed(self) -> float:
+        """Largest magnitude of the speed [rad/s]; it is monotonic within every segment."""
+        return max(
+            abs(scheduled.segment.speed(local))
+            for scheduled in self.segments
+            for local in (0.0, scheduled.end - scheduled.start if scheduled.end < math.inf else 0.0)
+        )
+
+    @property
+    def steepest(self) -> float:
+        """Largest magnitude of the acceleration [rad/s^2]."""
+        return max(
+            (
+                abs(float(scheduled.segment.acceleration(0.5 * (scheduled.end - scheduled.start))))
+                for scheduled in self.segments[:-1]
+            ),
+            default=0.0,
+        )
+
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times [s] at which the acceleration may jump."""
+        return tuple(scheduled.end for scheduled in self.segments[:-1])
+
+    def number_at(self, time: float) -> int:
+        """Return the number of the segment at ``time`` and just after it (right-hand limit)."""
+        return max(bisect.bisect_right(self._starts, time) - 1, 0)
+
+    def segment_at(self, time: float) -> ScheduledSegment:
+        """Return the segment in force at ``time`` and just after it."""
+        return self.segments[self.number_at(time)]
+
+    def speed(self, time: float) -> float:
+        """Return w [rad/s]."""
+        scheduled = self.segment_at(time)
+        return scheduled.segment.speed(time - scheduled.start)
+
+    def angle(self, time: float) -> float:
+        """Return psi [rad], unwrapped."""
+        scheduled = self.segment_at(time)
+        return scheduled.start_angle + scheduled.segment.angle(time - scheduled.start)
+
+    def angles(self, times: np.ndarray) -> np.ndarray:
+        """Return psi at several times [rad]."""
+        return np.array([self.angle(time) for time in times.tolist()])
+
+    def moved(self, by: float, turned: float = 0.0) -> "SpeedSchedule":
+        """Return the profile, begun later by a time [s] and at an angle [rad] further."""
+        begins = self.variable_speed_period
+        return SpeedSchedule.of_scheduled(
+            [
+                ScheduledSegment(
+                    scheduled.start + by,
+                    scheduled.end + by,
+                    scheduled.start_angle + turned,
+                    scheduled.segment,
+                )
+                for scheduled in self.segments
+            ],
+            None if begins is None else begins + by,
+        )
+
+    @classmethod
+    def of_scheduled(
+        cls,
+        scheduled_segments: Sequence[ScheduledSegment],
+        variable_speed_period: float | None = None,
+    ) -> "SpeedSchedule":
+        """Return a profile from scheduled segments that follow each other without gaps."""
+        made = cls((), 0.0, variable_speed_period=variable_speed_period)
+        made.segments = tuple(scheduled_segments)
+        made._starts = [scheduled.start for scheduled in scheduled_segments]
+        return made
+
+    @classmethod
+    def constant(cls, speed: float, start_angle: float = 0.0) -> "SpeedSchedule":
+        """Return a speed [rad/s] held for ever; ``start_angle`` [rad] is psi at t = 0."""
+        return cls((), speed, start_angle=start_angle)
+
+    @classmethod
+    def start_up(
+        cls,
+        start_speed: float,
+        acceleration: float,
+        target_speed: float,
+        period: tuple[float, float, float] | None = None,
+        period_start: float | None = None,
+        start_angle: float = 0.0,
+    ) -> "SpeedSchedule":
+        """Return a constant acceleration to a target, possibly with a variable-speed period.
+
+        Source: thesis 3.1.
+
+        Args:
+            start_speed: initial speed [rad/s]; above the target the spindle decelerates, at the
+                target it holds.
+            acceleration: magnitude before and after the period [rad/s^2].
+            target_speed: speed held at the end [rad/s].
+            period: start speed [rad/s], duration [s] and acceleration [rad/s^2] of the period.
+            period_start: its start time [s], if that is known exactly.
+            start_angle: psi at t = 0 [rad].
+        """
+        legs: list[tuple[float, float, float, float | None]]
+        way = math.copysign(acceleration, target_speed - start_speed)
+        legs = [(start_speed, target_speed, way, None)]
+        begins = None
+        if period is not None:
+            at, duration, slope = period
+            after = at + slope * duration
+            begins = (at - start_speed) / acceleration if period_start is None else period_start
+            legs = [
+                (start_speed, at, acceleration, begins),
+                (at, after, slope, duration),
+                (after, target_speed, acceleration, None),
+            ]
+        segments: list[tuple[float, Segment]] = [
+            (duration if duration is not None else (to - begin) / slope, Ramp(begin, slope))
+            for begin, to, slope, duration in legs
+        ]
+        return cls(segments, target_speed, start_angle=start_angle, variable_speed_period=begins)
+
+    @classmethod
+    def speed_change(
+        cls,
+        start_speed: float,
+        to_speed: float,
+        start_time: float,
+        duration: float,
+        start_angle: float = 0.0,
+    ) -> "SpeedSchedule":
+        """Return a raised-cosine change of speed (relative-stability (25)).
+
+        Args:
+            start_speed: speed until ``start_time`` [rad/s].
+            to_speed: speed after the change [rad/s].
+            start_time: start of the change [s].
+            duration: duration of the change [s].
+            start_angle: psi at t = 0 [rad].
+        """
+        change = RaisedCosine(start_speed, to_speed - start_speed, duration)
+        segments: list[tuple[float, Segment]]
+        segments = [(start_time, Ramp(start_speed, 0.0)), (duration, change)]
+        return cls(segments, to_speed, start_angle=start_angle)
+
+    @classmethod
+    def of_segments(
+        cls,
+        segments: Sequence["AskedSegment"],
+        speed: float,
+        start: float = 0.0,
+        start_angle: float = 0.0,
+    ) -> "SpeedSchedule":
+        """Return successive accelerations and holds; each makes one segment.
+
+        Args:
+            segments: segments; those that end on a condition last as long as they may.
+            speed: speed at which the first begins [rad/s].
+            start: time at which it begins [s].
+            start_angle: psi at that time [rad].
+        """
+        ramps: list[tuple[float, Segment]] = []
+        for segment in segments:
+            duration, slope = segment.ramp(speed)
+            ramps.append((duration, Ramp(speed, slope)))
+            speed = segment.end(speed)
+        return cls(ramps, speed, start, start_angle)
+
+    @classmethod
+    def at_start(cls, scene: "Scene") -> "SpeedSchedule":
+        """Return the start speed of a scene, held."""
+        return cls.constant(scene.start.speed, scene.start.angle)
+
+    @classmethod
+    def of_scene(cls, scene: "Scene") -> "SpeedSchedule":
+        """Return the profile of a scene; its start speed, held, if it has none.
+
+        Raises:
+            SceneError: measurements decide the speed during the run: in an adaptive start-up, or in
+                a segment that ends on a condition.
+        """
+        asked = scene.profile
+        if asked is None:
+            return cls.at_start(scene)
+        if asked.kind == "segments" and (key := asked.condition) is not None:
+            raise SceneError(
+                f"{scene.name}: {key}: what is measured while it runs decides when this segment "
+                "ends, and there is no speed over time before; say how long it lasts (hold or "
+                "duration instead of until)"
+            )
+        return cls.asked(asked, scene.start.speed, scene.start.angle)
+
+    @classmethod
+    def asked(cls, asked: "AnyProfile", first: float, angle: float = 0.0) -> "SpeedSchedule":
+        """Return the schedule of a profile; segments with a condition last as long as they may.
+
+        Args:
+            asked: profile of a scene, or alone.
+            first: speed at t = 0 [rad/s].
+            angle: psi at t = 0 [rad].
+
+        Raises:
+            SceneError: the profile is an adaptive start-up.
+        """
+        if asked.kind == "adaptive":
+            raise SceneError(
+                "profile.kind = adaptive: a controller decides the speed while it runs, and there "
+                "is no speed over time before; use another kind, e.g. start_up with its "
+                "acceleration and target_speed, or leave it out (--set profile=)"
+            )
+        if asked.kind == "segments":
+            return cls.of_segments(asked.segments, first, start_angle=angle)
+        if asked.kind == "speed_change":
+            return cls.speed_change(first, asked.to_speed, asked.start_time, asked.duration, angle)
+        period = start = None
+        p, at = asked.variable_speed_period, asked.period_begins(first)
+        if p is not None and at is not None:
+            period, start = (at, p.duration, p.acceleration), p.start_time
+        return cls.start_up(first, asked.acceleration, asked.target_speed, period, start, angle)
+
+
+def top_speed_of(scene: "Scene") -> float:
+    """Return the largest magnitude that the speed may have along a scene's profile [rad/s].
+
+    Segments that end on a condition and adaptive start-ups are included.
+    """
+    if scene.profile is not None and scene.profile.kind == "segments":
+        return scene.profile.top_speed(scene.start.speed)
+    if scene.profile is not None and scene.profile.kind == "adaptive":
+        return scene.profile.target_speed
+    return SpeedSchedule.of_scene(scene).top_speed

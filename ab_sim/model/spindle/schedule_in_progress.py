@@ -1,0 +1,70 @@
+"""A profile in progress: its present segment, and segments that end on events."""
+
+from typing import TYPE_CHECKING
+
+from ab_sim.model.spindle.schedule import ScheduledSegment, SpeedSchedule
+from ab_sim.model.spindle.speed_laws import Ramp
+
+if TYPE_CHECKING:
+    from ab_sim.scene.profiles import AnyProfile
+    from ab_sim.scene.segments import Until
+
+
+class ScheduleInProgress:
+    """Speed over time as far as it is decided: conditions last as long as they may.
+
+    Args:
+        asked: the profile.
+        first: speed at which it begins [rad/s].
+    """
+
+    def __init__(self, asked: "AnyProfile", first: float) -> None:
+        self._segments = asked.segments if asked.kind == "segments" else ()
+        self.profile = SpeedSchedule.asked(asked, first)
+        """Schedule from now on."""
+        self.count = len(self.profile.segments) - 1
+        """Number of segments."""
+        self._left = 0
+
+    def number(self, time: float) -> int:
+        """Return the number of the segment at a time [s], from 0; the count after the last one."""
+        return self._left + self.profile.number_at(time)
+
+    def until(self, number: int) -> "Until | None":
+        """Return the condition that ends a segment."""
+        return self._segments[number].until if number < len(self._segments) else None
+
+    def leave(self, time: float) -> None:
+        """End the segment at a time [s]."""
+        left = self.number(time) + 1
+        self.profile = SpeedSchedule.of_segments(
+            self._segments[left:], float(self.profile.speed(time)), start=time
+        )
+        self._left = left
+
+    def words(self, number: int) -> str:
+        """Describe a present or future segment."""
+        scheduled, until = self.profile.segments[number - self._left], self.until(number)
+        if until is None:
+            return _words(scheduled)
+        slope = scheduled.segment.acceleration(0.0)
+        how = f"accelerate at {slope:g} rad/s^2" if slope else f"hold {_speed(scheduled):g} rad/s"
+        return f"{how} until {until.words}, at most {until.at_most:g} s"
+
+
+def _speed(scheduled: ScheduledSegment) -> float:
+    return _rounded(scheduled.segment.speed(0.0))
+
+
+def _rounded(speed: float) -> float:
+    return round(float(speed), 9) + 0.0  # + 0.0 turns -0 into 0
+
+
+def _words(scheduled: ScheduledSegment) -> str:
+    lasts = scheduled.end - scheduled.start
+    begin, end = _speed(scheduled), _rounded(scheduled.segment.speed(lasts))
+    if not isinstance(scheduled.segment, Ramp):
+        return f"from {begin:g} to {end:g} rad/s along a raised cosine in {lasts:g} s"
+    if scheduled.segment.slope == 0.0 or lasts == 0.0:
+        return f"hold {begin:g} rad/s for {lasts:g} s"
+    return f"from {begin:g} to {end:g} rad/s at {scheduled.segment.slope:g} rad/s^2"

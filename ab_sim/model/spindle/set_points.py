@@ -1,0 +1,220 @@
+"""Speed set-points over time, converted to and from the segments of a schedule.
+
+Times of a message are whole nanoseconds, those of a schedule are floats. A ramp to a speed lasts
+(v1 - v0)/a, which is hardly ever a whole number of nanoseconds. So if a point gives its
+acceleration, the exact duration follows from the speeds, and the message's time only has to agree
+with it to a nanosecond. A start-up that is sent as set-points therefore arrives with identical
+bits.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import NamedTuple
+
+from ab_msgs_py.set_points import SetPoint, SetPoints
+from ab_sim.base.errors import CommandError, exact
+from ab_sim.model.spindle.schedule import Segment, SpeedSchedule
+from ab_sim.model.spindle.servo import SpeedServo
+from ab_sim.model.spindle.speed_laws import Ramp
+
+NANOSECOND = 1e-9
+SAME_SPEED = 1e-9
+"""Relative difference below which two speeds are taken as equal apart from rounding."""
+SHAPE_POINTS, SHAPE_STEP = 1000, 1e-3
+"""Largest number of points of a curved segment, and their least distance [s]."""
+LATEST = 2**31 * 10**9
+"""Latest time that a stamp can hold [ns]."""
+
+
+class TimedSpeeds(NamedTuple):
+    """A checked trajectory: successive ramps, then a speed that is held."""
+
+    start: int | None
+    """Simulated time of its start [ns]; None: the instant at which it takes effect."""
+    ramps: tuple[tuple[float, Ramp], ...]
+    """Duration [s] and ramp, in order."""
+    final_speed: float
+    """Speed held at the end [rad/s]."""
+    first: tuple[float, float]
+    """Time after the start [s] and speed [rad/s] of the first point."""
+
+    lasts: float
+    """Time from its start to its last point [s]; stored, because the drive reads it at every
+    wake-up."""
+
+    @classmethod
+    def of(
+        cls,
+        start: int | None,
+        ramps: Sequence[tuple[float, Ramp]],
+        final_speed: float,
+        first: tuple[float, float],
+    ) -> "TimedSpeeds":
+        """Return the trajectory that these ramps make; arguments as the fields."""
+        lasts = first[0] + sum(duration for duration, _ in ramps)
+        return cls(start, tuple(ramps), final_speed, first, lasts)
+
+    def top_speed(self, after: float = -math.inf) -> float:
+        """Return the largest magnitude of the speed [rad/s], from a time after the start [s] on."""
+        speeds = (
+            abs(ramp.speed(local))
+            for begin, duration, ramp in self._ahead(after)
+            for local in (max(after - begin, 0.0), duration)
+        )
+        return max(abs(self.final_speed), *speeds, 0.0)
+
+    def steepest(self, after: float = -math.inf) -> float:
+        """Return the largest magnitude of the acceleration [rad/s^2], from such a time on."""
+        return max((abs(ramp.slope) for _, _, ramp in self._ahead(after)), default=0.0)
+
+    def _ahead(self, after: float) -> Iterator[tuple[float, float, Ramp]]:
+        """Yield begin after the start [s], duration [s] and ramp of those that end later."""
+        end = self.first[0]
+        for duration, ramp in self.ramps:
+            begin, end = end, end + duration
+            if end > after:
+                yield begin, duration, ramp
+
+
+def timed_speeds(wanted: SetPoints, limits: SpeedServo) -> TimedSpeeds:
+    """Return a trajectory that has been checked.
+
+    Args:
+        wanted: start and points.
+        limits: largest speed and acceleration.
+
+    Raises:
+        CommandError: a point is not finite, not in order, beyond the limits, or its acceleration
+            does not lead to the next one; the message names the point and the allowed range.
+    """
+    points = wanted.points
+    for number, point in enumerate(points):
+        where, before = f"points[{number}]", points[number - 1].time if number else -1
+        limits.check(point.speed, f"{where}.velocities[0]")
+        if not before < point.time < LATEST - wanted.start:
+            raise CommandError(
+                f"{where}.time_from_start = {exact(point.time * NANOSECOND)} s: must be at least 0 "
+                "and later than that of the point before"
+            )
+        if point.acceleration is not None and not math.isfinite(point.acceleration):
+            raise CommandError(
+                f"{where}.accelerations[0] = {point.acceleration} rad/s^2: must be a finite number"
+            )
+    ramps = [
+        _ramp(f"points[{number}]", pair, limits) for number, pair in enumerate(pairwise(points))
+    ]
+    first = points[0].time / 1e9, points[0].speed
+    return TimedSpeeds.of(wanted.start or None, ramps, points[-1].speed, first)
+
+
+def _ramp(where: str, pair: tuple[SetPoint, SetPoint], limits: SpeedServo) -> tuple[float, Ramp]:
+    """Return the duration [s] and the ramp between two points."""
+    begin, end = pair
+    duration, change = (end.time - begin.time) / 1e9, end.speed - begin.speed
+    slope = change / duration if begin.acceleration is None else begin.acceleration
+    if begin.acceleration is not None:
+        reached = begin.speed + slope * duration
+        if reached != end.speed:
+            exactly = change / slope if slope else math.inf
+            if not abs(exactly - duration) <= 1.5 * NANOSECOND:
+                raise CommandError(
+                    f"{where}: {exact(slope)} rad/s^2 leads from {exact(begin.speed)} to "
+                    f"{exact(reached)} rad/s by the next point, whose velocity is "
+                    f"{exact(end.speed)} rad/s; accelerations hold until the next point; leave "
+                    "them all out, and they follow from the velocities"
+                )
+            duration = exactly
+    # The times are rounded to a nanosecond.
+    if abs(change) > limits.max_acceleration * (duration + NANOSECOND):
+        raise CommandError(
+            f"{where}: the way to the next point takes {exact(abs(slope))} rad/s^2, and at most "
+            f"{exact(limits.max_acceleration)} rad/s^2 are allowed (spindle.max_acceleration of "
+            "the scene, or a limit set below it)"
+        )
+    return duration, Ramp(begin.speed, slope)
+
+
+def set_points_of(schedule: SpeedSchedule, start: int) -> SetPoints:
+    """Return the set-points of a schedule that begins at 0 s.
+
+    Ramps are exact. A curved segment becomes points on it, with straight lines between them.
+
+    Args:
+        schedule: speeds over time.
+        start: simulated time [ns] that its 0 s becomes.
+    """
+    points, time = [], 0
+    for scheduled, following in pairwise(schedule.segments):
+        lasts, segment = scheduled.end - scheduled.start, scheduled.segment
+        # Each duration is rounded by itself, so that a whole number of nanoseconds stays exact.
+        rounded = round(lasts * 1e9)
+        if isinstance(segment, Ramp):
+            if lasts > 0.0:
+                points.append(SetPoint(time, segment.start_speed, segment.slope))
+            if rounded / 1e9 != lasts and _leads(segment, rounded / 1e9, following.segment):
+                # otherwise the receiver would take the rounded duration for the exact one
+                rounded += 1
+        else:
+            count = math.ceil(lasts / max(SHAPE_STEP, lasts / SHAPE_POINTS))
+            for k in range(count):
+                local = lasts * k / count
+                points.append(SetPoint(time + round(local * 1e9), segment.speed(local)))
+        time += rounded
+    points.append(SetPoint(time, float(schedule.segments[-1].segment.speed(0.0)), 0.0))
+    return SetPoints(start, tuple(points))
+
+
+def _leads(ramp: Ramp, duration: float, to: Segment) -> bool:
+    """Return whether a ramp of a duration [s] ends exactly at the next segment's speed."""
+    return bool(ramp.speed(duration) == to.speed(0.0))
+
+
+def joined(
+    schedule: SpeedSchedule, now: float, wanted: TimedSpeeds, acceleration: float
+) -> SpeedSchedule:
+    """Return the schedule from now on: the present one, and a trajectory from its start on.
+
+    If the spindle cannot be at the first point's speed in time, it approaches the trajectory at the
+    largest acceleration, and follows it from where they meet.
+
+    Args:
+        schedule: schedule in force.
+        now: time [s]; the start of the trajectory is not before it.
+        wanted: the trajectory, whose start is known.
+        acceleration: largest acceleration up to the first point [rad/s^2].
+    """
+    assert wanted.start is not None
+    start = max(wanted.start / 1e9, now)
+    kept = [
+        segment._replace(end=min(segment.end, start))
+        for segment in schedule.segments
+        if segment.start < start and segment.end > now and start > now
+    ]
+    present = schedule.speed(start)
+    ramps = _from_speed(present, wanted, acceleration)
+    after = SpeedSchedule(ramps, wanted.final_speed, start=start, start_angle=schedule.angle(start))
+    return SpeedSchedule.of_scheduled([*kept, *after.segments])
+
+
+def _from_speed(speed: float, wanted: TimedSpeeds, most: float) -> Sequence[tuple[float, Ramp]]:
+    """Return the ramps of a trajectory, begun at another speed [rad/s] than its first point's."""
+    ahead, first = wanted.first
+    gap = first - speed
+    if not ahead and abs(gap) <= SAME_SPEED * max(abs(first), 1.0):
+        return wanted.ramps
+    if abs(gap) <= most * (ahead + NANOSECOND) and ahead:
+        return [(ahead, Ramp(speed, gap / ahead)), *wanted.ramps]
+    slope = math.copysign(most, gap)
+    passed = 0.0
+    ramps = [(ahead, Ramp(first, 0.0)), *wanted.ramps]
+    for number, (duration, ramp) in enumerate(ramps):
+        gap = ramp.start_speed - (speed + slope * passed)
+        closing = slope - ramp.slope
+        meets = max(gap / closing, 0.0) if closing * slope > 0.0 else math.inf
+        if meets <= duration:
+            rest = (duration - meets, Ramp(ramp.speed(meets), ramp.slope))
+            return [(passed + meets, Ramp(speed, slope)), rest, *ramps[number + 1 :]]
+        passed += duration
+    # At the last point the spindle still lags: it continues to the final speed.
+    return [((wanted.final_speed - speed) / slope, Ramp(speed, slope))]

@@ -1,0 +1,101 @@
+"""Positions of steps along a speed profile: they cross no breakpoint and resolve short curves.
+
+A ramp of any length is resolved: in local time its speed is a polynomial. A curve is not: one step
+over the whole of it takes a few values for its shape, the same few for any step length. So a curve
+that is shorter than the cycle of the fastest resolved motion takes as many steps as such a cycle
+would, each shorter in the same ratio. Half the step also halves these.
+"""
+
+import math
+from collections.abc import Iterator
+from typing import NamedTuple
+
+from ab_sim.model.spindle.schedule import ScheduledSegment, SpeedSchedule
+from ab_sim.model.spindle.speed_laws import Ramp
+
+
+class StepGrid(NamedTuple):
+    """Resolution of steps."""
+
+    step: float
+    """Step [s]."""
+    cycle: float
+    """Cycle of the fastest motion that steps resolve [s]: see ``integrate.choose.Choice``."""
+
+
+class StepRange(NamedTuple):
+    """Steps within one scheduled segment, or the part of a step that lies in it."""
+
+    scheduled: ScheduledSegment
+    first: int
+    """Number of steps taken before."""
+    steps: int
+    """Number of whole steps; 0 for a part of a step."""
+    offset: float
+    """Start of a part within its step [s]; 0 for whole steps."""
+    length: float
+    """Length of each step, or of the part [s]."""
+
+
+def same_instant(time: float, step: float) -> float:
+    """Return the difference below which two times are the same instant [s]."""
+    return max(1e-9 * step, 4.0 * math.ulp(time))
+
+
+def segment_after(profile: SpeedSchedule, time: float, step: float) -> ScheduledSegment:
+    """Return the segment in force just after ``time`` [s]."""
+    return profile.segment_at(time + same_instant(time, step))
+
+
+def step_ranges(
+    profile: SpeedSchedule, grid: StepGrid, first: int, steps: int
+) -> Iterator[StepRange]:
+    """Yield the step ranges of ``steps`` steps after the first ``first`` ones.
+
+    A step with breakpoints in it, or along a short curve, comes in successive parts.
+    """
+    step, done = grid.step, 0
+    while done < steps:
+        at = first + done
+        scheduled = segment_after(profile, at * step, step)
+        whole = 0
+        if _longest(scheduled, grid) == step:
+            whole = _whole_steps(scheduled.end, step, at, steps - done)
+        if whole:
+            yield StepRange(scheduled, at, whole, 0.0, step)
+        else:
+            yield from parts(profile, grid, at, (at + 1) * step)
+        done += max(whole, 1)
+
+
+def parts(profile: SpeedSchedule, grid: StepGrid, first: int, end: float) -> Iterator[StepRange]:
+    """Yield the parts of a step from its beginning to ``end`` [s], within that step."""
+    begin = now = first * grid.step
+    while True:
+        scheduled = segment_after(profile, now, grid.step)
+        until = scheduled.end if scheduled.end < end - same_instant(end, grid.step) else end
+        count = max(1, math.ceil((until - now) / _longest(scheduled, grid) - 1e-9))
+        length = (until - now) / count
+        for k in range(count):
+            yield StepRange(scheduled, first, 0, (now - begin) + k * length, length)
+        if until == end:
+            return
+        now = until
+
+
+def _longest(scheduled: ScheduledSegment, grid: StepGrid) -> float:
+    """Return the longest allowed step along a segment [s]."""
+    if isinstance(scheduled.segment, Ramp):
+        return grid.step
+    return grid.step * min(1.0, (scheduled.end - scheduled.start) / grid.cycle)
+
+
+def _whole_steps(end: float, step: float, first: int, most: int) -> int:
+    """Return the number of whole steps that end at or before ``end`` [s], at most ``most``."""
+    ahead = (end - first * step) / step
+    if ahead > most + 1:
+        return most
+    count = max(math.floor(ahead) - 1, 0)
+    while count < most and (first + count + 1) * step <= end + same_instant(end, step):
+        count += 1
+    return count

@@ -1,0 +1,1 @@
+"""Recordings of runs: Rerun files and ROS bags."""

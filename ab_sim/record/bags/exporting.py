@@ -1,0 +1,195 @@
+"""Export of a recording to a bag."""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ab_msgs_py import Block, Topic, topics
+from ab_msgs_py.prefilled import Prefilled
+from ab_msgs_py.samples import Event
+from ab_sim.base.errors import RecordingError, SceneError
+from ab_sim.drive.driving_forces import driving_forces
+from ab_sim.drive.published import CONSTANTS, STATE_TOPICS, StateChannels
+from ab_sim.drive.trajectory import Trajectory, balls_in
+from ab_sim.record.bags import contract
+from ab_sim.record.bags.contract import DECIMATED, NOTE, NUMBER, offered_qos
+from ab_sim.record.bags.messages import encoded, prefilled
+from ab_sim.record.bags.writer import BagWriter
+from ab_sim.record.recording import LEFT_OUT, StoredRun
+from ab_sim.scene import Scene, check_scene
+
+STATE_RATE = 250.0
+"""Default rate at which `drive_sim` publishes the state [1/s]."""
+_ROWS = 1000  # at a time
+_BLOCK = 20  # rows of a block
+_PROFILE = "profile: "  # how the recorder notes the profile controller's state
+_COMMANDS = "commands_received"
+
+TimedMessage = tuple[int, int, Topic, str, bytes]
+"""Time [ns], rank among messages of that time, topic, its full name, message in CDR."""
+
+
+def export_bag(
+    run: StoredRun,
+    path: Path | str,
+    namespace: str = "/",
+    rate: float = STATE_RATE,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+) -> int:
+    """Write a recording as a bag, a few samples at a time, and return its number of messages.
+
+    Times are simulated. Every sample is in ``vibration/block``. The state, at ``rate``, is on the
+    topics of a drive (`ab_sim.drive.published`), for the channels of the run. Commands and the
+    profile controller's state are on their topics, other events on ``/rosout``, and other scalars
+    on separate topics, ``recording/NAME``. At each time ``/clock`` comes first. `import_bag` makes
+    the same recording from it.
+
+    Args:
+        run: result of `open_recording`.
+        path: path of the bag's folder.
+        namespace: namespace of the drive.
+        rate: rate of the state [1/s]; at most one message per sample.
+        progress: called with the number of samples done and the total.
+
+    Raises:
+        RecordingError: there are no samples, they cannot be read, or the bag not be written.
+    """
+    if not run.extent.rows:
+        raise RecordingError("the recording holds no samples: there is nothing to export")
+    notes = sorted(_notes(run, namespace), key=lambda message: message[:2])
+    samples = _Samples(run, namespace, rate)
+    with BagWriter(path) as bag:
+        known: set[str] = set()
+        for time, _, topic, name, message in heapq.merge(
+            samples.messages(progress), notes, key=lambda message: message[:2]
+        ):
+            if name not in known:
+                known.add(name)
+                bag.topic(name, topic.type_name, offered_qos(topic.qos))
+            bag.write(name, time, message)
+    return bag.messages
+
+
+def _notes(run: StoredRun, namespace: str) -> Iterator[TimedMessage]:
+    """Yield commands, scalars and events, each after the clock."""
+    times = set()
+    for name, scalar in run.notes.scalars.items():
+        topic = topics.COMMAND
+        if name != _COMMANDS:
+            topic = NUMBER._replace(name=NUMBER.name + name)
+        for seconds, value in scalar.tolist():
+            times.add(time := nanoseconds(seconds))
+            yield time, 2, topic, topic.within(namespace), encoded(topic, value)
+    for event in run.notes.events:
+        times.add(time := nanoseconds(event.time))
+        topic, status = topics.PROFILE_STATUS, event.text.removeprefix(_PROFILE)
+        if (event.source, event.level) == ("profile", "INFO") and status != event.text:
+            message = encoded(topic, status)
+        else:
+            topic, logger = topics.EVENTS, contract.logger_name(namespace, NOTE + event.source)
+            message = encoded(topic, Event(time, event.level, logger, event.text))
+        yield time, 2, topic, topic.within(namespace), message
+    for time in times:
+        yield _clock(time)
+
+
+class _Samples:
+    """The messages that a drive would have published for the samples."""
+
+    def __init__(self, run: StoredRun, namespace: str, rate: float) -> None:
+        self._run, self._namespace = run, namespace
+        self._period = 1e9 / rate
+        self._due = -math.inf
+        sensors = run.description.get("sensors") or ()
+        shown = StateChannels(namespace, run.channels, balls_in(run.channels), list(sensors))
+        places = {name: place for place, name in enumerate(shown.names)}
+        self._templates: list[tuple[Topic, Prefilled, list[int]]] = [
+            (topic, prefilled(topic, each.sample), [places[name] for name in each.numbers])
+            for topic, of in STATE_TOPICS.items()
+            for each in of(shown)
+        ]
+        self._scene: Scene | None = None
+        try:
+            self._scene = check_scene(run.description["scene"], "the recording")
+        except (SceneError, LookupError, TypeError, ValueError):
+            pass  # recorded by another program: driving forces are unknown
+
+    def messages(self, progress: Callable[[int, int], None]) -> Iterator[TimedMessage]:
+        """Yield all messages, sorted by time."""
+        extent, done = self._run.extent, 0
+        begin = nanoseconds(extent.first[1])
+        yield self._message(begin, -1, topics.DESCRIPTION, dict(self._run.description))
+        channels = self._run.channels
+        decimated = self._run.every > 1
+        for block in self._run.blocks((*channels, LEFT_OUT) if decimated else None, rows=_ROWS):
+            rows = Trajectory(channels, block[:, : len(channels)])
+            counts = block[:, -1] if decimated else None
+            yield from heapq.merge(
+                self._blocks(rows, counts), self._states(rows), key=lambda message: message[:2]
+            )
+            done += len(rows)
+            progress(done, extent.rows)
+
+    def _blocks(self, rows: Trajectory, left_out: np.ndarray | None) -> Iterator[TimedMessage]:
+        for first in range(0, len(rows), _BLOCK):
+            samples = rows.samples[first : first + _BLOCK]
+            time = nanoseconds(samples[-1, 1])
+            if left_out is not None:
+                counts = left_out[first : first + _BLOCK]
+                rule = np.tile((self._run.every, self._run.around), (len(counts), 1))
+                decimation = np.column_stack([samples[:, :2], counts, rule])
+                yield self._message(
+                    time, 0, DECIMATED, Block(contract.DECIMATED_CHANNELS, decimation)
+                )
+            yield self._message(time, 1, topics.BLOCK, Block(rows.channels, samples))
+
+    def _states(self, rows: Trajectory) -> Iterator[TimedMessage]:
+        times = np.rint(1e9 * rows["time"]).astype(np.int64)
+        chosen = []
+        for row, time in enumerate(times.tolist()):
+            if time >= self._due:
+                chosen.append(row)
+                # On a fixed grid, so that the mean rate is exact even if the period is not a
+                # multiple of the step.
+                self._due = (time // self._period + 1) * self._period
+        if not chosen:
+            return
+        numbers = self._numbers(Trajectory(rows.channels, rows.samples[chosen]))
+        parts = [numbers[:, places].tolist() for _, _, places in self._templates]
+        for at, time in enumerate(times[chosen].tolist()):
+            yield _clock(time)
+            for (topic, template, _), part in zip(self._templates, parts, strict=True):
+                name = topic.within(self._namespace)
+                yield time, 1, topic, name, template.at(time, part[at])
+
+    def _numbers(self, rows: Trajectory) -> np.ndarray:
+        """Return numbers of the messages of some rows, in the order of `StateChannels.names`."""
+        turning = np.zeros((len(rows), 3))
+        if rows.tilts and "wx_rate" in rows.channels:
+            turning = rows.angular_acceleration
+        constants = np.tile(list(CONSTANTS.values()), (len(rows), 1))
+        return np.column_stack([rows.samples, constants, self._efforts(rows), turning])
+
+    def _efforts(self, rows: Trajectory) -> np.ndarray:
+        """Return the efforts of the balls; NaN if the recording has no scene."""
+        if self._scene is not None and self._scene.balls.count == rows.balls:
+            return -driving_forces(rows, self._scene) * self._scene.race.radius
+        return np.full((len(rows), rows.balls), math.nan)
+
+    def _message(self, time: int, order: int, topic: Topic, sample: Any) -> TimedMessage:
+        return time, order, topic, topic.within(self._namespace), encoded(topic, sample)
+
+
+def nanoseconds(seconds: float) -> int:
+    """Return a time [s] in whole nanoseconds."""
+    return round(seconds * 1e9)
+
+
+def _clock(time: int) -> TimedMessage:
+    return time, 0, topics.CLOCK, topics.CLOCK.name, encoded(topics.CLOCK, time)

@@ -1,0 +1,159 @@
+"""Recordings from a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import islice
+from pathlib import Path
+from typing import NamedTuple
+
+from ab_msgs_py import Topic, topics
+from ab_msgs_py.topics import BLOCK, CLOCK, DESCRIPTION
+from ab_sim.base.errors import InputError, RecordingError
+from ab_sim.record.bags import contract
+from ab_sim.record.bags.contract import DECIMATED, NUMBER
+from ab_sim.record.bags.drives import BagConverter
+from ab_sim.record.bags.foreign_bag import ForeignBag
+from ab_sim.record.bags.reader import Bag
+from ab_sim.record.recording import Recording
+
+_CHUNK = 1000  # rows
+
+
+class ImportedBag(NamedTuple):
+    """The recordings from a bag."""
+
+    files: list[Path]
+    """Files; several if the drive was reset, or another drive published its description."""
+    rows: int
+    missing: int
+    """Number of steps missing between steps in the bag."""
+    ignored: dict[str, tuple[int, str]]
+    """By topic: number of unusable messages, and the error of the last one."""
+    complete: bool
+    """True if the bag was finished; if not, its readable part was used."""
+    notes: list[str]
+    """Sensors of a bag without blocks whose values are held between their stamps."""
+
+
+def import_bag(
+    path: Path | str,
+    out: Path,
+    namespace: str | None = None,
+    progress: Callable[[int, int], None] = lambda done, of: None,
+    rows_of: str | None = None,
+) -> ImportedBag:
+    """Convert a bag to recordings.
+
+    With ``vibration/block``, the recordings are equal to those of a live recorder, to the bit.
+    Without it, there is one recording with a row at every stamp of the sensor with most samples on
+    ``vibration``, ``whirl``, ``imu/data_raw`` and ``displacement``. It also has the other sensors,
+    joints and commands. Joints are interpolated; other values are the last ones received. Where
+    positions are unknown, nothing is drawn.
+
+    Args:
+        path: path of the bag, see `Bag`.
+        out: .rrd file of the first recording; an existing one is replaced. Files of further
+            recordings get the endings ``-2`` and so on, and replace no others.
+        namespace: namespace of the drive; None: that of the only drive.
+        progress: function that is called with the number of messages done, and of all.
+        rows_of: channel of a sensor whose stamps give the rows instead, without blocks.
+
+    Raises:
+        InputError: the bag has no drive in the namespace, or several drives and no namespace was
+            given.
+        RecordingError: the bag cannot be read or has no topics of a drive, or a recording cannot be
+            written.
+    """
+    with Bag(path) as bag:
+        own = choose_namespace(bag, namespace)
+        kinds = _topics_to_read(bag, own)
+        log = BagConverter(own, kinds, out)
+        messages = sum(bag.topics[name].messages for name in kinds)
+        if BLOCK.within(own) in kinds:
+            # A recorder that started later than the drive has it after some of the samples.
+            for first in islice(bag.messages({DESCRIPTION.within(own)}), 1):
+                log.write(first)
+            with log:
+                for done, message in enumerate(bag.messages(kinds)):
+                    log.write(message)
+                    if done % _CHUNK == 0:
+                        progress(done, messages)
+            if not log.rows:
+                raise RecordingError(
+                    f"{path}: {BLOCK.within(own)} has no samples that can be used{log.summary}"
+                )
+            return ImportedBag(log.files, log.rows, log.missing, log.ignored, bag.complete, [])
+        return _import_foreign(ForeignBag(bag, own, kinds, rows_of), bag, out)
+
+
+def choose_namespace(bag: Bag, wanted: str | None) -> str:
+    """Return the namespace of the drive to import.
+
+    Raises:
+        InputError: the namespace does not exist, or none was given and there are several.
+        RecordingError: the bag has no drive.
+    """
+    there = contract.drive_namespaces((name, topic.type) for name, topic in bag.topics.items())
+    if wanted is None and len(there) == 1:
+        return there[0]
+    if wanted is not None and (named := "/" + wanted.strip("/")) in there:
+        return named
+    if not there:
+        raise RecordingError(
+            f"{bag.path} has nothing of a drive: none of "
+            + ", ".join(f"{kind.name} ({kind.type_name})" for kind in contract.OF_A_DRIVE)
+            + f", in any namespace; it has {_listed(bag)}"
+        )
+    if wanted is None:
+        raise InputError(
+            f"{bag.path} has several drives: choose one by --namespace, of {', '.join(there)}"
+        )
+    raise InputError(
+        f"--namespace {wanted}: {bag.path} has no drive there; it has drives in {', '.join(there)}"
+    )
+
+
+def _listed(bag: Bag) -> str:
+    there = [f"{name} ({topic.type})" for name, topic in sorted(bag.topics.items())]
+    return ", ".join(there[:20] + ["..."] * (len(there) > 20)) or "no topics at all"
+
+
+def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
+    """Return the topics to read, by full name.
+
+    Raises:
+        RecordingError: a topic of the bag has a name of the contract, but another type.
+    """
+    wanted = {kind.within(namespace): kind for kind in topics.ALL}
+    clock = f"{namespace.rstrip('/')}/clock"
+    if clock in bag.topics:  # with two drives, each has its own clock
+        del wanted[CLOCK.name]
+        wanted[clock] = CLOCK
+    numbers = NUMBER.within(namespace)
+    for name, topic in bag.topics.items():
+        own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
+        if own and topic.type == NUMBER.type_name:
+            wanted[name] = NUMBER
+        if further := contract.further_sensor(name, namespace):
+            wanted[name] = further
+    wanted[DECIMATED.within(namespace)] = DECIMATED
+    found = {name: kind for name, kind in wanted.items() if name in bag.topics}
+    for name, kind in found.items():
+        if bag.topics[name].type != kind.type_name:
+            raise RecordingError(
+                f"{bag.path}: {name} is of type {bag.topics[name].type}; expected {kind.type_name}"
+            )
+    return found
+
+
+def _import_foreign(table: ForeignBag, bag: Bag, out: Path) -> ImportedBag:
+    """Record a bag that has no blocks."""
+    if not len(table.samples):
+        raise RecordingError(f"{bag.path}: there is no message that can be used{table.summary}")
+    with Recording(out, description=table.description, drawn=table.drawn, index=False) as recording:
+        for first in range(0, len(table.samples), _CHUNK):
+            recording.block(table.channels, table.samples[first : first + _CHUNK])
+    return ImportedBag(
+        [out], recording.rows, recording.missing, table.ignored, bag.complete, table.notes
+    )

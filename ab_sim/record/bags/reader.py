@@ -1,0 +1,173 @@
+"""Reading of a bag."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from rosbags.interfaces import Qos
+from rosbags.rosbag2 import Reader
+from rosbags.rosbag2.reader import DirectoryReader
+from rosbags.rosbag2.storage_mcap import McapReader
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.base.limited_yaml import read_yaml_file
+from ab_sim.base.quoting import shortened
+from ab_sim.record.bags.bounded_unpacking import bound_rosbags
+from ab_sim.record.bags.metadata import METADATA
+from ab_sim.record.bags.unfinished_bag import MAGIC, CompletedFile, is_finished
+
+bound_rosbags()
+
+
+class BagTopic(NamedTuple):
+    """A topic of a bag."""
+
+    type: str
+    messages: int
+    """Number of its messages."""
+    qos: Qos | None
+    """QoS profile of its first publisher, if the bag has it."""
+
+
+class Message(NamedTuple):
+    """A message in a bag."""
+
+    topic: str
+    time: int
+    """Receive time [ns]."""
+    data: bytes
+    """Serialised message (CDR)."""
+
+
+def _match_by_name(reader: DirectoryReader) -> None:
+    """Let a topic in a folder's metadata match its channels by name and type alone.
+
+    rosbags also compares QoS and type hashes, and passes over messages where these differ, as they
+    do after a conversion or where a topic had several publishers.
+    """
+    named = {(each.topic, each.msgtype): each for each in reader.connections}
+    storages: list[Any] = reader.storages
+    for storage in storages:
+        storage.connections = [
+            each._replace(ext=known.ext, digest=known.digest)
+            if (known := named.get((each.topic, each.msgtype)))
+            else each
+            for each in storage.connections
+        ]
+
+
+class Bag:
+    """A bag, open for reading: a folder of ``rosbag2`` (MCAP or SQLite), or one of its files.
+
+    It is a context manager. The readable part of an unfinished bag is read.
+
+    Args:
+        path: the folder or the file.
+
+    Raises:
+        RecordingError: there is no bag, or it cannot be read; the methods raise it, too.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self.complete = True
+        """True if the writer finished the bag."""
+        self._reader: Any = self._open()
+        self.topics: dict[str, BagTopic] = {}
+        for connection in self._reader.connections:
+            qos = next(iter(connection.ext.offered_qos_profiles), None)
+            before = self.topics.get(connection.topic)
+            if before is not None and before.type != connection.msgtype:
+                raise RecordingError(
+                    f"{self.path}: {connection.topic} has two types, {before.type} and "
+                    f"{connection.msgtype}"
+                )
+            count = connection.msgcount + (before.messages if before else 0)
+            self.topics[connection.topic] = BagTopic(connection.msgtype, count, qos)
+
+    def __enter__(self) -> Bag:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._reader.close()
+
+    @property
+    def count(self) -> int:
+        """Number of messages."""
+        return sum(topic.messages for topic in self.topics.values())
+
+    @property
+    def span(self) -> tuple[int, int]:
+        """Times of the first and the last message [ns]; both 0 without messages."""
+        stored = self._metadata
+        return (stored.start_time, stored.end_time - 1) if stored.message_count else (0, 0)
+
+    def messages(self, topics: Collection[str]) -> Iterator[Message]:
+        """Yield the messages of some topics, in the order of their receive times."""
+        wanted = [each for each in self._reader.connections if each.topic in topics]
+        if not wanted:
+            return
+        messages = self._reader.messages(wanted)
+        while True:
+            try:
+                connection, time, data = next(messages)
+            except StopIteration:
+                return
+            except Exception as error:  # rosbags may raise any error for a damaged file
+                raise RecordingError(
+                    f"the bag {self.path} is torn: {shortened(str(error))}"
+                ) from error
+            yield Message(connection.topic, time, data)
+
+    @property
+    def _metadata(self) -> Any:
+        reader = self._reader
+        return reader.metadata if isinstance(reader, McapReader) else reader
+
+    def _open(self) -> Any:
+        path = self._file()
+        try:
+            if path.is_dir():
+                read_yaml_file(path / METADATA)  # rosbags itself has no limits
+            torn = path.suffix == ".mcap" and not is_finished(path)
+            if path.suffix == ".mcap" and path.open("rb").read(len(MAGIC)) != MAGIC:
+                raise ValueError("it does not begin like MCAP")
+            reader: Any = McapReader(CompletedFile(path)) if torn else Reader(path)  # type: ignore[arg-type]
+            self.complete = self.complete and not torn
+            reader.open()
+            if isinstance(reader, Reader) and isinstance(reader.storage, DirectoryReader):
+                _match_by_name(reader.storage)
+        except Exception as error:  # as above
+            raise RecordingError(
+                f"{self.path} is not a ROS 2 bag, or is damaged: {shortened(str(error))}"
+            ) from error
+        return reader
+
+    def _file(self) -> Path:
+        """Return the path to read: the folder, or the only file of an unfinished bag."""
+        path, cannot = self.path, f"cannot read the bag {self.path}: "
+        if not path.exists():
+            raise RecordingError(cannot + "no such folder or file")
+        if path.is_file():
+            if path.suffix not in (".mcap", ".db3"):
+                raise RecordingError(
+                    f"{cannot}must be a folder that rosbag2 has made, or end in .mcap or .db3"
+                )
+            return path
+        files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
+        # Metadata exist from the beginning, but have counts only at the end.
+        finished = len(files) != 1 or files[0].suffix != ".mcap" or is_finished(files[0])
+        if (path / METADATA).is_file() and finished:
+            return path
+        if not files:
+            raise RecordingError(cannot + f"the folder has no {METADATA}, no .mcap and no .db3")
+        if len(files) > 1:
+            raise RecordingError(
+                cannot
+                + f"it has no {METADATA} and several files; name one of "
+                + ", ".join(file.name for file in files)
+            )
+        self.complete = False
+        return files[0]

@@ -1,0 +1,113 @@
+"""Repair of a bag without an end: its writer was killed, or the machine failed."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
+
+import psutil
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.base.file_locks import is_being_written
+from ab_sim.record.bags.metadata import METADATA, is_unfinished
+from ab_sim.record.bags.reader import Bag
+from ab_sim.record.bags.unfinished_bag import is_finished, torn_bytes, written_by
+from ab_sim.record.bags.writer import BagWriter
+
+_LIBRARY = "rosbags"
+_UNFINISHED = ".repairing-"
+_PROGRESS_EVERY = 1000  # messages
+
+
+class BagRepair(NamedTuple):
+    """Result of the repair of a bag."""
+
+    messages: int
+    """Number of messages in the repaired bag."""
+    lost: int
+    """Number of unreadable bytes at the end of the file."""
+
+
+def repair_bag(
+    path: Path | str, progress: Callable[[int, int], None] = lambda done, of: None
+) -> BagRepair | None:
+    """Complete a bag that has no end; all complete messages are kept, bit for bit.
+
+    A new file is written next to the old one and replaces it when it is complete. Until then, and
+    after an error, the old file is unchanged.
+
+    Args:
+        path: path of the bag's folder, or of the .mcap file in it.
+        progress: called with the number of messages done and the total.
+
+    Returns:
+        Result of the repair; None if the bag was already complete.
+
+    Raises:
+        RecordingError: there is no bag, it was not written by ab_sim, it is still being written, or
+            the new file cannot be written.
+    """
+    file, cannot = _file_of(Path(path)), f"cannot repair the bag {path}: "
+    try:
+        if is_being_written(file):
+            raise RecordingError(
+                f"{cannot}it is still being written; end the recorder, which completes it"
+            )
+        metadata = file.parent / METADATA
+        beside = metadata.is_file()
+        if is_finished(file) and not (is_unfinished(metadata) if beside else Path(path).is_dir()):
+            return None
+        library = written_by(file)
+        if not library.startswith(_LIBRARY):
+            raise RecordingError(
+                f"{cannot}it was written by {library[:40]!r} and not by ab-sim, which does not "
+                "know all that others put beside messages; use `mcap recover`, then `ros2 bag "
+                "reindex`"
+            )
+        _remove_leftovers(file.parent)
+        prefix = f"{_UNFINISHED}{os.getpid()}-"
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=prefix) as room:
+            made = Path(room, "bag", file.name)
+            messages = _copy(file, made, progress)
+            made.chmod(file.stat().st_mode)
+            lost = torn_bytes(file)
+            made.replace(file)
+            # Before this line the metadata say "unfinished", so that the repair is repeated.
+            if beside or Path(path).is_dir():
+                (made.parent / METADATA).replace(metadata)
+    except OSError as error:
+        raise RecordingError(f"{cannot}{error.strerror}; nothing has changed") from error
+    return BagRepair(messages, lost)
+
+
+def _remove_leftovers(folder: Path) -> None:
+    """Remove what repairs that were killed have left in a bag's folder."""
+    for room in folder.glob(f"{_UNFINISHED}*"):
+        number = room.name.removeprefix(_UNFINISHED).partition("-")[0]
+        if number.isdecimal() and not psutil.pid_exists(int(number)):
+            shutil.rmtree(room, ignore_errors=True)
+
+
+def _file_of(path: Path) -> Path:
+    files = [path] if path.is_file() else sorted(path.glob("*.mcap"))
+    if len(files) != 1 or files[0].suffix != ".mcap":
+        raise RecordingError(
+            f"cannot repair the bag {path}: must be a folder with one .mcap file, or that file"
+        )
+    return files[0]
+
+
+def _copy(file: Path, made: Path, progress: Callable[[int, int], None]) -> int:
+    """Copy the readable messages of a file to a new bag, and return their number."""
+    with Bag(file) as torn, BagWriter(made.parent, made.name) as bag:
+        for name, topic in torn.topics.items():
+            bag.topic(name, topic.type, topic.qos)
+        for done, message in enumerate(torn.messages(torn.topics)):
+            bag.write(message.topic, message.time, message.data)
+            if done % _PROGRESS_EVERY == 0:
+                progress(done, torn.count)
+        return bag.messages

@@ -1,0 +1,167 @@
+"""Writing of a bag."""
+
+from __future__ import annotations
+
+import contextlib
+import os
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from rosbags.interfaces import Connection, Qos
+from rosbags.rosbag2 import (
+    CompressionFormat,
+    CompressionMode,
+    StoragePlugin,
+    Writer,
+    WriterError,
+)
+from rosbags.rosbag2.storage_mcap import McapWriter
+from rosbags.typesys import TypesysError
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.base.file_locks import lock
+from ab_sim.base.output_file import write_whole
+from ab_sim.record.bags.messages import TYPES
+from ab_sim.record.bags.metadata import METADATA, initial_metadata
+from ab_sim.record.bags.unfinished_bag import END
+
+_CHECKSUM = 201
+"""Parameter of zstd that adds a checksum to each frame, which is checked on unpacking."""
+
+
+class BagWriter:
+    """Writer of a bag, for use by one thread at a time.
+
+    After every flush other programs can read the bag: the file has an MCAP footer without summary,
+    which the next message overwrites, and ``metadata.yaml`` has the topics, with message counts of
+    0. A killed writer leaves this state, or a torn end for `repair_bag`. (``ros2 bag reindex`` sees
+    only files whose names end in a number.)
+
+    After a write error (disk full) every method except `close` raises it again, and the file is cut
+    back to the last complete flush, so that `Bag` can read it.
+
+    Args:
+        path: the bag's folder, which is created and must not exist.
+        file: name of the file in it; empty: NAME_0.mcap.
+
+    Raises:
+        RecordingError: the folder cannot be created; the methods raise it if the bag cannot be
+            written.
+    """
+
+    def __init__(self, path: Path | str, file: str = "") -> None:
+        self.path = Path(path)
+        self.messages = 0
+        self.messages_written = 0
+        """Messages that a flush has put into the file."""
+        self._topics: dict[str, Connection] = {}
+        self._latest = 0
+        self._error: RecordingError | None = None
+        self._closed = False
+        try:
+            self._writer = Writer(self.path, version=9, storage_plugin=StoragePlugin.MCAP)
+            self._writer.set_compression(CompressionMode.STORAGE, CompressionFormat.ZSTD)
+            self._writer.open()
+            self._name_file(file or f"{self.path.name}_0.mcap")
+        except WriterError as error:
+            raise RecordingError(f"cannot write the bag {path}: it is there already") from error
+        except OSError as error:
+            raise RecordingError(f"cannot write the bag {path}: {error.strerror}") from error
+        assert isinstance(self._writer.storage, McapWriter)
+        self._storage = self._writer.storage
+        # rosbags leaves out MCAP's own checksum; without any, damage would be taken for samples.
+        compress: Any = self._storage.compressor
+        self._storage.compressor = partial(compress, options={_CHECKSUM: 1})
+        self._whole = 0
+        self._metadata_topics = -1  # how many it knows
+        self.flush()
+
+    def __enter__(self) -> BagWriter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def topic(self, name: str, type_name: str, qos: Qos | None) -> None:
+        """Declare a topic before its first message; ``qos`` is the profile that players offer."""
+        self._check_usable()
+        try:
+            self._topics[name] = self._writer.add_connection(
+                name, type_name, typestore=TYPES, offered_qos_profiles=[qos] if qos else []
+            )
+        except TypesysError as error:
+            raise RecordingError(f"{name}: cannot be written: {type_name} is not known") from error
+
+    def write(self, topic: str, time: int, message: bytes | memoryview) -> None:
+        """Add a message.
+
+        Args:
+            topic: full name of its topic.
+            time: receive time [ns]; raised to that of the message before, if it is earlier, so that
+                a clock that was set back does not change the order.
+            message: serialised message (CDR).
+        """
+        self._check_usable()
+        self._latest = max(self._latest, time)
+        try:
+            self._writer.write(self._topics[topic], self._latest, message)
+        except OSError as error:
+            raise self._fail(error) from error
+        self.messages += 1
+
+    def flush(self) -> None:
+        """Write all messages added so far to the file."""
+        self._check_usable()
+        storage = self._storage
+        try:
+            if storage.chunk.msgs:
+                storage.close_chunk()
+            whole = storage.bio.tell()
+            storage.bio.write(END)
+            storage.bio.seek(whole)
+            if self._metadata_topics != len(self._topics):
+                write_whole(
+                    self.path / METADATA, initial_metadata(storage.path, self._topics.values())
+                )
+                self._metadata_topics = len(self._topics)
+        except OSError as error:
+            raise self._fail(error) from error
+        self._whole = whole
+        self.messages_written = self.messages
+
+    def close(self) -> None:
+        """Write the rest and the summary. Does nothing after a close or an error."""
+        if self._closed or self._error:
+            return
+        self.flush()
+        try:
+            self._writer.close()
+        except OSError as error:
+            raise self._fail(error) from error
+        self._closed = True
+
+    def _name_file(self, name: str) -> None:
+        storage = self._writer.storage
+        assert isinstance(storage, McapWriter)
+        storage.path = storage.path.rename(self.path / name)
+        lock(storage.bio, wait=True)  # `repair_bag` finds this lock
+
+    def _check_usable(self) -> None:
+        if self._error:
+            raise self._error
+        if self._closed:
+            raise RecordingError(f"the bag {self.path} is closed")
+
+    def _fail(self, error: OSError) -> RecordingError:
+        with contextlib.suppress(OSError):  # it tries again, in vain, to write the rest
+            self._storage.abort()
+        with contextlib.suppress(OSError):
+            os.truncate(self._storage.path, self._whole)
+            with self._storage.path.open("ab") as file:
+                file.write(END)
+        self._error = RecordingError(
+            f"recording stopped: the bag {self.path} holds {self.messages_written} of "
+            f"{self.messages} messages and cannot be written further: {error.strerror}"
+        )
+        return self._error

@@ -1,0 +1,84 @@
+"""Record a run into a Rerun file, bit for bit, with pictures that explain it; and read it back.
+
+A run is a table of float64 *samples*: one row per integration step, one column per *channel*,
+the first two being ``step`` (a whole number that grows) and ``time`` [s]. `Recording` writes the
+table, `read_recording` returns exactly what was written, and `open_recording` gives it in blocks,
+for runs that do not fit into memory.
+
+======================  ===================================================  =================
+entity                  contents                                             shown as
+======================  ===================================================  =================
+``/samples``            all channels, a component ``channels:GROUP`` for     plots, each of a
+                        each group of them:                                  component
+                        ``time`` [s] (the timeline is rounded to ns),
+                        ``spindle_angle`` psi [rad, unwrapped],
+                        ``spindle_speed``: speed, command [rad/s],
+                        ``spindle_torque`` [N m], with a motor,
+                        ``deck_displacement`` x, y [m], inertial axes; z of
+                        a deck in space, as in the next two,
+                        ``deck_velocity``, ``deck_acceleration``,
+                        ``deck_turn`` qw, qx, qy, qz, of a deck in space,
+                        ``deck_angular_velocity`` [rad/s], on deck axes,
+                        ``deck_angular_acceleration`` [rad/s^2],
+                        ``sensor_NAME`` NAME_1, ... [m/s^2], on its axes,
+                        ``balls_angle`` [rad, from the unbalance, unwrapped],
+                        ``balls_rate`` [rad/s], ``other_NAME`` any other;
+                        derived: ``plot:whirl`` W/e, ``plot:felt`` lengths
+                        of accelerations; where not every step is kept
+                        ``channels:left_out``, how many were left out up to
+                        each one
+``/plot``, ``/state``   derived: r.m.s., orders and spectra of the           plots
+                        vibration; state of the spindle
+``/above``, ``/space``  derived: the drawings, in mm, at most 100 times a    top view, 3-D
+                        second; with ``/above/rotor`` angles in degrees,     view, plots
+                        driving forces, tilt
+``/about``              explanation of the pictures                          text
+``/run/NAME``           values of `Recording.scalar`                         plot
+``/events/SOURCE``      entries of `Recording.event`                         text log
+``/decimated``            rule by which not every step is kept
+``/health/NAME``        values of `Recording.state`
+``/closed``             how many samples there are, once all are
+======================  ===================================================  =================
+
+Sizes of files are in docs/recording.md. Timelines: ``sim_time`` and ``step``. A recording of
+unknown length has no index, so that it takes no memory; ``rerun rrd verify`` then reports that it
+is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no analytics;
+Rerun's viewer does, until ``rerun analytics disable`` has been run once.
+"""
+
+import os
+
+# Rerun reads this when it is imported. It would warn of every file without an index.
+os.environ.setdefault("RUST_LOG", "warn,re_log_encoding::rrd::file_sink=error")
+# So does its allocator, which by default keeps freed pages for later: 10 MB more in a recorder.
+os.environ.setdefault("MIMALLOC_PURGE_DELAY", "0")
+
+from ab_sim.record.recording.decimation import AROUND  # noqa: E402
+from ab_sim.record.recording.layout import LEFT_OUT  # noqa: E402
+from ab_sim.record.recording.reader import RecordedRun, read_recording  # noqa: E402
+from ab_sim.record.recording.stored import (  # noqa: E402
+    BLOCK_ROWS,
+    Event,
+    Extent,
+    StoredRun,
+    open_recording,
+)
+from ab_sim.record.recording.views import drawable  # noqa: E402
+from ab_sim.record.recording.writer import BATCH_ROWS, CHUNK_ROWS, SHOWN_PERIOD, Recording  # noqa: E402
+
+__all__ = [
+    "AROUND",
+    "BATCH_ROWS",
+    "BLOCK_ROWS",
+    "CHUNK_ROWS",
+    "Event",
+    "Extent",
+    "LEFT_OUT",
+    "RecordedRun",
+    "Recording",
+    "SHOWN_PERIOD",
+    "StoredRun",
+    "open_recording",
+    "drawable",
+    "read_recording",
+]

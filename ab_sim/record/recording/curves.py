@@ -1,0 +1,155 @@
+"""Curves over time, derived from the channels."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+import rerun as rr
+
+from ab_sim.base.conventions import in_one_turn
+from ab_sim.base.palette import BALANCED, GREY, LIMIT, WITHOUT_BALLS
+from ab_sim.drive.orientation import tilt_of
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.record.recording.explanation import Explanation
+from ab_sim.record.recording.layout import SAMPLES, Array, vector_columns
+from ab_sim.record.recording.plots import PlottedCurves, lines
+from ab_sim.record.recording.top_view import ROTOR
+
+FRAMES = ROTOR
+"""Entity of curves with a row for each frame of the pictures instead of each sample. They share the
+rotor's, which moves with each frame: a viewer drawn by software takes few messages at a time."""
+LEAST = 1e-4
+"""Whirl in e or in mm below which its logarithm is not plotted."""
+_WHIRL, _FELT = "whirl", "felt"
+_ALONE, _TILT, _HEIGHT, _BALLS = "alone", "tilt", "height", "balls"
+_LEVELS, _DRIVING = "balls_levels", "driving"
+_SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
+
+
+@dataclass(frozen=True)
+class Curves:
+    """Description of the derived curves."""
+
+    balls: int
+    eccentricity: float
+    """Eccentricity e [mm]."""
+    tilts: bool
+    explained: Explanation
+
+    @property
+    def levels(self) -> tuple[float, ...]:
+        """Angles of the balanced positions [deg], without -180.
+
+        Empty if there are many positions.
+        """
+        balance = self.explained.balance
+        if balance is None or balance.many or balance.residual > 0.0:
+            return ()
+        angles = np.degrees(in_one_turn(np.array(balance.angles)))
+        return tuple(sorted({round(angle, 9) for angle in angles.tolist()} - {-180.0}))
+
+    def whirl(self) -> list[PlottedCurves]:
+        """Return the logarithm of W/e, or of W where there is no e, and of W without balls."""
+        look = lines(["this run"], [2.0])
+        curves = [PlottedCurves.derived(SAMPLES, _WHIRL, look)]
+        if self.explained.alone is not None:
+            look = lines(["without balls"], colors=[WITHOUT_BALLS])
+            curves.insert(0, PlottedCurves.derived(FRAMES, _ALONE, look))
+        return curves
+
+    def vector_lengths(self, channels: Sequence[str]) -> list[PlottedCurves]:
+        """Return the lengths of the deck's acceleration and of readings."""
+        names = [
+            "|a| of the deck" if name == "deck_acceleration" else name.removeprefix("sensor_")
+            for name in vector_columns(channels)
+        ]
+        look = lines(names, [1.0] * len(names))
+        return [PlottedCurves.derived(SAMPLES, _FELT, look)] if names else []
+
+    def speed_level(self) -> PlottedCurves:
+        """Return the line of the critical speed."""
+        # Without one, the plot should at least include 0.
+        known = self.explained.critical_speed is not None
+        name = "critical speed" if known else "standstill"
+        return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[LIMIT]))
+
+    @staticmethod
+    def real_time() -> PlottedCurves:
+        """Return the reference line of real time."""
+        return PlottedCurves.derived(
+            FRAMES, _REAL_TIME, rr.SeriesLines(names="real time", colors=GREY)
+        )
+
+    @staticmethod
+    def tilt() -> PlottedCurves:
+        """Return the tilt curves of a deck in space."""
+        return PlottedCurves.derived(FRAMES, _TILT, lines(["alpha", "beta", "gamma"], swings=True))
+
+    @staticmethod
+    def height() -> PlottedCurves:
+        """Return the curve of the shaft's height, for a deck in space."""
+        return PlottedCurves.derived(SAMPLES, _HEIGHT, lines(["z"], swings=True))
+
+    def angles(self) -> list[PlottedCurves]:
+        """Return the curves of the balls' angles, and of the balanced positions."""
+        look = lines(["opposite, -180", *["balanced"] * len(self.levels)],
+                     colors=[LIMIT, *[BALANCED] * len(self.levels)])  # fmt: skip
+        return [
+            PlottedCurves.derived(FRAMES, _LEVELS, look),
+            PlottedCurves.derived(FRAMES, _BALLS, lines(*self._of_balls())),
+        ]
+
+    def driving(self) -> PlottedCurves:
+        """Return the curves of the forces on the balls."""
+        return PlottedCurves.derived(FRAMES, _DRIVING, lines(*self._of_balls(), swings=True))
+
+    def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
+        """Return the values per sample, shape (rows, series).
+
+        Args:
+            run: the rows, with the channels that pictures use.
+            channels: channels of ``rows``.
+            rows: recorded rows.
+        """
+        values = {_WHIRL: self._logarithm(run.whirl)}
+        if self.tilts:
+            values[_HEIGHT] = 1e6 * run["z"][:, None]
+        lengths = [
+            np.linalg.norm(rows[:, columns], axis=1)
+            for columns in vector_columns(channels).values()
+        ]
+        if lengths:
+            values[_FELT] = np.column_stack(lengths)
+        return values
+
+    def of_frames(self, run: Trajectory, alone: Array | None) -> dict[str, Array]:
+        """Return the values that every frame has; ``alone`` is the whirl without balls [m]."""
+        explained, rows = self.explained, len(run)
+        # Constant lines have a value in every row, because a plot spans its data.
+        values = {
+            _REAL_TIME: np.ones((rows, 1)),
+            _SPEED_LEVEL: np.full((rows, 1), explained.critical_speed or 0.0),
+        }
+        if self.tilts:
+            values[_TILT] = 1e3 * tilt_of(run.turn)
+        if alone is not None:
+            values[_ALONE] = self._logarithm(alone)
+        if self.balls:
+            values[_LEVELS] = np.tile((-180.0, *self.levels), (rows, 1))
+            values[_BALLS] = np.degrees(in_one_turn(run.ball_angles))
+            if explained.driven is not None:
+                values[_DRIVING] = explained.driven.forces(run)
+        return values
+
+    def _logarithm(self, whirl: Array) -> Array:
+        """Return log10 of W/e, or of W in mm, as a column; NaN, which is not drawn, below LEAST."""
+        values = 1e3 * whirl[:, None] / (self.eccentricity or 1.0)
+        return np.log10(np.where(values >= LEAST, values, np.nan))
+
+    def _of_balls(self) -> tuple[list[str], list[float]]:
+        """Return names and widths of the balls' curves."""
+        # If curves coincide, the first ones remain visible on both sides of the last ones.
+        widths = np.linspace(4.0, 1.5, self.balls).tolist()
+        return [f"ball {ball}" for ball in range(self.balls)], widths

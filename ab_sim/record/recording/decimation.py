@@ -1,0 +1,184 @@
+"""Decimation: selection of the samples of a long run that are recorded."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording.layout import Array
+
+AROUND = 0.5
+"""Default time before and after an event at full rate [s]."""
+SHARE = 0.1
+"""Largest share of the time at full rate, in the long run."""
+STRETCHES = 20
+"""Largest number of full-rate stretches of full length in direct succession."""
+
+
+class Decimation:
+    """Keeps every ``every``-th step, and all steps around events.
+
+    Events are those passed to `note`, and the instants at which the command starts to change and
+    becomes constant (no change within ``around``): the two ends of a ramp. Rows are pending for
+    twice ``around``, until no later event can affect them. So the result depends on rows and events
+    only, and not on the size of blocks, provided that each event is noted before `take` gets rows
+    later than its time + ``around``. Full-rate stretches are limited to `SHARE` of the time, and to
+    `STRETCHES` in succession; further ones are refused and counted, which bounds the data rate.
+    The first and the last row are kept.
+
+    Args:
+        every: steps whose number it divides are kept.
+        around: time at full rate before and after an event [s].
+
+    Raises:
+        RecordingError: ``every`` is not 1 or more, or ``around`` negative or not finite.
+    """
+
+    def __init__(self, every: int, around: float) -> None:
+        if every < 1 or not 0.0 <= around < math.inf:
+            raise RecordingError(
+                f"every = {every}, around = {around:g} s: every must be at least 1, around at "
+                "least 0 and finite"
+            )
+        self.every, self._around = every, around
+        self.left_out = 0  # rows, by intent
+        self.refused = 0  # full-rate stretches
+        self._pending = np.empty((0, 0))
+        self._new: list[Array] = []  # received after those
+        self._event_times: set[float] = set()  # of which no decision was made yet
+        self._stretches: list[tuple[float, float]] = []  # that may contain pending rows
+        self._reach = -math.inf  # end of the last stretch
+        self._full_rate_time = 0.0  # s at full rate
+        self._first = self._began = math.nan  # step and time of the first row
+        self._last_change = -math.inf  # time of the command's last change
+        self._command_constant = True
+        self._command = math.nan
+
+    def note(self, time: float) -> None:
+        """Note an event at a time [s]."""
+        if self.every > 1 and math.isfinite(time):
+            self._event_times.add(time)
+
+    def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
+        """Add rows, and return those whose selection is final, see `_rows_to_keep`.
+
+        Args:
+            rows: step, time and so on; at least one.
+            command: column of the command, if there is one.
+
+        With ``every`` = 1 these are all rows.
+        """
+        if self.every == 1:
+            return rows, np.zeros(len(rows))
+        if math.isnan(self._began):
+            self._first, self._began = rows[0, :2].tolist()
+            self._pending = rows[:0]
+        if command is not None:
+            self._note_command_changes(rows[:, 1], rows[:, command])
+        self._new.append(rows)
+        if 4 * sum(map(len, self._new)) < len(self._pending):
+            return rows[:0], np.empty(0)  # few new rows: pending ones are not copied each time
+        self._append_new_rows()
+        newest = rows[-1, 1]
+        self._select_stretches(newest - self._around)
+        # In two subtractions, which round like the start of a stretch that is not yet selected.
+        early = self._pending[:, 1] < newest - self._around - self._around
+        # Up to the first pending one: rows stay in order.
+        return self._rows_to_keep(len(early) if early.all() else int(np.argmin(early)))
+
+    def rest(self) -> tuple[Array, Array]:
+        """Return the rest of the rows to keep, at the end of the run; as `take`."""
+        if not self._new and not len(self._pending):
+            return self._pending, np.empty(0)
+        if not self._command_constant:
+            self.note(self._last_change)
+        self._append_new_rows()
+        self._select_stretches(math.inf)
+        return self._rows_to_keep(len(self._pending), last=True)
+
+    def _note_command_changes(self, times: Array, commands: Array) -> None:
+        """Note when the command starts to change, and when it becomes constant."""
+        before = np.concatenate([[self._command], commands[:-1]])
+        moves = times[(commands != before) & ~np.isnan(before)]
+        for time in moves.tolist():
+            if self._last_change < time - self._around:
+                if not self._command_constant:
+                    self.note(self._last_change)
+                self.note(time)
+            self._last_change, self._command_constant = time, False
+        if not self._command_constant and self._last_change < times[-1] - self._around:
+            self.note(self._last_change)
+            self._command_constant = True
+        self._command = float(commands[-1])
+
+    def _append_new_rows(self) -> None:
+        """Append new rows to the pending ones."""
+        self._pending = np.concatenate([self._pending, *self._new])
+        self._new.clear()
+
+    def _select_stretches(self, until: float) -> None:
+        """Select full-rate stretches for events before a time, in order of time."""
+        earlier = sorted(time for time in self._event_times if time < until)
+        self._event_times.difference_update(earlier)
+        for time in earlier:
+            start, end = time - self._around, time + self._around
+            more = end - max(start, self._reach)
+            allowance = 2 * self._around * STRETCHES + SHARE * max(time - self._began, 0.0)
+            if more <= 0:
+                continue
+            if self._full_rate_time + more > allowance:
+                self.refused += 1
+                continue
+            self._full_rate_time += more
+            self._reach = max(end, self._reach)
+            self._stretches.append((start, end))
+
+    def _rows_to_keep(self, count: int, last: bool = False) -> tuple[Array, Array]:
+        """Select among the first pending rows, and count the rows left out before each.
+
+        The count begins at the first row of the run.
+        """
+        rows, self._pending = self._pending[:count], self._pending[count:]
+        if not count:
+            return rows, np.empty(0)
+        kept = rows[:, 0] % self.every == 0
+        kept |= rows[:, 0] == self._first
+        for start, end in self._stretches:
+            kept |= (rows[:, 1] >= start) & (rows[:, 1] <= end)
+        kept[-1] |= last
+        self._stretches = [each for each in self._stretches if each[1] >= rows[-1, 1]]
+        out = self.left_out + np.cumsum(~kept)
+        self.left_out = int(out[-1])
+        return rows[kept], out[kept].astype(np.float64)
+
+
+class DecimatedInput:
+    """Replacement of `Decimation` for rows decimated before, with counts of the rows left out.
+
+    Args:
+        every, around: the rule of that decimation.
+    """
+
+    refused = 0
+
+    def __init__(self, every: int, around: float) -> None:
+        self.every, self.around = Decimation(every, around).every, around
+        self.left_out = 0
+
+    def note(self, time: float) -> None:
+        """Do nothing: events have no effect."""
+
+    def counted(self, rows: Array, left_out: Array) -> tuple[Array, Array]:
+        """Add rows, with the number of rows left out before each."""
+        self.left_out = int(left_out[-1])
+        return rows, left_out
+
+    def take(self, rows: Array, command: int | None) -> tuple[Array, Array]:
+        """Add rows without gaps, and return them."""
+        return self.counted(rows, np.full(len(rows), float(self.left_out)))
+
+    def rest(self) -> tuple[Array, Array]:
+        """Return no rows, because none are pending."""
+        return np.empty((0, 0)), np.empty(0)

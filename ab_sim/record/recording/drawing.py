@@ -1,0 +1,95 @@
+"""Sizes of a drive for its pictures, and the views that show it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording.curves import Curves
+from ab_sim.record.recording.explanation import Explanation
+from ab_sim.record.recording.space import Space
+from ab_sim.record.recording.top_view import TopView
+from ab_sim.record.recording.vectors import Arrows
+from ab_sim.scene.drawn import ball_radius
+
+Parts = Iterator[tuple[str, Any]]  # entities and their data
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """The drive in pictures; lengths in mm."""
+
+    race: float  # radius of the circle on which the balls' centres run
+    eccentricity: float
+    balls: int
+    radii: tuple[float, ...]  # of the balls
+    motor: bool  # whether there is a torque to plot
+    sensors: tuple[str, ...]  # whose readings there are to plot
+    tilts: bool  # whether the deck moves in space
+    explained: Explanation
+    top: TopView
+    space: Space
+    curves: Curves
+
+    @classmethod
+    def of(cls, description: Mapping[str, Any]) -> Drawing:
+        """Create a drawing from a description; RecordingError if a value is missing."""
+        try:
+            race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
+            eccentricity = 1e3 * float(description["eccentricity"])
+            given = description.get("ball_radii")
+            if given is None:
+                given = [1e-3 * ball_radius(race, balls)] * balls
+            radii = tuple(1e3 * float(radius) for radius in given)
+            effects = description.get("effects") or ()
+            motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())
+            deck, explained = description.get("deck"), Explanation.of(description, balls)
+            arrows = Arrows.of(explained, race)
+            motion = eccentricity if explained.motion is None else 1e3 * explained.motion
+            space = Space.of(deck, race, radii, motion, arrows)
+        except (KeyError, TypeError, ValueError) as error:
+            raise RecordingError(
+                "the description of a recording needs numbers for race_radius [m], "
+                "eccentricity [m] and balls, a list of numbers, or None, for ball_radii [m], and "
+                "lists of names, or None, for effects and sensors, of a deck in space, as deck, "
+                "mounts (places), race_heights, ball_heights and rotor_height [m], and what "
+                f"explains the run as ab_sim.drive.explanation says: {error!r}"
+            ) from error
+        if len(radii) != balls:
+            raise RecordingError(
+                f"the description of a recording gives {len(radii)} ball_radii for {balls} balls; "
+                "give one per ball, or None"
+            )
+        if len(space.ball_heights) != balls:
+            raise RecordingError(
+                f"the description of a recording gives {len(space.ball_heights)} ball_heights for "
+                f"{balls} balls; give one per ball"
+            )
+        tilts, balance = deck is not None, explained.balance
+        top = TopView(race, radii, arrows, balance)
+        curves = Curves(balls, eccentricity, tilts, explained)
+        return cls(
+            race, eccentricity, balls, radii, motor, sensors, tilts, explained, top, space, curves
+        )
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """Channels that the drawing needs, besides the balls' angles."""
+        return ("angle", "x", "y", *(("z", "qw", "qx", "qy", "qz") if self.tilts else ()))
+
+    def scenery(self) -> Parts:
+        """Yield static archetypes, which are logged once."""
+        yield from self.top.scenery()
+        yield from self.space.scenery()
+
+
+def description_text(description: Mapping[str, Any]) -> str:
+    """Return the description for people, with its JSON in a fence for `read_recording`."""
+    try:
+        text = json.dumps(dict(description), indent=2)
+    except (TypeError, ValueError) as error:
+        raise RecordingError(f"the description of a recording is not JSON: {error}") from error
+    return f"All that this run consists of.\n\n```json\n{text}\n```\n"

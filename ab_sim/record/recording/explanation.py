@@ -1,0 +1,91 @@
+"""Quantities in a description, besides sizes, with which pictures explain a run."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ab_sim.drive.balance import Balance
+from ab_sim.drive.driving_forces import DrivenBalls
+from ab_sim.drive.rotor_without_balls import RotorWithoutBalls
+from ab_sim.record.recording.layout import Array
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """Quantities of `ab_sim.drive.explanation.explain`; those that are None are not drawn."""
+
+    motion: float | None
+    """Size of the deck's motion [m]."""
+    unbalance: float | None
+    """Unbalance M0 e [kg m]."""
+    moments: Array
+    """Moments m_i R of the balls [kg m], shape (balls,)."""
+    balance: Balance | None
+    alone: RotorWithoutBalls | None
+    driven: DrivenBalls | None
+    critical_speed: float | None
+    """Critical speed [rad/s]."""
+    top_speed: float | None
+    """Top speed [rad/s]."""
+    period: Mapping[str, float] | None
+    """Variable-speed period."""
+    left_out: Mapping[str, str]
+    """Reasons for a missing ``balance`` or ``alone``."""
+
+    @classmethod
+    def of(cls, description: Mapping[str, Any], balls: int) -> Explanation:
+        """Read the quantities from a description.
+
+        Raises:
+            KeyError, TypeError, ValueError: the values are not those of ``explain``.
+        """
+        balance, alone, driven = (description.get(name) for name in ("balance", "alone", "driven"))
+        given = {"balance": balance, "alone": alone}
+        why = {name: str(it["left_out"]) for name, it in given.items() if it and "left_out" in it}
+        moments = description.get("moments")
+        explained = cls(
+            _number(description.get("motion")),
+            _number(description.get("unbalance")) if moments is not None else None,
+            np.array(moments or [], dtype=float),
+            _tuple_of(Balance, None if "balance" in why else balance),
+            _tuple_of(RotorWithoutBalls, None if "alone" in why else alone),
+            _tuple_of(DrivenBalls, driven),
+            _number(description.get("critical_speed")),
+            _number(description.get("top_speed")),
+            _numbers(description.get("variable_speed_period")),
+            why,
+        )
+        counts = {balls}
+        counts |= {len(explained.moments)} if moments is not None else set()
+        counts |= {len(explained.balance.angles)} if explained.balance else set()
+        counts |= {len(explained.driven.masses)} if explained.driven else set()
+        if len(counts) > 1:
+            raise ValueError(f"moments, balance and driven must be those of {balls} balls")
+        return explained
+
+    @property
+    def vectors(self) -> bool:
+        """True if there is an unbalance, or are balls, to draw as arrows."""
+        return self.unbalance is not None and max([self.unbalance, *self.moments], default=0.0) > 0
+
+
+def _number(value: Any) -> float | None:
+    return None if value is None else float(value)
+
+
+def _numbers(values: Any) -> dict[str, float] | None:
+    if values is None:
+        return None
+    names = ("start_speed", "end_speed", "acceleration", "around")
+    return {name: float(values[name]) for name in names}
+
+
+def _tuple_of(kind: Any, fields: Any) -> Any:
+    if fields is None:
+        return None
+    fixed = {name: tuple(map(float, v)) if isinstance(v, list) else v for name, v in fields.items()}
+    return kind(**fixed)

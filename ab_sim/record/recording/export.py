@@ -1,0 +1,212 @@
+"""A recording as a table in other formats, written block by block."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.csv
+import pyarrow.parquet
+
+from ab_sim.base.errors import InputError, RecordingError, exact
+from ab_sim.base.output_file import replacing
+from ab_sim.drive.trajectory import column_of, whirl_of
+from ab_sim.drive.turn_vector import PHASE, SIZE, TurnVector
+from ab_sim.drive.units import unit_of
+from ab_sim.record.recording.layout import Array
+from ab_sim.record.recording.stored import StoredRun
+
+PARQUET, CSV = "parquet", "csv"
+WHIRL = "whirl"
+"""Name of a derived column: W = |u| [m], from the deck's position at rest."""
+DERIVED = (WHIRL, SIZE, PHASE)
+"""All derived columns; the others are those of ``TurnVector``."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """Selection of the samples of a recording."""
+
+    begin: float = -np.inf
+    """Time of the first sample [s]."""
+    end: float = np.inf
+    """Time of the last sample [s], inclusive."""
+    every: int = 1
+    """Decimation: every ``every``-th sample, beginning with the first."""
+    channels: tuple[str, ...] | None = None
+    """Channels in this order; None: all, and those of ``DERIVED``."""
+    hangs: tuple[float, float] | None = (0.0, 0.0)
+    """x and y [m] of the deck at rest, from which ``DERIVED`` is measured; None: unknown."""
+
+    def names(self, run: StoredRun) -> tuple[str, ...]:
+        """Return the channels.
+
+        Raises:
+            InputError: the recording lacks a channel or has none at all, or a channel is requested
+                twice.
+        """
+        there = run.channels
+        if {"x", "y", "angle"} <= set(there):
+            derived = tuple(name for name in DERIVED if name not in there)
+            if self.hangs is not None:
+                there = (*there, *derived)
+            elif unknown := [name for name in derived if name in (self.channels or ())]:
+                raise InputError(
+                    f"{run.path}: --channels {unknown[0]}: is measured from where the deck hangs "
+                    "at rest, and the recording's scene is not known; export x and y"
+                )
+        if not run.channels:
+            raise InputError(f"{run.path}: the recording is empty; there is nothing to export")
+        names = there if self.channels is None else self.channels
+        for name in names:
+            try:
+                column_of(name, there)
+            except KeyError as error:
+                raise InputError(f"{run.path}: {error.args[0]}") from error
+        if len(set(names)) < len(names) or not names:
+            raise InputError(f"--channels {','.join(names)}: name each channel once")
+        return names
+
+    def blocks(self, run: StoredRun) -> Iterator[tuple[int, Array]]:
+        """Yield the number of samples read so far, and the selected ones among the last block.
+
+        The arrays have the shape (rows, channels), and may be empty.
+        """
+        names, read, seen = self.names(run), 0, 0
+        derived = [name for name in names if name in DERIVED and name not in run.channels]
+        stored = ["x" if name in derived else name for name in names]
+        needed, turns = ("x", "y", "angle") if derived else (), TurnVector()
+        for block in run.blocks((*stored, *needed, "time")):
+            time = block[:, -1]
+            if time[0] > self.end:
+                return
+            if derived:
+                x, y, angle = (block[:, -4:-1] - (*(self.hangs or (0.0, 0.0)), 0.0)).T
+                found = _derived(x, y, angle, turns)
+                for name in derived:
+                    block[:, names.index(name)] = found[name]
+                block = np.delete(block, (-4, -3, -2), axis=1)
+            inside = block[(time >= self.begin) & (time <= self.end), :-1]
+            chosen = inside[(-seen) % self.every :: self.every]
+            read, seen = read + len(block), seen + len(inside)
+            yield read, chosen
+
+    def __post_init__(self) -> None:
+        if np.isnan([self.begin, self.end]).any() or self.begin > self.end:
+            raise InputError(
+                f"--from {exact(self.begin)} --to {exact(self.end)}: must be times [s], "
+                "the first not after the second"
+            )
+        if self.every < 1:
+            raise InputError(f"--every {self.every}: must be at least 1")
+
+
+def _derived(x: Array, y: Array, angle: Array, turns: TurnVector) -> dict[str, Array]:
+    """Return the columns of ``DERIVED`` for further samples."""
+    vectors = turns.of(angle, x, y)
+    return {WHIRL: whirl_of(x, y), SIZE: np.abs(vectors), PHASE: np.angle(vectors)}
+
+
+def export(
+    run: StoredRun,
+    files: Mapping[str, Path],
+    part: Part,
+    progress: Callable[[int], None] | None = None,
+) -> int:
+    """Write samples, in double precision to the bit, with the channels' units.
+
+    Parquet has ``unit`` in the metadata of each column, and the description of the run as
+    ``ab_sim``, JSON, in that of the file. CSV has the units in its header, ``x [m]``, and numbers
+    with enough digits to restore the same bits, except the payload of a NaN. Files appear when they
+    are complete; existing files are kept until then.
+
+    Args:
+        run: a recording.
+        files: by format, ``PARQUET`` or ``CSV``.
+        part: selection of samples.
+        progress: called with the number of samples read so far, after every block; an exception
+            from it ends the export without files.
+
+    Returns:
+        Number of written samples.
+
+    Raises:
+        InputError: see ``Part``; or the part has no samples; nothing is written.
+        RecordingError: the recording cannot be read, or a file not be written.
+    """
+    names, rows = part.names(run), 0
+    schema = _schema(names, run.description)
+    try:
+        with ExitStack() as stack:
+            writers = []
+            for form, file in files.items():
+                unfinished = stack.enter_context(replacing(file))
+                writers.append(stack.enter_context(_WRITERS[form](unfinished, schema)))
+            for read, block in part.blocks(run):
+                # `to_pandas_dtype` would import pandas before pyarrow 26.
+                columns = [
+                    pa.array(block[:, at], type=field.type) for at, field in enumerate(schema)
+                ]
+                batch = pa.record_batch(columns, schema=schema)
+                for writer in writers:
+                    writer.write_batch(batch)
+                rows += len(block)
+                if progress is not None:
+                    progress(read)
+            if rows == 0:
+                raise InputError(
+                    f"{run.path}: holds no samples from {exact(part.begin)} to {exact(part.end)} s"
+                )
+    except OSError as error:
+        named = " and ".join(str(file) for file in files.values())
+        reason = error.strerror or error
+        raise RecordingError(f"{named}: cannot be written: {reason}") from error
+    return rows
+
+
+def _schema(names: Sequence[str], description: Mapping[str, Any]) -> pa.Schema:
+    """Return the schema: an integer for ``step``, doubles for the rest."""
+    fields = []
+    for name in names:
+        unit = unit_of(name)
+        metadata = None if unit is None else {"unit": unit}
+        fields.append(
+            pa.field(name, pa.int64() if name == "step" else pa.float64(), False, metadata)
+        )
+    return pa.schema(fields, {"ab_sim": json.dumps(description)})
+
+
+def _parquet(file: Path, schema: pa.Schema) -> Any:
+    return pa.parquet.ParquetWriter(file, schema, compression="zstd")
+
+
+class _Csv:
+    """A writer of CSV whose header has units."""
+
+    def __init__(self, file: Path, schema: pa.Schema) -> None:
+        heads = []
+        for name in schema.names:
+            unit = unit_of(name)
+            heads.append(name if unit is None else f"{name} [{unit}]")
+        self._heads = heads
+        named = pa.schema([field.with_name(h) for field, h in zip(schema, heads, strict=True)])
+        options = pa.csv.WriteOptions(quoting_header="needed")
+        self._writer = pa.csv.CSVWriter(file, named, write_options=options)
+
+    def __enter__(self) -> _Csv:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._writer.close()
+
+    def write_batch(self, batch: pa.RecordBatch) -> None:
+        self._writer.write_batch(batch.rename_columns(self._heads))
+
+
+_WRITERS: dict[str, Callable[[Path, pa.Schema], Any]] = {PARQUET: _parquet, CSV: _Csv}

@@ -1,0 +1,114 @@
+"""Components of a section of vibration.
+
+Vectors are on fixed axes or on the deck's, shape (rows, axes). Sizes are root mean squares of the
+whole vector, so that a vector of length A on a circle has the size A.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ab_sim.base.conventions import last_stretch
+from ab_sim.record.recording.layout import Array
+
+MOST_SUMS = 20_000
+TURNS = 2
+"""Number of whole revolutions that are needed for the part once per revolution."""
+
+
+def rms(time: Array, vectors: Array) -> float:
+    """Return the root mean square of the length over time [s]; at least two rows, any spacing."""
+    return float(np.sqrt(np.average(np.sum(vectors**2, axis=1), weights=np.gradient(time))))
+
+
+class Final(NamedTuple):
+    """Root mean square of the last stretch, and its first and last time [s]."""
+
+    rms: float
+    begin: float
+    end: float
+
+
+class FinalRms:
+    """Root mean square of the last stretch of values that come in blocks.
+
+    It keeps cumulative sums, at most `MOST_SUMS` of them; beyond that, every second one is dropped.
+    """
+
+    def __init__(self) -> None:
+        self._sums = np.zeros((1, 3))  # time [s], number of values, sum of their squares
+
+    def take(self, time: Array, values: Array) -> None:
+        """Add values at the next times [s]."""
+        steps = np.column_stack([np.ones(len(values)), values**2])
+        sums = self._sums[-1, 1:] + np.cumsum(steps, axis=0)
+        self._sums = np.vstack([self._sums, np.column_stack([time, sums])])
+        while len(self._sums) > MOST_SUMS:
+            self._sums = np.vstack([self._sums[:-1:2], self._sums[-1:]])
+
+    @property
+    def value(self) -> Final | None:
+        """Root mean square of the last stretch; None without values."""
+        if len(self._sums) == 1:
+            return None
+        end, count, total = self._sums[-1]
+        left_out = np.searchsorted(self._sums[:-1, 1], count - last_stretch(int(count)))
+        (_, before, squares), (begin, _, _) = self._sums[min(left_out, len(self._sums) - 2) :][:2]
+        rms = math.sqrt((total - squares) / (count - before))
+        return Final(rms, float(begin), float(end))
+
+
+def once_per_turn(angle: Array, vectors: Array) -> tuple[float, float] | None:
+    """Return the size of the part once per revolution, and that of the rest.
+
+    The last whole revolutions are weighted by Hann's window over the *angle*, so that neither a
+    changing speed nor rows that do not fit the revolutions matter.
+
+    Args:
+        angle: angle of the rotor [rad], shape (rows,).
+        vectors: shape (rows, axes).
+
+    Returns:
+        None for less than `TURNS` revolutions in one direction, or less than two rows per
+        revolution.
+    """
+    if len(angle) < 2:
+        return None
+    behind = np.abs(angle - angle[-1])  # rad, from here to the end
+    steps = -np.diff(behind)
+    if not (steps.min() > 0.0 and steps.max() < np.pi):
+        return None
+    turns = np.floor(behind[0] / (2.0 * np.pi))
+    if turns < TURNS:
+        return None
+    share = behind / (2.0 * np.pi * turns)
+    weights = np.where(share < 1.0, 1.0 - np.cos(2.0 * np.pi * share), 0.0) * -np.gradient(behind)
+    weights /= weights.sum()
+    wave = np.exp(1j * angle)
+    parts = (weights * wave.conj()) @ vectors
+    rest = vectors - 2.0 * (wave[:, None] * parts).real
+    once = np.sqrt(2.0 * np.sum(np.abs(parts) ** 2))
+    return float(once), float(np.sqrt(weights @ np.sum(rest**2, axis=1)))
+
+
+def spectrum(step: float, vectors: Array) -> tuple[Array, Array]:
+    """Return frequencies [Hz], and the size of the vibration at each.
+
+    The mean is removed, and Hann's window is applied. A sine on one axis with the amplitude A, at
+    one of the frequencies, has the size A / sqrt(2) there.
+
+    Args:
+        step: time between rows [s], which is constant.
+        vectors: at least two rows.
+    """
+    rows = len(vectors)
+    window = 1.0 - np.cos(2.0 * np.pi * np.arange(rows) / rows)
+    lines = np.fft.rfft(window[:, None] * (vectors - vectors.mean(axis=0)), axis=0) / window.sum()
+    power = 2.0 * np.sum(np.abs(lines) ** 2, axis=1)
+    power[0] *= 0.5
+    if rows % 2 == 0:
+        power[-1] *= 0.5
+    return np.arange(len(power)) / (rows * step), np.asarray(np.sqrt(power))

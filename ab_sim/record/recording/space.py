@@ -1,0 +1,252 @@
+"""The drive in space, in mm.
+
+Displacement and tilt are hundreds of times smaller than the deck, so the drawing exaggerates both
+by one factor, which the text next to it states. To first order, the displacement of every point of
+the deck is then multiplied by that factor. Spindle and balls turn by their true angles.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import rerun as rr
+import rerun.blueprint as rrb
+
+from ab_sim.base.palette import GREY, UNBALANCE, ball_colour
+from ab_sim.record.recording.layout import Array
+from ab_sim.record.recording.overlapping_balls import stacked
+from ab_sim.record.recording.vectors import Arrows
+from ab_sim.scene.drawn import DISC, MARK, MARK_PLACE, PLATE
+
+Parts = Iterator[tuple[str, Any]]
+
+_DECK, _SPRING = (90, 140, 190), (150, 150, 90)
+_GLASS = (75, 80, 90)
+_SHOWN = 0.04
+"""Drawn size of the deck's motion due to the unbalance alone, as a share of the deck's size."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """The drawing of a drive in space."""
+
+    mounts: Array
+    """Positions of the mounts on the deck, on its axes [mm], shape (mounts, 3)."""
+    race_heights: tuple[float, ...]
+    ball_heights: tuple[float, ...]
+    rotor_height: float
+    """Height of the rotor [mm]."""
+    race: float
+    """Radius of the circle of the balls' centres [mm]."""
+    radii: tuple[float, ...]
+    """Radii of the balls [mm]."""
+    factor: float
+    """Factor by which displacement and tilt are exaggerated."""
+    tilts: bool
+    """True if the deck moves in space, and not only in the plane of the disc."""
+    arrows: Arrows | None
+
+    @classmethod
+    def of(
+        cls,
+        deck: Mapping[str, Any] | None,
+        race: float,
+        radii: tuple[float, ...],
+        motion: float,
+        arrows: Arrows | None,
+    ) -> Space:
+        """Read the drawing from a description's ``deck``.
+
+        Args:
+            deck: None for a deck in the plane of the disc, whose plate is a square.
+            race: radius of the circle of the balls' centres [mm].
+            radii: radii of the balls [mm].
+            motion: size of the deck's motion [mm].
+            arrows: arrows to draw.
+
+        Raises:
+            KeyError, TypeError, ValueError: a value is missing or invalid.
+        """
+        if deck is None:
+            flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
+            corner = 1e-3 * PLATE * race
+            mounts = [[x, y, 0.0] for x in (-corner, corner) for y in (-corner, corner)]
+            given: Mapping[str, Any] = flat | {"mounts": mounts, "ball_heights": [0.0] * len(radii)}
+        else:
+            given = deck
+        points = 1e3 * np.array(given["mounts"], dtype=float).reshape(-1, 3)
+        size = max([race, *np.hypot(points[:, 0], points[:, 1])])
+        return cls(
+            points,
+            tuple(1e3 * float(height) for height in given["race_heights"]),
+            tuple(1e3 * float(height) for height in given["ball_heights"]),
+            1e3 * float(given["rotor_height"]),
+            race,
+            radii,
+            _round_down(_SHOWN * size / motion) if motion > 0 else 1.0,
+            deck is not None,
+            arrows,
+        )
+
+    def scenery(self) -> Parts:
+        """Yield static archetypes, which are logged once."""
+        r, (low, high) = self.race, self._plate()
+        plate = _rectangle(low, high)
+        line = 0.01 * r
+        axis = [0, 0, -0.5 * r], [0, 0, 1.2 * r]
+        yield "/space", rr.ViewCoordinates.RIGHT_HAND_Z_UP
+        yield "/space/rest/plate", rr.LineStrips3D([plate], colors=GREY, radii=0.5 * line)
+        yield "/space/rest/axis", rr.LineStrips3D([axis], colors=GREY, radii=0.5 * line)
+        yield "/space/rest/housing", rr.Points3D(self._anchors(), colors=GREY, radii=0.05 * r)
+        yield "/space/deck", rr.LineStrips3D.from_fields(colors=_SPRING, radii=1.5 * line)
+        yield "/space/deck/plate", rr.LineStrips3D([plate], colors=_DECK, radii=1.5 * line)
+        yield "/space/deck/mounts", rr.Points3D(self.mounts, colors=_SPRING, radii=0.05 * r)
+        yield "/space/deck/axis", rr.LineStrips3D([axis], colors=_DECK, radii=line)
+        for i, height in enumerate(self.race_heights):
+            ring = _circle(r + max(self.radii, default=0.0), height)
+            yield f"/space/deck/races/{i}", rr.LineStrips3D([ring], colors=GREY, radii=1.5 * line)
+        disc = _disc(DISC * r, self.rotor_height - max(self.radii, default=0.02 * r))
+        yield "/space/deck/rotor/disc", disc
+        heavy = [[MARK_PLACE * r, 0.0, self.rotor_height]]
+        yield (
+            "/space/deck/rotor/unbalance",
+            rr.Points3D(heavy, colors=UNBALANCE, radii=MARK * r),
+        )
+        if self.ball_heights:
+            colors = [ball_colour(ball) for ball in range(len(self.radii))]
+            yield "/space/deck/rotor", rr.Points3D.from_fields(colors=colors, radii=self.radii)
+        if self.arrows is not None:
+            yield (
+                "/space/deck/rotor",
+                rr.Arrows3D.from_fields(colors=self.arrows.colors, radii=2.5 * line),
+            )
+
+    def frames(self, angle: Array, place: Array, turn: Array, balls: Array) -> Parts:
+        """Yield the columns of moving parts, one row per sample.
+
+        Args:
+            angle: angle of the spindle [rad], shape (rows,).
+            place: displacement of the deck [m], shape (rows, 2), or (rows, 3) in space: that of C.
+            turn: quaternions (w, x, y, z), shape (rows, 4).
+            balls: angles of the balls from the unbalance [rad], shape (rows, balls).
+        """
+        rows, turned = len(angle), _more(turn, self.factor)
+        moved = np.zeros((rows, 3))
+        moved[:, : place.shape[1]] = 1e3 * self.factor * place
+        deck = [*rr.Transform3D.columns(translation=moved, quaternion=np.roll(turned, -1, axis=1))]
+        if len(self.mounts):
+            back = turned * [1.0, -1.0, -1.0, -1.0]
+            ends = _rotated(back[:, None, :], self._anchors() - moved[:, None, :])  # on deck axes
+            starts = np.broadcast_to(self.mounts, ends.shape)
+            strips = np.stack([starts, ends], axis=2).reshape(-1, 2, 3)
+            springs = rr.LineStrips3D.columns(strips=strips.astype(np.float32))
+            deck += springs.partition(np.full(rows, len(self.mounts)))
+        yield "/space/deck", deck
+        half = 0.5 * np.remainder(angle, 2 * np.pi)
+        zero = np.zeros_like(half)
+        spun = np.column_stack([zero, zero, np.sin(half), np.cos(half)])
+        rotor = [*rr.Transform3D.columns(quaternion=spun)]
+        if self.ball_heights:
+            heights = self.ball_heights + self._stacked(balls)
+            places = np.stack(
+                [self.race * np.cos(balls), self.race * np.sin(balls), heights], axis=-1
+            )
+            points = rr.Points3D.columns(positions=places.reshape(-1, 3))
+            rotor += points.partition(np.full(rows, balls.shape[1]))
+        if self.arrows is not None:
+            begin, way = self.arrows.drawn(balls)
+            above = self.rotor_height + 0.03 * self.race
+            arrows = rr.Arrows3D.columns(origins=_flat(begin, above), vectors=_flat(way, 0.0))
+            rotor += arrows.partition(np.full(rows, begin.shape[1]))
+        yield "/space/deck/rotor", rotor
+
+    def view(self) -> rrb.View:
+        """Return the 3-D view."""
+        low, high = self._plate()
+        middle, size = 0.5 * (low + high), float(np.hypot(*(high - low)[:2]))
+        eye = middle + size * np.array([0.33, -0.85, 0.6])
+        return rrb.Spatial3DView(
+            name="In space",
+            origin="/space",
+            line_grid=False,
+            eye_controls=rrb.EyeControls3D(
+                kind=rrb.Eye3DKind.Orbital, position=eye, look_target=middle, eye_up=(0, 0, 1)
+            ),
+        )
+
+    def _stacked(self, balls: Array) -> Array:
+        """Return how far balls in one race are lifted to be visible; several races need no lift."""
+        if len({*self.ball_heights}) > 1:
+            return np.zeros_like(balls)
+        return stacked(balls, self.race, self.radii)
+
+    def _plate(self) -> tuple[Array, Array]:
+        """Return the corners of the rectangle that holds mounts and race, at the mounts' height."""
+        ring = self.race * np.array([[-1.0, -1.0, 0.0], [1.0, 1.0, 0.0]])
+        points = np.vstack([self.mounts, ring])
+        low, high = points.min(axis=0), points.max(axis=0)
+        low[2] = high[2] = self.mounts[:, 2].mean() if len(self.mounts) else 0.0
+        return low, high
+
+    def _anchors(self) -> Array:
+        """Return the mounts' attachments to the housing, drawn below the deck to be visible."""
+        return self.mounts - [0.0, 0.0, 0.6 * self.race]
+
+
+def _more(turn: Array, factor: float) -> Array:
+    """Return rotations about the same axes, by multiplied angles."""
+    turn = turn * np.where(turn[:, :1] < 0, -1.0, 1.0)
+    sine = np.linalg.norm(turn[:, 1:], axis=1, keepdims=True)
+    half = factor * np.arctan2(sine, turn[:, :1])
+    axis = np.divide(turn[:, 1:], sine, out=np.zeros_like(turn[:, 1:]), where=sine > 0)
+    return np.hstack([np.cos(half), np.sin(half) * axis])
+
+
+def _rotated(turn: Array, points: Array) -> Array:
+    """Return points rotated by unit quaternions (w, x, y, z)."""
+    axis = turn[..., 1:]
+    across = np.cross(axis, points)
+    return np.asarray(points + 2.0 * (turn[..., :1] * across + np.cross(axis, across)))
+
+
+def _round_down(factor: float) -> float:
+    """Round down to 1, 2 or 5 times a power of ten, which is easy to remember; at least 1."""
+    if factor < 1.0:
+        return 1.0
+    power = 10.0 ** np.floor(np.log10(factor))
+    return float(power * max(step for step in (1, 2, 5) if step * power <= factor))
+
+
+def _rectangle(low: Array, high: Array) -> Array:
+    x, y, z = low[0], low[1], low[2]
+    return np.array([[x, y, z], [high[0], y, z], [high[0], high[1], z], [x, high[1], z], [x, y, z]])
+
+
+def _circle(radius: float, height: float) -> Array:
+    turn = np.linspace(0, 2 * np.pi, 121)
+    return np.column_stack(
+        [radius * np.cos(turn), radius * np.sin(turn), np.full_like(turn, height)]
+    )
+
+
+def _disc(radius: float, height: float) -> Any:
+    """Return a plate, visible from both sides."""
+    rim = _circle(radius, height)[:-1]
+    count = len(rim)
+    corners = np.vstack([rim, [[0.0, 0.0, height]]])
+    near = np.arange(count)
+    faces = np.column_stack([near, (near + 1) % count, np.full(count, count)])
+    return rr.Mesh3D(
+        vertex_positions=corners,
+        triangle_indices=np.vstack([faces, faces[:, ::-1]]),
+        albedo_factor=_GLASS,
+    )
+
+
+def _flat(points: Array, height: float) -> Array:
+    """Return points in a plane of the rotor."""
+    flat = points.ravel()
+    return np.column_stack([flat.real, flat.imag, np.full(len(flat), height)])

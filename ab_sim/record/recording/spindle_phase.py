@@ -1,0 +1,110 @@
+"""Phase of the spindle's motion, determined from its speed, live or offline."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+import rerun as rr
+
+from ab_sim.base.palette import GREEN, GREY, PURPLE, SKY, Colour
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.record.recording.layout import Array, scalar_columns
+from ab_sim.record.recording.windows import SlidingWindows
+
+HOP = 0.02
+"""Length and spacing of the windows for the acceleration [s]."""
+STILL, STEADY = 1e-3, 0.02
+"""Speeds that count as standstill, and changes per second that count as none, relative to the top
+speed."""
+PERIOD = "variable-speed period"
+PHASES: Mapping[str, Colour] = {
+    "standstill": GREY,
+    "speeding up": SKY,
+    PERIOD: GREEN,
+    "steady": GREY,
+    "slowing down": PURPLE,
+}
+LABELS = ("still", "up", "v", "steady", "down")
+"""Labels of the phases, short enough for half a second of a run."""
+
+Sent = tuple[str, Array, Any]
+
+
+class SpindlePhase:
+    """Finds the phases of the spindle's motion in the rows of a run.
+
+    Args:
+        channels: channels of the rows, with ``speed`` [rad/s].
+        top_speed: rad/s; None: unknown.
+        period: variable-speed period, as ``explain`` describes it. It is identified by its speed
+            and acceleration, so that the start of a live profile need not be known.
+    """
+
+    def __init__(
+        self,
+        channels: tuple[str, ...],
+        top_speed: float | None,
+        period: Mapping[str, float] | None,
+    ) -> None:
+        self._channels, self._period = channels, period
+        self._scale = top_speed or 1.0
+        self._windows = SlidingWindows(HOP, HOP)
+        self._phase = ""
+
+    def scenery(self) -> Iterator[tuple[str, Any]]:
+        """Yield static archetypes, by entity."""
+        yield (
+            "/state/spindle",
+            rr.StateConfiguration(
+                values=list(PHASES),
+                labels=LABELS,
+                colors=list(PHASES.values()),
+            ),
+        )
+        if self._period is not None:
+            yield (
+                "/plot/speed/period",
+                rr.SeriesLines(names=PERIOD, colors=(*GREEN, 110), widths=9.0),
+            )
+
+    def of(self, rows: Array) -> Iterator[Sent]:
+        """Yield the phases that the next rows complete."""
+        changes, names, ends, within = [], [], [], []
+        for window in self._windows.of(rows):
+            if len(window) < 2:
+                continue
+            run = Trajectory(self._channels, window)
+            before, self._phase = self._phase, self.phase_of(run["time"], run["speed"])
+            if self._phase != before:
+                changes.append(window[0])
+                names.append(self._phase)
+            if PERIOD in (self._phase, before):
+                ends.append(window[-1])  # a NaN ends the line
+                within.append(run["speed"][-1] if self._phase == PERIOD else np.nan)
+        if changes:
+            yield "/state/spindle", np.array(changes), rr.StateChange.columns(state=names)
+        if ends and self._period is not None:
+            yield "/plot/speed/period", np.array(ends), scalar_columns(np.array(within)[:, None])
+
+    def phase_of(self, time: Array, speed: Array) -> str:
+        """Return one of ``PHASES``, from times [s] and speeds [rad/s] of a window."""
+        slope = (speed[-1] - speed[0]) / (time[-1] - time[0])
+        if np.max(np.abs(speed)) < STILL * self._scale:
+            return "standstill"
+        if self._period is not None and self._in_period(self._period, slope, speed):
+            return PERIOD
+        if not abs(slope) > STEADY * self._scale:
+            return "steady"
+        return "speeding up" if slope * speed[-1] > 0.0 else "slowing down"
+
+    def _in_period(self, period: Mapping[str, float], slope: float, speed: Array) -> bool:
+        apart = abs(period["around"] - period["acceleration"])
+        low, high = sorted((period["start_speed"], period["end_speed"]))
+        near = 2.0 * HOP * period["around"]
+        return bool(
+            abs(slope - period["acceleration"]) < 0.25 * apart
+            and speed.min() > low - near
+            and speed.max() < high + near
+        )

@@ -1,0 +1,312 @@
+"""A recording on disk, read block by block, so that its length does not matter."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+from numpy.typing import NDArray
+from rerun.chunk import Chunk, RrdReader
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.drive.trajectory import Trajectory, column_of
+from ab_sim.record.recording.layout import (
+    CHANNELS,
+    CLOSED,
+    DECIMATED,
+    LEFT_OUT,
+    SAMPLES,
+    Array,
+    layout_of,
+)
+from ab_sim.record.recording.unfinished_file import readable_part
+
+BLOCK_ROWS = 10_000
+"""Default number of rows of a block: large enough for numpy, some MB."""
+
+
+@dataclass(frozen=True)
+class Event:
+    """Entry of `Recording.event`; ``time`` [s] is rounded to ns, ``level`` has Rerun's name."""
+
+    time: float
+    level: str
+    source: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Extent:
+    """Amount of data in a recording."""
+
+    rows: int
+    first: tuple[float, float]  # step and time [s] of the first row; NaN if there is none
+    last: tuple[float, float]  # of the last
+    gaps: int  # places where steps are missing
+    missing: int  # steps that are not there because of them
+    left_out: int  # steps that are not there by intent, see `Recording`
+
+
+@dataclass(frozen=True)
+class Notes:
+    """Content of a recording besides its samples."""
+
+    events: list[Event]  # in the order of time
+    scalars: dict[str, Array]  # name: (n, 2), time [s] and value
+    closed_with: int | None  # rows that there are, as it says where it was closed
+
+
+class StoredRun:
+    """A recording that is read from disk on each request; see `open_recording`.
+
+    ``torn`` states why its end cannot be read; everything before can. For a recording in progress,
+    each pass reads the data written so far.
+    """
+
+    def __init__(self, path: Path | str) -> None:
+        self.path = Path(path)
+        self._size = -1
+        found: dict[str, pa.RecordBatch] = {}
+        for chunk in self._chunks(is_static=True):
+            if chunk.entity_path in ("/description", DECIMATED, "/channels"):
+                found[chunk.entity_path] = chunk.to_record_batch()
+                if chunk.entity_path == "/channels":
+                    break
+        if "/description" not in found:
+            torn = f"; {self.torn}" if self.torn else ""
+            raise RecordingError(
+                f"{self.path} is a Rerun file, but not a recording of ab_sim{torn}"
+            )
+        text = _column(found["/description"], "TextDocument:text")[0]
+        self.description: dict[str, Any] = _description_in(text, self.path)
+        self.remarks = self._remarks()
+        """Texts on parts of the file that are not read: a torn end, further recordings."""
+        named = _column(found["/channels"], "names") if "/channels" in found else ()
+        self.channels: tuple[str, ...] = tuple(named)
+        rule = found.get(DECIMATED)
+        self.every = int(_column(rule, "every")[0]) if rule else 1
+        """Decimation: one step in every ``every`` is kept away from events."""
+        self.around = float(_column(rule, "around")[0]) if rule else 0.0
+        """Time before and after an event in which all steps are kept [s]."""
+
+    def blocks(
+        self, channels: Sequence[str] | None = None, rows: int = BLOCK_ROWS
+    ) -> Iterator[Array]:
+        """Yield samples in the order of step, bit for bit as recorded.
+
+        :param channels: channels in order; default: all. In a decimated recording, `LEFT_OUT` is
+            one, too: the number of rows left out by intent up to each row.
+        :param rows: rows of a block; the last one may be shorter.
+        :returns: arrays of shape (rows, channels), which are not kept.
+        :raises KeyError: there is no such channel.
+        """
+        names = self.channels if channels is None else tuple(channels)
+        counted = (LEFT_OUT,) if self.every > 1 else ()
+        for name in names:
+            column_of(name, (*self.channels, *counted))
+        kept: list[Array] = []
+        for part in self._rows(names):
+            kept.append(part)
+            while sum(map(len, kept)) >= rows:
+                joined = kept[0] if len(kept) == 1 else np.concatenate(kept)
+                kept = [joined[rows:]]
+                yield joined[:rows]
+        if sum(map(len, kept)):
+            yield np.concatenate(kept)
+
+    def trajectory(self) -> Trajectory:
+        """Read all samples into memory.
+
+        :raises RecordingError: the recording cannot be read.
+        """
+        blocks = list(self.blocks()) if self.channels else []
+        return Trajectory(
+            self.channels, np.concatenate([np.empty((0, len(self.channels))), *blocks])
+        )
+
+    def _remarks(self) -> tuple[str, ...]:
+        remarks = (self.torn,) if self.torn else ()
+        if len(self._recordings) < 2:
+            return remarks
+        scene = self.description.get("scene") or {}
+        return (
+            *remarks,
+            f"holds {len(self._recordings)} recordings, as `rerun rrd merge` makes; only "
+            f"{self._recordings[0].recording_id} is read (scene {scene.get('name', 'unknown')}); "
+            "give each recording as its own file",
+        )
+
+    def __repr__(self) -> str:
+        return f"<StoredRun: {self.path.name}, channels {len(self.channels)}>"
+
+    @cached_property
+    def extent(self) -> Extent:
+        """Amount of data; takes a pass over the file."""
+        rows = gaps = missing = left_out = 0
+        first = last = (float("nan"), float("nan"))
+        counted = (LEFT_OUT,) if self.every > 1 else ()
+        for block in self._rows(("step", "time", *counted)) if self.channels else ():
+            before = block[0, 0] - 1 if rows == 0 else last[0]
+            holes = np.diff(block[:, 0], prepend=before) - 1
+            if counted:
+                holes -= np.diff(block[:, 2], prepend=left_out)
+                left_out = int(block[-1, 2])
+            gaps += int((holes > 0).sum())
+            missing += int(holes.sum())
+            first = first if rows else _pair(block[0])
+            last, rows = _pair(block[-1]), rows + len(block)
+        return Extent(rows, first, last, gaps, missing, left_out)
+
+    @cached_property
+    def notes(self) -> Notes:
+        """Events and scalars of the run; takes a pass over the file."""
+        events: list[Event] = []
+        scalars: dict[str, list[Array]] = {}
+        closed = None
+        for chunk in self._chunks():
+            entity = chunk.entity_path
+            if entity == CLOSED:
+                closed = int(_column(chunk.to_record_batch(), "rows")[0])
+            elif chunk.is_static or not entity.startswith(("/events/", "/run/")):
+                continue
+            else:
+                batch = chunk.to_record_batch()
+                times = _column(batch, "sim_time").astype(np.int64) / 1e9
+                if entity.startswith("/run/"):
+                    name, values = entity.removeprefix("/run/"), _column(batch, "Scalars:scalars")
+                    scalars.setdefault(name, []).append(np.column_stack([times, values]))
+                else:
+                    texts = (_column(batch, name) for name in _EVENT)
+                    noted = zip(times.tolist(), *texts, strict=True)
+                    events += [Event(*row) for row in noted]
+        events.sort(key=lambda event: event.time)
+        joined = {name: np.concatenate(parts) for name, parts in scalars.items()}
+        return Notes(events, joined, closed)
+
+    @property
+    def complete(self) -> bool:
+        """True if the recording was closed.
+
+        Otherwise it is in progress, was killed, or the disk was full.
+        """
+        return self.notes.closed_with == self.extent.rows
+
+    def _chunks(self, is_static: bool | None = None) -> Iterator[Chunk]:
+        size = self.path.stat().st_size if self.path.is_file() else -1
+        if size < 0 or size != self._size:  # it is in progress, or was just opened
+            self._readable, self.torn = readable_part(self.path)
+            self._size = size
+        try:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore")  # it warns of every file without an index
+                reader = RrdReader(self._readable.path)
+                # Of a file that others have merged, the first one.
+                self._recordings = reader.recordings()
+                stream = reader.stream(store=next(iter(self._recordings), None))
+                yield from stream if is_static is None else stream.filter(is_static=is_static)
+        except (RuntimeError, ValueError) as error:
+            raise RecordingError(
+                f"{self.path} is not a Rerun recording, or is torn: {error}"
+            ) from error
+
+    def _rows(self, names: Sequence[str]) -> Iterator[Array]:
+        """Yield rows as stored: all channels of a row were sent at once."""
+        layout = {
+            group: [self.channels[column] for column in columns]
+            for group, columns in layout_of(self.channels).items()
+        }
+        if self.every > 1:
+            layout[LEFT_OUT] = [LEFT_OUT]
+        groups = [(f"{CHANNELS}:{group}", own) for group, own in layout.items()]
+        for chunk in self._chunks(is_static=False):
+            if chunk.entity_path == _FORMER:
+                raise RecordingError(
+                    f"{self.path} was written by an earlier ab_sim, with an entity for each group "
+                    "of channels; export it with that one, or record it again"
+                )
+            if chunk.entity_path != SAMPLES:
+                continue
+            batch = chunk.to_record_batch()
+            steps = _column(batch, "step")
+            rows = np.empty((len(steps), len(names)))
+            rows[:, [at for at, name in enumerate(names) if name == "step"]] = steps[:, None]
+            for component, own in groups:
+                wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
+                if not wanted:
+                    continue
+                if component not in batch.schema.names:
+                    raise RecordingError(f"{self.path}: {SAMPLES} has rows without {component}")
+                flat = _column(batch, component)
+                if len(flat) != len(own) * len(steps):
+                    raise RecordingError(
+                        f"{self.path}: {component} has {len(flat)} values in {len(steps)} rows, "
+                        f"and should have {len(own)} in each"
+                    )
+                to, pick = zip(*wanted, strict=True)
+                rows[:, to] = flat.reshape(-1, len(own))[:, pick]
+            yield rows
+
+
+def open_recording(path: Path | str) -> StoredRun:
+    """Open a recording by `Recording`, finished or not, to be read in blocks.
+
+    If its writer was killed, everything except the incomplete last batch is read.
+
+    Parameters
+    ----------
+    path : Path or str
+        An .rrd file.
+
+    Returns
+    -------
+    StoredRun
+        ``trajectory()`` reads all samples into memory, ``blocks()`` yields them in arrays of shape
+        (rows, channels); ``extent`` is their number; ``notes.events``; ``description``.
+
+    Raises
+    ------
+    RecordingError
+        The file is missing, not a Rerun file, or not by ab_sim; reading may raise it, too.
+
+    Examples
+    --------
+    >>> import ab_sim, tempfile, pathlib
+    >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     ab_sim.save_recording(run, pathlib.Path(folder, "run.rrd"))
+    ...     ab_sim.open_recording(pathlib.Path(folder, "run.rrd")).extent.rows
+    101
+    """
+    return StoredRun(path)
+
+
+_FORMER = "/clock/time"
+_EVENT = ("TextLog:level", "source", "TextLog:text")
+
+
+def _column(batch: pa.RecordBatch, name: str) -> NDArray[Any]:
+    """Return all values of a component or timeline, flat."""
+    column = batch[name]
+    flat = column.flatten() if pa.types.is_list(column.type) else column
+    return np.asarray(flat.to_numpy(zero_copy_only=False))
+
+
+def _pair(row: Array) -> tuple[float, float]:
+    return float(row[0]), float(row[1])
+
+
+def _description_in(text: str, path: Path) -> dict[str, Any]:
+    try:
+        found = json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0])
+        if not isinstance(found, dict):
+            raise ValueError("not a mapping")
+    except (IndexError, RecursionError, ValueError) as error:
+        raise RecordingError(f"{path}: its description cannot be read: {error}") from error
+    return found

@@ -1,0 +1,438 @@
+"""Writing of a recording."""
+
+from __future__ import annotations
+
+import uuid
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import rerun as rr
+from numpy.typing import ArrayLike
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.record.recording.blueprint import state_colours, style
+from ab_sim.record.recording.decimation import AROUND, DecimatedInput, Decimation
+from ab_sim.record.recording.drawing import description_text
+from ab_sim.record.recording.layout import (
+    CHANNELS,
+    CLOSED,
+    DECIMATED,
+    LEFT_OUT,
+    SAMPLES,
+    Array,
+    entity_path,
+    index_columns,
+    layout_of,
+    named_columns,
+)
+from ab_sim.record.recording.pictures import PERIOD, Sent
+from ab_sim.record.recording.piped_file import FLUSH_SECONDS, PipedFile
+from ab_sim.record.recording.views import ALWAYS, DriveView, PlotsView
+from ab_sim.record.recording.windows import FrameRate
+
+BATCH_ROWS = 5000  # Sending costs the same for 1 and for 200 rows, so rows are collected.
+PICTURES_WAIT = 1.0  # s of the run, without a viewer
+SHOWN_PERIOD = 0.02  # s between two rows for a viewer, and two frames
+SLOW_PERIOD = 2.0  # s of the run between two messages of slow curves and of scalars for a viewer
+CHUNK_ROWS = 10_000  # The viewer loads and searches chunks of this size quickly.
+
+_LEVELS = {"WARNING": "WARN", "FATAL": "CRITICAL"}  # Python's names to Rerun's
+
+
+class Recording:
+    """Writer of one run to an ``.rrd`` file, which Rerun can open meanwhile.
+
+    An existing file is replaced. Use it from one thread at a time. Every method raises
+    `RecordingError`. After a write error (disk full, file gone) all but `close` raise it again, and
+    the file is cut back to the last batch that was written whole, so that it stays readable; one
+    that would hold no samples is removed. Rows, scalars and events are collected until there are
+    `BATCH_ROWS` of them, or until `flush`. A live recorder calls it periodically; a killed
+    recording loses the data after the last flush.
+
+    :param path: the file; its folder must exist.
+    :param description: description of the run, JSON-able, stored unchanged. The pictures use
+        ``race_radius`` [m], ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one
+        per ball; None: stand-ins that fit), a motor in ``effects``, the names of ``sensors``, and
+        for a deck in space ``deck`` as in `ab_sim.drive.description`.
+    :param index: whether the file ends with Rerun's index, for quick access to parts of it. Until
+        then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB an
+        hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
+        optimize`` adds it afterwards.
+    :param drawn: whether there is a drawing. Without a drawing, description and channels need not
+        contain anything about the drive, and all channels are plotted.
+    :param every: keep one step in every ``every``, and all steps around events and the ends of a
+        command's ramps (`ab_sim.record.recording.decimation`); 1 keeps all. Rows then wait for
+        twice ``around`` before they are sent.
+    :param around: time at full rate before and after an event [s], if ``every`` is more than 1.
+    :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
+        are still made from all rows, because the shown rows alone would falsify the vibration.
+        Vibration, phase of the spindle and scalars follow each `SLOW_PERIOD`: a viewer drawn by
+        software takes few messages at a time. Nothing is sent until `flush`. The viewer follows
+        the newest samples until the recording is closed; every other file opens at its start,
+        paused.
+    :param decimated: ``every`` and ``around`` have already been applied, and `block` receives the
+        numbers of rows left out.
+
+    Examples
+    --------
+    >>> import ab_sim, tempfile, pathlib
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "mine.rrd")
+    ...     with ab_sim.Recording(file, description={}, drawn=False) as recording:
+    ...         recording.block(["step", "time", "temperature"], [[0, 0.0, 20.0], [1, 0.1, 20.5]])
+    ...     ab_sim.open_recording(file).trajectory()["temperature"]
+    array([20. , 20.5])
+    """
+
+    def __init__(
+        self,
+        path: Path | str,
+        *,
+        description: Mapping[str, object],
+        index: bool = True,
+        drawn: bool = True,
+        every: int = 1,
+        around: float = AROUND,
+        shown: bool = False,
+        decimated: bool = False,
+    ) -> None:
+        self.path = Path(path)
+        self.rows = 0  # rows taken by block()
+        self.rows_written = 0  # of these, rows that are in the file
+        self.missing = 0  # steps between the first and the last of those that are not among them
+        self.last_step = -np.inf  # of the rows taken
+        self._channels: tuple[str, ...] = ()
+        self._blocks: list[Array] = []
+        self._scalars: dict[str, list[tuple[float, float]]] = {}  # by name: time, value
+        self._states: dict[str, list[tuple[float, str]]] = {}  # by name: time, state
+        self._events: dict[str, list[tuple[float, str, str]]] = {}  # by source: time, text, level
+        self._collected = 0  # rows, scalars and events not sent yet
+        self._sent = 0  # rows
+        self._rows_without_pictures: list[Array] = []  # rows sent whose pictures are not
+        self._rows_without_slow_curves: list[Array] = []
+        self._first_step = np.nan
+        self._error: RecordingError | None = None
+        self._closed = False
+        self._decimation = DecimatedInput(every, around) if decimated else Decimation(every, around)
+        self._left_out: list[Array] = []  # one array for each block
+        period = SHOWN_PERIOD if shown else PERIOD
+        self._view = DriveView(description, period) if drawn else PlotsView()
+        self._rows_shown = FrameRate(period) if shown else None
+        self._followed, self._slow_until = shown, -np.inf
+        self._step = _positive(description.get("step"))
+        text = description_text(description)
+        self.id = str(uuid.uuid4())
+        self._stream = rr.RecordingStream("ab_sim", recording_id=self.id)
+        self._file = PipedFile(self.path, self._stream, index)
+        self._stream.send_recording_name(self.path.stem)
+        self._static("/description", rr.TextDocument(text, media_type="text/markdown"))
+        for entity, archetype in self._view.statics():
+            self._static(entity, archetype)
+        if every > 1:
+            self._static(DECIMATED, rr.AnyValues(every=every, around=around))
+        self.flush()
+
+    @property
+    def failed(self) -> bool:
+        """True if a write error has ended the recording."""
+        return self._error is not None
+
+    def __enter__(self) -> Recording:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @property
+    def left_out(self) -> int:
+        """Number of rows that decimation has left out of the file."""
+        return self._decimation.left_out
+
+    @property
+    def stretches_refused(self) -> int:
+        """Number of events around which the full rate was refused, as there were too many."""
+        return self._decimation.refused
+
+    def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
+        """Send the layout before the first samples, complete, so that it is sent once only.
+
+        :param channels: channels of the samples.
+        :param scalars: names of scalars that may come.
+        """
+        self._check_usable()
+        for name in scalars:
+            self._declare_scalar(name)
+        self._begin(tuple(channels))
+
+    def block(
+        self, channels: Sequence[str], samples: ArrayLike, left_out: ArrayLike | None = None
+    ) -> None:
+        """Record samples.
+
+        :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
+            ``y`` and the angles of all balls are needed for the drawing, and of a deck in space
+            ``z`` and its quaternion; other channels are free.
+        :param samples: (rows, channels), float64, copied. ``step`` must increase from row to row;
+            gaps are counted by `read_recording`.
+        :param left_out: for samples that were decimated before, the number of rows left out up to
+            each row; only with ``decimated``.
+        """
+        self._check_usable()
+        names, rows = tuple(channels), np.array(samples, dtype=np.float64)
+        if not self._channels:
+            self._begin(names)
+        if names != self._channels or rows.ndim != 2 or rows.shape[1] != len(names):
+            raise RecordingError(
+                f"{self.path}: samples of shape {rows.shape} for channels {', '.join(names)}; "
+                f"expected (rows, {len(self._channels)}) for {', '.join(self._channels)}"
+            )
+        if len(rows) == 0:
+            return
+        self._check_steps(rows)
+        if np.isnan(self._first_step):
+            self._first_step = rows[0, 0]
+        self.last_step = rows[-1, 0]
+        self.rows += len(rows)
+        if left_out is not None:
+            assert isinstance(self._decimation, DecimatedInput)
+            before, counts = self._decimation.left_out, np.array(left_out, dtype=np.float64)
+            self._collect(self._keep(*self._decimation.counted(rows, counts)))
+            self.rows += self._decimation.left_out - before
+            return
+        command = names.index("command") if "command" in names else None
+        self._collect(self._keep(*self._decimation.take(rows, command)))
+
+    def scalar(self, name: str, time: float, value: float) -> None:
+        """Record a number that is not in the samples, such as the real-time factor, at time [s].
+
+        :param name: an identifier, such as ``real_time_factor``.
+        """
+        self._check_usable()
+        if not name.isidentifier():
+            raise RecordingError(
+                f"{self.path}: the name of a scalar must be one word, not {name!r}"
+            )
+        if name not in self._scalars:  # every name gets a plot, and an empty one would only confuse
+            self._declare_scalar(name)
+            if self._channels:
+                self._send_layout()
+        self._scalars[name].append((time, float(value)))
+        self._collect(1)
+
+    def event(self, time: float, text: str, level: str = "INFO", source: str = "run") -> None:
+        """Record an event at time [s]; ``level`` as in Python's logging."""
+        self._check_usable()
+        level = _LEVELS.get(level.upper(), level.upper())
+        self._decimation.note(time)
+        self._events.setdefault(source, []).append((time, text, level))
+        self._collect(1)
+
+    def state(self, name: str, time: float, state: str) -> None:
+        """Record a change of state at time [s], such as a profile: done."""
+        self._check_usable()
+        if name not in self._states:
+            self._states[name] = []
+            self._static(entity_path("health", name), state_colours())
+        self._states[name].append((time, state))
+        self._collect(1)
+
+    def flush(self, pictures: bool = True) -> None:
+        """Send the collected data, and wait until they are in the file.
+
+        :param pictures: also send the pictures. Otherwise they wait for a second of the run,
+            because each message costs some 1.2 kB, whatever its content.
+        """
+        self._check_usable()
+        slow = self._slow_are_due()
+        self._send_collected(slow)
+        if pictures or self._picture_delay >= PICTURES_WAIT:
+            self._send_derived(self._rows_without_pictures, self._view.frames)
+            if slow:
+                self._send_derived(self._rows_without_slow_curves, self._view.slow_curves)
+        try:
+            self._stream.flush(timeout_sec=FLUSH_SECONDS)
+            self._file.sync()
+        except (RuntimeError, OSError) as error:
+            raise self._fail(error) from error
+        self.rows_written = self._sent
+        if self.rows:
+            self.missing = int(self.last_step - self._first_step) + 1 - self.rows
+
+    def close(self) -> None:
+        """Write the rest and the end mark. Does nothing if closed, or after an error."""
+        if self._closed or self._error:
+            return
+        self._keep(*self._decimation.rest())
+        self._slow_until = -np.inf
+        if not self._channels:
+            self._send_layout()
+        self.flush()
+        for entity, archetype in self._view.conclusion():
+            self._static(entity, archetype)
+        if self._followed:
+            self._followed = False
+            self._send_layout()
+        self._static(CLOSED, rr.AnyValues(rows=self.rows_written))
+        self._closed = True
+        self._stream.disconnect()  # writes the index
+        try:
+            self._file.close()
+        except OSError as error:
+            raise self._fail(error) from error
+
+    def _check_usable(self) -> None:
+        if self._error:
+            raise self._error
+        if self._closed:
+            raise RecordingError(f"{self.path} is closed")
+
+    def _begin(self, names: tuple[str, ...]) -> None:
+        needed = self._view.needs
+        missing = [name for name in needed if name not in names]
+        if missing or names[:2] != ALWAYS or len(set(names)) < len(names):
+            raise RecordingError(
+                f"{self.path}: channels must start with step, time, differ from each other and "
+                f"include {', '.join(needed)}; got {', '.join(names)}"
+            )
+        try:
+            self._view.begin(names)
+        except RecordingError as error:
+            raise RecordingError(f"{self.path}: {error}") from error
+        self._channels = names
+        self._static("/channels", rr.AnyValues(names=list(names)))
+        self._send_layout()
+
+    def _declare_scalar(self, name: str) -> None:
+        self._scalars[name] = []
+        self._static(entity_path("run", name), style(name))
+
+    def _send_layout(self) -> None:
+        """Send the viewer's layout, some 0.1 MB in 100 messages."""
+        self._stream.send_blueprint(self._view.blueprint(list(self._scalars), self._followed))
+
+    def _check_steps(self, rows: Array) -> None:
+        steps = rows[:, 0]
+        if not (np.isfinite(rows[:, :2]).all() and (steps == np.rint(steps)).all()):
+            raise RecordingError(f"{self.path}: step must be whole and time finite in every row")
+        if (np.diff(steps, prepend=self.last_step) <= 0).any():
+            raise RecordingError(
+                f"{self.path}: step must grow from row to row, but {steps[0]:.0f}..{steps[-1]:.0f} "
+                f"came after {self.last_step:.0f}; after a reset, start a new recording"
+            )
+
+    def _keep(self, rows: Array, left_out: Array) -> int:
+        if len(rows):
+            self._blocks.append(rows)
+            self._left_out.append(left_out)
+        return len(rows)
+
+    def _collect(self, count: int) -> None:
+        self._collected += count
+        if self._collected >= BATCH_ROWS and self._rows_shown is None:
+            self.flush()
+
+    def _slow_are_due(self) -> bool:
+        """Return whether slow curves and scalars are sent now."""
+        if self._rows_shown is not None and self._blocks:
+            newest = float(self._blocks[-1][-1, 1])
+            if newest < self._slow_until:
+                return False
+            self._slow_until = newest + SLOW_PERIOD
+        return True
+
+    def _send_collected(self, slow: bool) -> None:
+        rows = np.concatenate(self._blocks) if self._blocks else np.empty((0, 0))
+        left_out = np.concatenate(self._left_out) if self._left_out else np.empty(0)
+        for start in range(0, len(rows), CHUNK_ROWS):
+            part = slice(start, start + CHUNK_ROWS)
+            self._send_rows(rows[part], left_out[part])
+        self._sent += len(rows)
+        for name, noted in self._scalars.items():
+            if noted and slow:
+                times, values = zip(*noted, strict=True)
+                columns = rr.Scalars.columns(scalars=values)
+                self._send(entity_path("run", name), self._index(times), columns)
+                noted.clear()
+        for source, happened in self._events.items():
+            if happened:
+                times, texts, levels = zip(*happened, strict=True)
+                columns = rr.TextLog.columns(text=texts, level=levels)
+                self._send(
+                    entity_path("events", source),
+                    self._index(times),
+                    [*columns, *rr.AnyValues.columns(source=[source] * len(times))],
+                )
+        for name, changes in self._states.items():
+            if changes:
+                times, states = zip(*changes, strict=True)
+                columns = rr.StateChange.columns(state=states)
+                self._send(entity_path("health", name), self._index(times), columns)
+                changes.clear()
+        self._blocks.clear()
+        self._left_out.clear()
+        self._events.clear()
+        self._collected = 0
+
+    def _send_rows(self, rows: Array, left_out: Array) -> None:
+        self._rows_without_pictures.append(rows)
+        self._rows_without_slow_curves.append(rows)
+        if self._rows_shown is not None and not len(rows := self._rows_shown.of(rows)):
+            return
+        groups = {name: rows[:, columns] for name, columns in layout_of(self._channels).items()}
+        if self._decimation.every > 1:
+            groups[LEFT_OUT] = left_out[:, None]
+        columns = named_columns(CHANNELS, groups) + self._view.of_samples(rows)
+        self._send(SAMPLES, index_columns(rows[:, 1], rows[:, 0]), columns)
+
+    @property
+    def _picture_delay(self) -> float:
+        """Time of the run for which pictures are pending [s]."""
+        if not (pending := self._rows_without_pictures):
+            return 0.0
+        return float(pending[-1][-1, 1] - pending[0][0, 1])
+
+    def _send_derived(
+        self, pending: list[Array], derive: Callable[[Array], Iterator[Sent]]
+    ) -> None:
+        """Send what is derived from the pending rows."""
+        if not pending:
+            return
+        rows = np.concatenate(pending)
+        pending.clear()
+        for entity, when, columns in derive(rows):
+            self._send(entity, index_columns(when[:, 1], when[:, 0]), columns)
+
+    def _index(self, times: Sequence[float]) -> list[rr.TimeColumn]:
+        """Return the timelines for entries with a time, and the step in which they fall."""
+        if self._step is None:
+            return index_columns(times)
+        return index_columns(times, np.rint(np.asarray(times) / self._step))
+
+    def _send(self, entity: str, index: list[rr.TimeColumn], columns: Any) -> None:
+        rr.send_columns(entity, index, columns, recording=self._stream, strict=True)
+
+    def _static(self, entity: str, archetype: Any) -> None:
+        rr.log(entity, archetype, static=True, recording=self._stream, strict=True)
+
+    def _fail(self, reason: Exception) -> RecordingError:
+        if isinstance(reason, FileNotFoundError):
+            self.rows_written = self.missing = 0
+        elif isinstance(reason, OSError):
+            self._file.cut()
+        # otherwise the disk hangs, and this call would hang as well
+        if isinstance(reason, OSError):
+            self._stream.disconnect()
+            if not self.rows_written:
+                self._file.remove()
+        self._error = RecordingError(
+            f"recording stopped: {self.path} holds {self.rows_written} of {self.rows} rows and "
+            f"cannot be written further: {reason}"
+        )
+        return self._error
+
+
+def _positive(value: object) -> float | None:
+    """Return the value, if it is a number above 0."""
+    return float(value) if isinstance(value, (int, float)) and 0.0 < value < np.inf else None

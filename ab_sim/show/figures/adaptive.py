@@ -1,0 +1,116 @@
+"""An adaptive start-up in a run's picture: dwells, and the estimated unbalance."""
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
+from ab_sim.control import State
+from ab_sim.drive.adaptive import BeliefAt
+from ab_sim.drive.trajectory import Trajectory
+from ab_sim.scene.model import Scene
+from ab_sim.show.figures.colours import GREEN, ORANGE, PURPLE, RUN, SKY, VERMILION
+from ab_sim.show.figures.curves import draw_curve
+from ab_sim.show.figures.labels import Label, label_at_right
+
+SHADES = {
+    State.DWELL: SKY,
+    State.RETRY: ORANGE,
+    State.ABORTING: VERMILION,
+}
+ENDS = {State.DONE: GREEN, State.GAVE_UP: PURPLE, State.ABORTED: VERMILION}
+"""Final states, which are marked by a line, and their colours."""
+WIDTH = 0.011
+"""Largest width of a letter of these labels, relative to the panels."""
+TRUE, BELIEVED = RUN, "black"
+
+
+class Stretch(NamedTuple):
+    """A period in which the controller was in one state."""
+
+    state: State
+    begin: float
+    end: float
+    """Start and end [s]."""
+
+
+def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
+    """Yield the successive states of the controller."""
+    begin = 0
+    for k, believed in enumerate(beliefs):
+        last = k + 1 == len(beliefs)
+        if last or beliefs[k + 1].state is not believed.state:
+            yield Stretch(believed.state, beliefs[begin].time, beliefs[k + (not last)].time)
+            begin = k + 1
+
+
+def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
+    """Shade dwells, retries and ramps down, and mark the end; name them in the first panel."""
+    counts: Counter[State] = Counter()
+    rows: list[float] = []
+    low, high = panels[0].get_xlim()
+    for stretch in stretches(adaptive.beliefs):
+        state, text = stretch.state, stretch.state.text
+        color = SHADES.get(state) or ENDS.get(state)
+        if color is None:
+            continue
+        for axes in panels:
+            if state in ENDS:
+                axes.axvline(stretch.begin, color=color, lw=1.0)
+            else:
+                axes.axvspan(stretch.begin, stretch.end, color=color, alpha=0.12, lw=0)
+        if state in (State.DWELL, State.RETRY):
+            counts[state] += 1
+            text += f" {counts[state]}"
+        at, width = (stretch.begin - low) / (high - low), WIDTH * len(text)
+        left = at + width > 1.0
+        row = _free_row(rows, at - width if left else at, width)
+        panels[0].annotate(
+            text,
+            (stretch.begin, 0),
+            xycoords=("data", "axes fraction"),
+            xytext=(-2 if left else 2, 5 + 10 * row),
+            textcoords="offset points",
+            ha="right" if left else "left",
+            fontsize=8,
+            color=color,
+        )
+
+
+def _free_row(rows: list[float], begin: float, width: float) -> int:
+    """Return the lowest free row of labels; ``rows`` has the end of the last label in each."""
+    row = next((row for row, end in enumerate(rows) if end <= begin), len(rows))
+    rows[row : row + 1] = [begin + width]
+    return row
+
+
+def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: AdaptiveOutcome) -> None:
+    """Draw the true net unbalance, and the estimated one with its deviation.
+
+    Args:
+        axes: axes of this panel only.
+        path: the run.
+        scene: scene of the run.
+        adaptive: outcome of its controller.
+    """
+    length, symbol = scene.whirl_unit
+    times = np.array([believed.time for believed in adaptive.beliefs])
+    values = np.array([believed.net_unbalance for believed in adaptive.beliefs]) / length
+    spread = np.array([b.net_unbalance_deviation for b in adaptive.beliefs]) / length
+    true = net_unbalance(path, scene) / length
+    draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
+    labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]
+    known = np.isfinite(values)
+    if known.any():
+        axes.plot(times, values, color=BELIEVED, lw=1.0, zorder=4)
+        low, high = np.maximum(values - spread, 0.0), values + spread
+        axes.fill_between(times, low, high, color=BELIEVED, alpha=0.15, lw=0, zorder=2)
+        last = values[known][-1]
+        labels.append(Label(last, f"{last:.3g}  believed,\n+- a standard deviation", BELIEVED))
+    # The first estimates may be far off.
+    axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))
+    axes.set_ylabel(f"net unbalance / {symbol} [1]")
+    label_at_right(axes, labels)

@@ -1,0 +1,49 @@
+"""The palette in the form of matplotlib and plotly: ``#rrggbb``."""
+
+from collections.abc import Sequence
+
+from matplotlib.colors import to_rgb
+
+from ab_sim.base import palette
+from ab_sim.base.palette import ON_LIGHT, Colour, ball_colour, distinct, hexadecimal
+
+BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILION = (
+    hexadecimal(colour)
+    for colour in (
+        palette.BLUE, palette.GREEN, palette.GREY, palette.ORANGE, palette.PURPLE, palette.SKY,
+        palette.VERMILION,
+    )
+)  # fmt: skip
+RUN, LIMIT = hexadecimal(palette.RUN), hexadecimal(palette.LIMIT)
+WITHOUT_BALLS = hexadecimal(palette.WITHOUT_BALLS)
+WITHOUT_PERIOD = hexadecimal(palette.WITHOUT_PERIOD)
+COMMANDED = "black"
+SERIES = tuple(map(hexadecimal, palette.SERIES))
+MAP = "cividis"
+"""Colour map: monotonically from dark to light, suitable for colour-blind readers."""
+
+
+def ball_colours(count: int) -> list[str]:
+    """Return the colours of the first balls."""
+    return [hexadecimal(ball_colour(ball)) for ball in range(count)]
+
+
+def distinct_colours(
+    count: int,
+    first: Sequence[str],
+    *,
+    avoid: Sequence[str] = (),
+    lightness: tuple[float, float] = ON_LIGHT,
+    hues: tuple[float, float] = (0.0, 360.0),
+) -> list[str]:
+    """Return distinct colours, see `distinct`; the first ones as given."""
+    found = distinct(
+        count, [_of(one) for one in first], avoid=[_of(one) for one in avoid],
+        lightness=lightness, hues=hues,
+    )  # fmt: skip
+    return [*first[:count], *map(hexadecimal, found[len(first) :])]
+
+
+def _of(name: str) -> Colour:
+    red, green, blue = (round(255.0 * part) for part in to_rgb(name))
+    return red, green, blue

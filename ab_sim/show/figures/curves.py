@@ -1,0 +1,68 @@
+"""Parts of pictures: curves that stay readable with fast swings, and a note on symbols."""
+
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from scipy.ndimage import maximum_filter1d, minimum_filter1d, uniform_filter1d
+
+from ab_sim.base.conventions import NOTATION, in_one_turn
+
+WINDOW = 0.01
+"""Share of the time axis in which swings are counted."""
+SWINGS = 3.3
+"""Number of turning points in a window from which swings merge: their range is drawn."""
+VISIBLE = 1e-4
+"""Smallest visible swing, relative to the largest value."""
+
+
+def draw_curve(axes: Axes, time: np.ndarray, values: np.ndarray, **style: Any) -> None:
+    """Draw a curve; for swings too fast to be seen, draw their range and mean.
+
+    Args:
+        axes: axes to draw on.
+        time: shape (samples,).
+        values: shape (samples,).
+        style: as in ``Axes.plot``, with a color.
+    """
+    width = max(3, round(WINDOW * len(time)))
+    # Counted over several windows, so that the result does not alternate between windows.
+    fast = uniform_filter1d(_turns(values), 5 * width, mode="reflect") * width >= SWINGS
+    if fast.any():
+        # Both extend over each other by a window, so that range and curve meet.
+        blurred = maximum_filter1d(fast, width)
+        low = minimum_filter1d(values, width, mode="nearest")
+        high = maximum_filter1d(values, width, mode="nearest")
+        mean = uniform_filter1d(uniform_filter1d(values, width, mode="nearest"), width)
+        axes.fill_between(
+            time, low, high, where=blurred, color=style["color"], alpha=0.25, lw=0,
+            zorder=style.get("zorder", 2),
+        )  # fmt: skip
+        values = np.where(fast, mean, values)
+    axes.plot(time, values, **style)
+
+
+def _turns(values: np.ndarray) -> np.ndarray:
+    """Return 1 at each turning point of visible swings, else 0; shape (samples,)."""
+    points = 1 + np.flatnonzero(np.diff(np.sign(np.diff(values))))
+    swings = np.abs(np.diff(values[points])) > VISIBLE * np.max(np.abs(values))
+    turns = np.zeros(len(values))
+    turns[points[1:-1]] = swings[1:] & swings[:-1]
+    return turns
+
+
+def in_degrees(angles: np.ndarray) -> np.ndarray:
+    """Return ball angles [rad] in deg, within the drawn turn; NaN where a ball leaves it.
+
+    Args:
+        angles: unwrapped, shape (samples,) or (samples, balls).
+    """
+    degrees = np.degrees(in_one_turn(angles))
+    degrees[1:][np.abs(np.diff(degrees, axis=0)) > 180.0] = np.nan
+    return degrees
+
+
+def say_conventions(figure: Figure, text: str = "") -> None:
+    """Write a text below all panels, and the page that explains symbols and signs."""
+    figure.supxlabel("\n".join(filter(None, (text, NOTATION))), fontsize=8, color="0.4")

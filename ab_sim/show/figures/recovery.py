@@ -1,0 +1,70 @@
+"""Picture of a recovery over drag: settling time, amplitude, index, and against lambda_Rmax."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib.axes import Axes
+
+from ab_sim.analysis.recovery import Recovery, RecoveryOverDrag, composite_of
+from ab_sim.show.figures.saved import ResultFigure, save
+
+COLOURS = ("tab:blue", "tab:orange")
+"""Colours of the scene, and of one ball in place of its balls."""
+
+
+def recovery_figure(found: RecoveryOverDrag, path: Path) -> None:
+    """Draw settling time, amplitude and composite index over drag, and write them to a file.
+
+    Args:
+        found: recovery of a scene.
+        path: file to write; its ending sets the format (png, svg, pdf).
+    """
+    save(drawn_recovery(found), path, 110)
+
+
+def drawn_recovery(found: RecoveryOverDrag) -> ResultFigure:
+    """Return the figure of ``recovery_figure`` without writing it; arguments as there."""
+    figure = ResultFigure(figsize=(9, 7), layout="constrained")
+    figure.suptitle(
+        f"{found.scene}: recovery from {found.from_speed:g} to {found.to_speed:g} rad/s",
+        fontsize=13,
+    )
+    (times, amplitudes), (index, against) = figure.subplots(2, 2)
+    several = "1 ball" if found.balls == 1 else f"{found.balls} balls"
+    ways: list[tuple[str, Sequence[Recovery]]] = [(several, found.over)]
+    if found.one_ball is not None:
+        ways.append(("1 ball of their mass", found.one_ball[1:]))
+    for (name, runs), colour in zip(ways, COLOURS, strict=False):
+        style = {"color": colour, "marker": "o", "ms": 4, "label": name}
+        settling = _numbers([run.settling_time for run in runs])
+        times.plot(found.drags, settling, **style)
+        amplitudes.plot(found.drags, [1e3 * run.maximum_amplitude for run in runs], **style)
+        if runs is found.over:  # The report says that it does not compare drives with each other.
+            against.plot(_numbers([run.lambda_max for run in runs]), settling, **style)
+        composite = composite_of(runs)
+        if composite is not None:
+            values = _numbers(composite.index)
+            index.plot(found.drags, values, **style)
+            best = found.drags[composite.best]
+            index.plot(best, values[composite.best], "*", color=colour, mec="k", ms=14, zorder=4)
+    _name(times, "drag of the race [N s/m]", "settling time [s]")
+    _name(amplitudes, "drag of the race [N s/m]", "maximum amplitude [mm]")
+    _name(index, "drag of the race [N s/m]", "composite index [s], least: *")
+    _name(against, "lambda_Rmax [1/s]", "settling time [s]")
+    for axes in (times, amplitudes, index):
+        axes.set_xlim(left=0.0)
+    times.legend(fontsize=9)
+    return figure
+
+
+def _numbers(values: Sequence[float | None]) -> np.ndarray:
+    """Return numbers with NaN, which is not drawn, for None."""
+    return np.array(values, float)
+
+
+def _name(axes: Axes, x: str, y: str) -> None:
+    axes.set_xlabel(x)
+    axes.set_ylabel(y)
+    axes.grid(alpha=0.3)
+    axes.set_ylim(bottom=0.0)

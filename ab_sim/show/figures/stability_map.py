@@ -1,0 +1,192 @@
+"""Maps: labels over two parameters, each in its colour."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+from matplotlib import colormaps
+from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+from scipy.ndimage import gaussian_filter
+
+from ab_sim.analysis.maps.circulation import CIRCULATES, NAMES, NOT_KNOWN
+from ab_sim.analysis.maps.family import Family
+from ab_sim.analysis.maps.plane import SPEED, Plane
+from ab_sim.analysis.maps.stability import StabilityMap
+from ab_sim.analysis.maps.verdicts import (
+    BALANCED,
+    EVERYWHERE,
+    NO_STATE,
+    NOTHING,
+    SOMEWHERE,
+    UNDECIDED,
+    name_of,
+)
+from ab_sim.show.figures.colours import distinct_colours
+from ab_sim.show.figures.saved import ResultFigure, save
+
+COLOURS = {
+    EVERYWHERE: "#2c9a55",
+    SOMEWHERE: "#a6d96a",
+    NOTHING: "#d7403a",
+    NO_STATE: "#3b3b3b",
+    UNDECIDED: "#bdbdbd",
+}
+"""Colours of labels; those of others follow from their kinds, see ``colours_of``."""
+ONLY_UNBALANCED = ("#f2b447", "#e88b2d", "#c98f55", "#efd08c")
+BALANCED_TOO = ("#4fa3b5", "#7fc7c4", "#4b7fb0", "#9bb8dd")
+"""Colours of labels with two or more stable kinds, between which the start decides."""
+WARM, COOL = (50.0, 105.0), (185.0, 290.0)
+"""Hues of further colours of either group [deg], see ``ab_sim.base.palette``."""
+LIGHTNESS = (0.35, 0.9)
+HATCHES = {CIRCULATES: ("///", "#1a1a1a"), NOT_KNOWN: ("..", "#5a5a5a")}
+"""Pattern and colour of areas in which balls can circulate, or in which that is unknown."""
+BLUR, NEAR = 2.0, 0.02
+"""Number of points over which borders are smoothed, and least distance of a border to a point."""
+
+
+def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
+    """Draw labels over the plane, and write them to a file.
+
+    Args:
+        found: a map.
+        path: file to write; its ending sets the format (png, svg, pdf).
+        beside: another map on the same axes, drawn to the right.
+    """
+    save(drawn_map(found, beside), path, 110)
+
+
+def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
+    """Return the figure of ``map_figure`` without writing it; arguments as there."""
+    maps = [found] if beside is None else [found, beside]
+    figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
+    panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
+    labels = sorted({label for each in maps for label in each.shares})
+    colours = colours_of(labels)
+    for axes, each in zip(panels, maps, strict=True):
+        draw_labels(axes, each.plane, each.labels, colours)
+        hatched = draw_circulation(axes, each)
+        balls = each.plane.scene.balls
+        count = f"{balls.count} ball{'s' if balls.count != 1 else ''}"
+        axes.set_title(f"{each.plane.scene.name}, {count}", fontsize=12)
+        axes.legend(
+            handles=[
+                Patch(color=colours[label], label=f"{name_of(label)}  {100 * share:.1f} %")
+                for label, share in each.shares.items()
+            ]
+            + hatched,
+            title="stable (share of the map)",
+            loc="upper center",
+            bbox_to_anchor=(0.5, -0.13),
+            ncols=2,
+            fontsize=9,
+        )
+    panels[0].set_ylabel(found.plane.titles[1])
+    return figure
+
+
+def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int, str]) -> None:
+    """Draw labels of a plane as areas, with the axes' quantities.
+
+    Args:
+        axes: axes to draw on.
+        plane: plane of the map.
+        labels: shape (values up, values across).
+        colours: colour of each label.
+    """
+    order = sorted(colours)
+    places = np.searchsorted(order, labels)
+    across, up = plane.across.values, plane.up.values
+    palette = ListedColormap([colours[label] for label in order])
+    axes.pcolormesh(
+        across, up, places, cmap=palette, vmin=-0.5, vmax=len(order) - 0.5, shading="nearest",
+        rasterized=True,
+    )  # fmt: skip
+    axes.set_xlabel(plane.titles[0])
+    held = "" if SPEED in (plane.across.key, plane.up.key) else f"{plane.speed:g} rad/s"
+    if held:
+        axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
+
+
+def draw_circulation(axes: Axes, found: StabilityMap) -> list[Patch]:
+    """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
+
+    Returns:
+        Entries for the legend.
+    """
+    across, up = found.plane.across.values, found.plane.up.values
+    handles = []
+    for label, (hatch, colour) in HATCHES.items():
+        inside = found.circulating == label
+        if not inside.any():
+            continue
+        drawn = axes.contourf(
+            across, up, smoothed(inside), levels=[0.5, 2.0], colors="none", hatches=[hatch]
+        )
+        drawn.set_edgecolor(colour)
+        drawn.set_linewidth(0.0)
+        text = f"{NAMES[label]}  {100 * inside.mean():.1f} %"
+        handles.append(Patch(facecolor="none", edgecolor=colour, hatch=hatch, label=text))
+    return handles
+
+
+def family_figure(found: Family, path: Path) -> None:
+    """Draw the borders of stable balance, one for each value, and write them to a file.
+
+    Args:
+        found: maps on the same axes.
+        path: file to write; its ending sets the format (png, svg, pdf).
+    """
+    plane = found.maps[0].plane
+    figure = Figure(figsize=(9, 6.4), layout="constrained")
+    axes = figure.subplots()
+    handles = []
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.values)))
+    for value, each, shade in zip(found.values, found.maps, shades, strict=True):
+        for inside, style in ((each.balanced, "-"), (each.balanced_everywhere, ":")):
+            if inside.any() and not inside.all():
+                axes.contour(
+                    plane.across.values, plane.up.values, smoothed(inside), levels=[0.5],
+                    colors=[shade], linestyles=[style], linewidths=1.8,
+                )  # fmt: skip
+        share = 100.0 * each.balanced.mean()
+        handles.append(Line2D([], [], color=shade, lw=1.8, label=f"{value:g}  ({share:.1f} %)"))
+    axes.set_title(f"Where {plane.scene.name} can rest balanced: borders", fontsize=13)
+    axes.set_xlabel(plane.titles[0])
+    axes.set_ylabel(plane.titles[1])
+    axes.grid(alpha=0.3)
+    title = f"{found.key}\n(share of the map)\ndotted: at every position"
+    axes.legend(
+        handles=handles, title=title, fontsize=9, title_fontsize=9, loc="center left",
+        bbox_to_anchor=(1.01, 0.5),
+    )  # fmt: skip
+    save(figure, path, 110)
+
+
+def smoothed(inside: np.ndarray) -> np.ndarray:
+    """Return values above 0.5 at exactly the points that are inside, with a smooth border.
+
+    A border halfway between all points would have steps.
+
+    Args:
+        inside: shape (values up, values across), bool.
+    """
+    blurred = gaussian_filter(inside.astype(float), BLUR, mode="nearest")
+    return np.where(inside, np.maximum(blurred, 0.5 + NEAR), np.minimum(blurred, 0.5 - NEAR))
+
+
+def colours_of(labels: Sequence[int]) -> dict[int, str]:
+    """Return a colour for each label: green if only balance is stable, red if nothing is."""
+    found = {label: COLOURS[label] for label in labels if label in COLOURS}
+    others = [label for label in labels if label not in COLOURS]
+    too = [label for label in others if label > 0 and label & BALANCED]
+    only = [label for label in others if label not in too]
+    for some, first, hues in ((only, ONLY_UNBALANCED, WARM), (too, BALANCED_TOO, COOL)):
+        spread = distinct_colours(
+            len(some), first, avoid=[*COLOURS.values()], lightness=LIGHTNESS, hues=hues
+        )
+        found |= zip(some, spread, strict=True)
+    return found

@@ -1,0 +1,14 @@
+"""Live views of growing recordings in Rerun's viewer, without effect on the recorder.
+
+A recorder only writes a file. A `Viewer` is a separate process, or one that is already running.
+Each file that it shows has a `Feed`, a second process, which receives the content of the file and
+sends it to the viewer. A slow, stopped, killed or absent viewer delays only its feed.
+
+(Rerun 0.41 can follow a growing file by itself, but stops after a second. A client of its server in
+the recording process would block for ever once the server is gone and 100 MB wait.)
+"""
+
+from ab_sim.show.viewing.program import screens
+from ab_sim.show.viewing.viewer import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
+
+__all__ = ["NATIVE", "SHOWING", "STARTED", "WEB", "Viewer", "check_view", "screens"]

@@ -1,0 +1,188 @@
+"""The web viewer's page, restricted to connections to the viewer.
+
+Rerun's page, as Rerun serves it, reports its use to Rerun, asks GitHub for new versions and Google
+for fonts. A page's server can forbid all that to the browser; so this server stands before Rerun's.
+
+It also adds a script to the page, which reports when the viewer in the browser has data, and how
+much. So the page never receives more than it shows: a browser that draws by software takes half a
+second for a frame, and more on a busy machine, and the viewer takes a few messages with each.
+
+It answers only requests that name this machine as the host. Another web site may have its own name
+resolve to 127.0.0.1 (DNS rebinding); the browser then takes the content for a part of that site,
+and lets its scripts read it. The requested name is in the request's Host header. (Rerun's two
+servers behind it do not check that; their ports are chosen at random for each viewer.)
+"""
+
+import contextlib
+import http.client
+import io
+import ipaddress
+import math
+import re
+import shutil
+import threading
+import time
+from http import HTTPStatus
+from http.client import HTTPException
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from typing import IO
+from urllib.parse import urlsplit
+
+from ab_sim.show.viewing.viewer_state import newest_times
+
+LOOPBACK = "127.0.0.1"
+PATIENCE, ANSWER = 30.0, 1.0
+"""Time for Rerun to answer a browser, and to answer a check [s]."""
+_PASSED_ON = ("Content-Type", "Content-Encoding", "Content-Length")
+_REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or localhost"
+
+_OPENED, _SEEN = "/opened", "/seen"
+BATCH, UNWATCHED, LAGGING = 0.1, 2.0, 30.0
+"""Time between two batches of a recording [s]: if the page shows the last one, if no page is open,
+and if the page does not yet show it."""
+_LARGEST_STATE = 1 << 20
+"""Largest size of a report [bytes]."""
+LEFT = 20.0
+"""Time without a report after which a page counts as closed [s]; a frame may take a part of it."""
+_SCRIPT = b"""<script>
+  const post = (path, body) => fetch(path, { method: "POST", body }).catch(() => {});
+  (function report(frames) {
+    const state = window._handle ? window._handle.viewer_state() : new Uint8Array();
+    const started = String.fromCharCode(...state).includes("sim_time");
+    if (started && frames) requestAnimationFrame(() => report(frames - 1));
+    else if (started) {
+      post("opened");
+      (function seen(last, next) {
+        const now = performance.now();
+        if (now < next) return requestAnimationFrame(() => seen(last, next));
+        const state = window._handle.viewer_state(), text = state.join();
+        const changed = text !== last || now > next + 1000;
+        if (changed) post("seen", state);
+        requestAnimationFrame(() => seen(text, changed ? now + 50 : next));
+      })("", 0);
+    } else setTimeout(() => report(frames), 100);
+  })(3);
+</script>
+</body>"""
+
+_HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
+
+
+def is_loopback(host: str) -> bool:
+    """Return whether a Host header, ``NAME`` or ``NAME:PORT``, names this machine.
+
+    Any port is accepted, because a tunnel may begin at another one.
+    """
+    if (found := _HOST.fullmatch(host)) is None:
+        return False
+    try:
+        return ipaddress.ip_address(found[1].strip("[]")).is_loopback
+    except ValueError:
+        return found[1].lower() == "localhost"
+
+
+class Page:
+    """Server of a web viewer's page on loopback, in its own threads.
+
+    Args:
+        port: port of the page.
+        behind: port of Rerun's own server on this machine.
+        proxy: ``http://HOST:PORT`` of the viewer's proxy, the only address that the page may
+            contact.
+    """
+
+    def __init__(self, port: int, behind: int, proxy: str) -> None:
+        page, self._behind = self, behind
+        self.opened = 0
+        """Number of browsers in which the viewer has started."""
+        self._seen: dict[str, float] = {}
+        self._heard = -math.inf
+        here = "'self' 'unsafe-inline' 'unsafe-eval' data: blob:"
+        policy = f"default-src {here}; connect-src 'self' data: blob: {proxy}"
+
+        class Handler(BaseHTTPRequestHandler):
+            def do_GET(self) -> None:
+                with contextlib.suppress(OSError, HTTPException):
+                    if self._asked_by_this_machine():
+                        self._relay()
+
+            def do_POST(self) -> None:
+                with contextlib.suppress(OSError):
+                    if not self._asked_by_this_machine():
+                        return
+                    size = self.headers.get("Content-Length", "")
+                    state = self.rfile.read(min(int(size), _LARGEST_STATE) if size.isdigit() else 0)
+                    if self.path == _OPENED:
+                        page.opened += 1
+                    elif self.path == _SEEN:
+                        page.hear(state)
+                    else:
+                        self.send_error(HTTPStatus.NOT_FOUND)
+                        return
+                    self.send_response(HTTPStatus.NO_CONTENT)
+                    self.end_headers()
+
+            def _asked_by_this_machine(self) -> bool:
+                named = self.headers.get_all("Host", [])
+                if len(named) == 1 and is_loopback(named[0]):
+                    return True
+                self.send_error(HTTPStatus.MISDIRECTED_REQUEST, explain=_REFUSED)
+                return False
+
+            def _relay(self) -> None:
+                connection = http.client.HTTPConnection(LOOPBACK, behind, timeout=PATIENCE)
+                with contextlib.closing(connection):
+                    connection.request("GET", self.path)
+                    answer = connection.getresponse()
+                    headers = {name: answer.getheader(name) for name in _PASSED_ON}
+                    content: IO[bytes] = answer
+                    if urlsplit(self.path).path == "/":
+                        html = answer.read().replace(b"</body>", _SCRIPT)
+                        content, headers["Content-Length"] = io.BytesIO(html), str(len(html))
+                    self.send_response(answer.status)
+                    for name, value in headers.items():
+                        if value:
+                            self.send_header(name, value)
+                    self.send_header("Content-Security-Policy", policy)
+                    self.end_headers()
+                    shutil.copyfileobj(content, self.wfile)
+
+            def log_message(self, *_: object) -> None:
+                pass
+
+        self._server = ThreadingHTTPServer((LOOPBACK, port), Handler)
+        self._server.daemon_threads = True
+        self.port: int = self._server.server_address[1]
+        self._thread = threading.Thread(target=self._server.serve_forever, name="page", daemon=True)
+        self._thread.start()
+
+    def hear(self, state: bytes) -> None:
+        """Process a browser's report on its viewer."""
+        # from another version of Rerun: then nothing is known
+        with contextlib.suppress(ValueError):
+            self._seen, self._heard = newest_times(state), time.monotonic()
+
+    def interval(self, recording: str, until: float) -> float:
+        """Return the time [s] from one batch of a recording to the next one.
+
+        Args:
+            recording: id of the recording.
+            until: newest time in the batches so far [s].
+        """
+        if time.monotonic() - self._heard > LEFT:
+            return UNWATCHED
+        return BATCH if self._seen.get(recording, -math.inf) >= until else LAGGING
+
+    def answers(self) -> bool:
+        """Return whether Rerun serves the page."""
+        connection = http.client.HTTPConnection(LOOPBACK, self._behind, timeout=ANSWER)
+        with contextlib.closing(connection), contextlib.suppress(OSError, HTTPException):
+            connection.request("GET", "/")
+            return connection.getresponse().status == HTTPStatus.OK
+        return False
+
+    def close(self) -> None:
+        """Stop the server."""
+        self._server.shutdown()
+        self._server.server_close()
+        self._thread.join()

@@ -1,9 +1,0 @@
-"""Drivers along a speed profile, in the subset of Python that ``ab_sim.compiling`` translates.
-
-fixed_step         one step after the other, cut at events where there are set-valued laws
-side_by_side       steps of eight runs at once, without events
-over_events        steps of eight runs at once, with events
-settle             emitted: new states of eight runs from the results of a step
-watch              emitted: test for possible events in the steps of eight runs
-assemble           build a Run from a system and its machine code
-"""

@@ -1,1 +1,0 @@
-"""Measure the CPU time of effects and of accuracy, compared with other integrators."""
