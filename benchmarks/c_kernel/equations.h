@@ -1,6 +1,6 @@
 /* Equations of the thesis' drive in C, as one would write them by hand for this one scene:
  * suspension, drag, spindle acceleration and spin, prescribed speed, no friction
- * (ab_sim/equations/planar.py has the equations). The compiler knows BALLS.
+ * (ab_sim/model/equations/planar.py has the equations). The compiler knows BALLS.
  */
 #define _GNU_SOURCE
 #include <math.h>

@@ -87,7 +87,7 @@ def test_numbers_are_complete_and_make_a_report_and_a_picture(scene: Any, tmp_pa
 def test_a_variant_that_diverges_says_so_and_the_others_are_measured(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    from ab_sim.studies import effect_cost as module
+    from ab_sim.analysis import effect_cost as module
 
     from ab_sim.base.errors import DivergedError
 

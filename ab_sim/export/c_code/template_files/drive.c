@@ -109,7 +109,7 @@ struct sensor {
     double cosine, sine; /* of its first axis from the deck's x */
     double range, resolution; /* m/s^2; resolution 0: none */
     int every; /* steps from sample to sample */
-    double decay, decay_i, gain, gain_i; /* its low-pass, see ab_sim/sensing/pickup.py */
+    double decay, decay_i, gain, gain_i; /* its low-pass, see ab_sim/drive/sensing/pickup.py */
     double start[AXES]; /* m/s^2, what it feels at the start */
 };
 

@@ -59,7 +59,7 @@ struct drive_segment {
 @SEGMENT_FIELDS@};
 @if columns
 
-/* What follows from the balls' masses and radii, see BallConstants in ab_sim/equations/race.py. */
+/* What follows from the balls' masses and radii, see BallConstants in ab_sim/model/equations/race.py. */
 struct drive_balls {
 @COLUMNS@};
 @end
