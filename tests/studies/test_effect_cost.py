@@ -88,7 +88,6 @@ def test_a_variant_that_diverges_says_so_and_the_others_are_measured(
     scene: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     from ab_sim.analysis import effect_cost as module
-
     from ab_sim.base.errors import DivergedError
 
     class Fragile(module.Drive):
