@@ -3,6 +3,7 @@
 import contextlib
 import math
 import time
+from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -14,7 +15,7 @@ from rclpy.impl.rcutils_logger import RcutilsLogger
 from ab_msgs_py import MalformedMessage
 from ab_sim.base.errors import RecordingError
 from ab_sim.record.recording import SHOWN_PERIOD, Recording
-from ab_sim.show.viewing import Viewer
+from ab_sim.show.viewing import IN_TRANSIT, Viewer
 
 REAL_TIME_FACTOR, COMMANDS = SCALARS = ("real_time_factor", "commands_received")
 """Names of the scalars that a recorder writes."""
@@ -57,7 +58,8 @@ class RecordedFiles:
         self._description: Mapping[str, Any] | None = None
         self._recording: Recording | None = None
         self._shown: Recording | None = None  # a copy of it for the viewer, with fewer samples
-        self._shown_at = self._shown_until = -math.inf
+        self._shown_at = -math.inf
+        self._shown_until: deque[float] = deque(maxlen=IN_TRANSIT)  # s, by the last batches
         self._next: int | None = None  # step; None: none was heard
         self._restarted = False  # and no block was heard since
         self._tried = 0.0
@@ -222,7 +224,8 @@ class RecordedFiles:
             return
         for name, state in self._states.items():
             shown.state(name, self._time, state)
-        self._shown, self._shown_until = shown, -math.inf
+        self._shown = shown
+        self._shown_until.clear()
         self._viewer.feed(path)
 
     def _write(self, write: Callable[[Recording], None]) -> None:
@@ -241,15 +244,16 @@ class RecordedFiles:
             self._shown = None
 
     def _flush_shown(self) -> None:
-        """Send the viewer a batch, unless its page does not yet show the last one."""
+        """Send the viewer a batch, unless its page does not keep up with them."""
         if self._shown is None or self._viewer is None:
             return
         interval = self._viewer.interval(self._shown.id, self._shown_until)
-        moved = self._time > self._shown_until + 2 * SHOWN_PERIOD
-        if moved and time.monotonic() - self._shown_at < interval:
+        until = self._shown_until[-1] if self._shown_until else -math.inf
+        if self._time > until + 2 * SHOWN_PERIOD and time.monotonic() - self._shown_at < interval:
             return
         self._show(lambda recording: recording.flush())
-        self._shown_at, self._shown_until = time.monotonic(), self._time - 2 * SHOWN_PERIOD
+        self._shown_at = time.monotonic()
+        self._shown_until.append(self._time - 2 * SHOWN_PERIOD)
 
     def _write_to_file(self, write: Callable[[Recording], None]) -> None:
         if (recording := self._recording) is None:

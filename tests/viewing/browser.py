@@ -6,6 +6,7 @@ import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import image
@@ -48,6 +49,10 @@ class Screen:
 
     def open(self, url: str) -> None:
         self._page.goto(url, timeout=PATIENCE)
+
+    def evaluate(self, script: str) -> Any:
+        """Return the value of an expression, or of a function, in JavaScript."""
+        return self._page.evaluate(script)
 
     def resize(self, width: int, height: int) -> None:
         self._page.set_viewport_size({"width": width, "height": height})

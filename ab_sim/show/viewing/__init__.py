@@ -8,7 +8,8 @@ sends it to the viewer. A slow, stopped, killed or absent viewer delays only its
 the recording process would block for ever once the server is gone and 100 MB wait.)
 """
 
+from ab_sim.show.viewing.page import IN_TRANSIT
 from ab_sim.show.viewing.program import screens
 from ab_sim.show.viewing.viewer import NATIVE, SHOWING, STARTED, WEB, Viewer, check_view
 
-__all__ = ["NATIVE", "SHOWING", "STARTED", "WEB", "Viewer", "check_view", "screens"]
+__all__ = ["IN_TRANSIT", "NATIVE", "SHOWING", "STARTED", "WEB", "Viewer", "check_view", "screens"]

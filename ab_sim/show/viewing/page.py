@@ -4,8 +4,9 @@ Rerun's page, as Rerun serves it, reports its use to Rerun, asks GitHub for new 
 for fonts. A page's server can forbid all that to the browser; so this server stands before Rerun's.
 
 It also adds a script to the page, which reports when the viewer in the browser has data, and how
-much. So the page never receives more than it shows: a browser that draws by software takes half a
-second for a frame, and more on a busy machine, and the viewer takes a few messages with each.
+much. So the page receives hardly more than it shows: a browser that draws by software takes a third
+of a second for a frame, and more on a busy machine, and the viewer takes a few messages with each.
+The script also keeps frames from queueing for the GPU (`benchmarks/page_lag.py`).
 
 It answers only requests that name this machine as the host. Another web site may have its own name
 resolve to 127.0.0.1 (DNS rebinding); the browser then takes the content for a part of that site,
@@ -22,6 +23,7 @@ import re
 import shutil
 import threading
 import time
+from collections.abc import Sequence
 from http import HTTPStatus
 from http.client import HTTPException
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -38,13 +40,38 @@ _REFUSED = "This page is for this machine only: ask for it as 127.0.0.1 or local
 
 _OPENED, _SEEN = "/opened", "/seen"
 BATCH, UNWATCHED, LAGGING = 0.1, 2.0, 30.0
-"""Time between two batches of a recording [s]: if the page shows the last one, if no page is open,
-and if the page does not yet show it."""
+"""Time between two batches of a recording [s]: if the page keeps up, if no page is open, and if the
+page does not keep up."""
+IN_TRANSIT = 3
+"""Number of batches, the newest included, of which a page that keeps up shows the first. A page
+reports with its next frame: a batch that waited for the report on the last one would come late."""
 _LARGEST_STATE = 1 << 20
 """Largest size of a report [bytes]."""
 LEFT = 20.0
 """Time without a report after which a page counts as closed [s]; a frame may take a part of it."""
-_SCRIPT = b"""<script>
+_SCRIPT = b"""<script>{
+  // Begin a frame only when the GPU has drawn the last one, so that no old frames queue for it.
+  const getContext = HTMLCanvasElement.prototype.getContext;
+  let gl = null, drawn = null, frame = null, begin = true;
+  HTMLCanvasElement.prototype.getContext = function (kind, ...options) {
+    const context = getContext.call(this, kind, ...options);
+    if (kind === "webgl2") gl = context;
+    return context;
+  };
+  const nextFrame = window.requestAnimationFrame.bind(window);
+  window.requestAnimationFrame = (callback) => nextFrame(function wait(time) {
+    if (time !== frame) {
+      frame = time;
+      begin = !drawn || gl.getSyncParameter(drawn, gl.SYNC_STATUS) === gl.SIGNALED;
+    }
+    if (!begin) return nextFrame(wait);
+    callback(time);
+    if (gl) {
+      if (drawn) gl.deleteSync(drawn);
+      drawn = gl.fenceSync(gl.SYNC_GPU_COMMANDS_COMPLETE, 0);
+      gl.flush();
+    }
+  });
   const post = (path, body) => fetch(path, { method: "POST", body }).catch(() => {});
   (function report(frames) {
     const state = window._handle ? window._handle.viewer_state() : new Uint8Array();
@@ -62,7 +89,7 @@ _SCRIPT = b"""<script>
       })("", 0);
     } else setTimeout(() => report(frames), 100);
   })(3);
-</script>
+}</script>
 </body>"""
 
 _HOST = re.compile(r"(\[[0-9a-fA-F:.]+\]|[\w.-]+)(?::\d{1,5})?", re.ASCII)
@@ -162,16 +189,18 @@ class Page:
         with contextlib.suppress(ValueError):
             self._seen, self._heard = newest_times(state), time.monotonic()
 
-    def interval(self, recording: str, until: float) -> float:
+    def interval(self, recording: str, sent: Sequence[float]) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
         Args:
             recording: id of the recording.
-            until: newest time in the batches so far [s].
+            sent: newest time [s] in each of the last batches, of at least `IN_TRANSIT` or all.
         """
         if time.monotonic() - self._heard > LEFT:
             return UNWATCHED
-        return BATCH if self._seen.get(recording, -math.inf) >= until else LAGGING
+        shown = self._seen.get(recording, -math.inf)
+        keeps_up = len(sent) < IN_TRANSIT or shown >= sent[-IN_TRANSIT]
+        return BATCH if keeps_up else LAGGING
 
     def answers(self) -> bool:
         """Return whether Rerun serves the page."""

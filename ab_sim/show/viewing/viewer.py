@@ -2,6 +2,7 @@
 
 import threading
 import time
+from collections.abc import Sequence
 from pathlib import Path
 
 from ab_sim.base.errors import InputError
@@ -122,14 +123,14 @@ class Viewer:
         """Number of browsers in which the page has started."""
         return 0 if self._page is None else self._page.opened
 
-    def interval(self, recording: str, until: float) -> float:
+    def interval(self, recording: str, sent: Sequence[float]) -> float:
         """Return the time [s] from one batch of a recording to the next one.
 
         Args:
             recording: id of the recording.
-            until: newest time in the batches so far [s].
+            sent: newest time [s] in each of the last batches, of at least `IN_TRANSIT` or all.
         """
-        return BATCH if self._page is None else self._page.interval(recording, until)
+        return BATCH if self._page is None else self._page.interval(recording, sent)
 
     @property
     def process(self) -> int | None:
