@@ -9,6 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ab_sim.scene.shown_units import ShownUnit
+
+RAD_PER_S = ShownUnit("rad/s", 1.0)
 TURNS = 1.0
 """Least number of revolutions of a ball on the race in each third of the samples."""
 KEPT = 0.9
@@ -36,13 +39,13 @@ class Circulation(NamedTuple):
             "spindle_speed": self.spindle_speed,
         }
 
-    def text(self, balls: int) -> str:
-        """Return a text for a run with ``balls`` balls."""
-        low, high = (f"{pick(self.speeds):.4g}" for pick in (min, max))
+    def text(self, balls: int, unit: ShownUnit = RAD_PER_S) -> str:
+        """Return a text for a run with ``balls`` balls, its speeds in this unit."""
+        low, high = (f"{pick(self.speeds) * unit.factor:.4g}" for pick in (min, max))
         speeds = low if low == high else f"{low} to {high}"
         return (
-            f"{len(self.balls)} of {balls} at {speeds} rad/s, the spindle at "
-            f"{self.spindle_speed:.4g}"
+            f"{len(self.balls)} of {balls} at {speeds} {unit.text}, the spindle at "
+            f"{self.spindle_speed * unit.factor:.4g}"
         )
 
 

@@ -16,7 +16,7 @@ from ab_sim.base.output_file import (
     check_writable,
 )
 from ab_sim.cli.checks import check_positive, require_ros
-from ab_sim.cli.outputs import people, say_written
+from ab_sim.cli.outputs import people, results, say_written
 from ab_sim.cli.progress import Tell, progress_bar
 from ab_sim.cli.recording_commands import (
     ExportOptions,
@@ -84,7 +84,7 @@ def _export_bag(given: ExportOptions, mcap: Path, part: formats.Part) -> None:
         )
     if not run.complete:
         people.print(f"{recording} was not finished; what it holds is exported")
-    people.print(f"{run.extent.rows} samples in {messages} messages")
+    results.print(f"{run.extent.rows} samples in {messages} messages")
     say_written([mcap])
 
 
@@ -103,12 +103,12 @@ def _table_command(given: ExportOptions, part: formats.Part) -> Command:
         whole = replace(part, hangs=_hangs(run))
         channels, total = len(whole.names(run)), run.extent.rows
         rows = formats.export(run, wanted, whole, lambda read: tell("samples", read, total))
-        torn = [f"{recording}: {remark}" for remark in run.remarks]
-        lines = [f"{rows} samples of {channels} channels", *torn]
-        return Outcome(lines, written=[*wanted.values()])
+        for remark in run.remarks:
+            people.print(f"{recording}: {remark}")
+        return Outcome([f"{rows} samples of {channels} channels"], written=[*wanted.values()])
 
     outputs = (given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv")
-    return Command(work, f"export {recording.name}", "nothing was written", outputs, aside=True)
+    return Command(work, f"export {recording.name}", "nothing was written", outputs)
 
 
 def _hangs(run: StoredRun) -> tuple[float, float] | None:
@@ -151,7 +151,7 @@ def import_command(given: ImportOptions) -> None:
     if not made.complete:
         people.print(f"{bag} was not finished; what it holds is imported")
     missing = f", {made.missing} steps missing between them" if made.missing else ""
-    people.print(f"{made.rows} samples{missing}")
+    results.print(f"{made.rows} samples{missing}")
     say_written(made.files)
 
 
@@ -165,10 +165,10 @@ def repair_command(given: RepairOptions) -> None:
     with progress_bar(bag.name) as update:
         repaired = repair_bag(bag, lambda done, of: update("messages", done, of))
     if repaired is None:
-        people.print(f"{bag} is complete: there is nothing to repair")
+        results.print(f"{bag} is complete: there is nothing to repair")
         return
     lost = f"; {repaired.lost} bytes at its end were torn and are lost" if repaired.lost else ""
-    people.print(f"{repaired.messages} messages{lost}")
+    results.print(f"{repaired.messages} messages{lost}")
     say_written([bag])
 
 

@@ -33,7 +33,7 @@ def c_command(given: COptions) -> Command:
             shown.append(f"{scene.name} in C: begin with {out / 'README.md'}")
         return Outcome(shown, written=written)
 
-    return Command(work, outputs=[(fmu, FMU, "--fmu")], aside=True)
+    return Command(work, outputs=[(fmu, FMU, "--fmu")])
 
 
 def print_urdf(given: UrdfOptions) -> None:

@@ -44,8 +44,10 @@ class PlainConsole(Console):
             yield part if part.control else Segment(visible(part.text), part.style)
 
 
+results = PlainConsole()
+"""Console on standard output, for results: tables and summaries."""
 people = PlainConsole(aside=True)
-"""Console on standard error for people; results may go to standard output."""
+"""Console on standard error, for progress, notes and the names of written files."""
 
 
 Output = tuple[Path | None, Sequence[str], str]

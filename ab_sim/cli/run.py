@@ -11,11 +11,11 @@ from rich.table import Table
 from ab_sim.analysis import Compared, Comparison, Metrics, OfflineRun, compare_run, run_scene
 from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
-from ab_sim.analysis.metrics.metric import Metric, Row, WhirlScale
-from ab_sim.analysis.metrics.wording import number_text
 from ab_sim.base.conventions import ANGLES, LAST, WHIRL
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.output_file import RECORDING
+from ab_sim.analysis.metrics.metric import Display, Metric, Row
+from ab_sim.analysis.metrics.wording import ANGULAR_SPEED, number_text, speed_text
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
@@ -23,6 +23,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.overlap import together_at_start
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import Scene, load_scene
+from ab_sim.scene.shown_units import ShownUnit, shown_units
 
 INTERVALS = 100
 """Number of intervals between samples in the JSON, if no times are given."""
@@ -37,7 +38,7 @@ def run_command(given: RunOptions) -> Command:
         changes.append(f"solver.stepper={dumps(given.stepper)}")
     if given.step is not None:
         changes.append(f"solver.step={given.step!r}")
-    scene = load_scene(given.scene, changes)
+    scene, units = load_scene(given.scene, changes), shown_units(given.units)
     times = parse_times(given.times)
     if not times and given.json is not None:
         times = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
@@ -69,8 +70,9 @@ def run_command(given: RunOptions) -> Command:
             title = f"{result.scene.name}, {report['duration']:g} s"
             if (end := result.aborted) is not None:
                 title += f": aborted at {end.time:.1f} s: {end.text}"
-            yield metrics_table(title, result.scene, {"this run": result.metrics}, comparison)
-            yield _summary(result, report)
+            runs = {"this run": result.metrics}
+            yield metrics_table(title, result.scene, runs, comparison, units)
+            yield _summary(result, report, _display(scene, units))
             if max(times, default=0.0) > scene.duration:
                 yield (
                     f"--times go beyond duration = {exact(scene.duration)} s: the run, and all "
@@ -98,11 +100,13 @@ def parse_times(text: str | None) -> list[float]:
         ) from error
 
 
-def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
+def _summary(result: OfflineRun, report: dict[str, Any], display: Display) -> Table:
     table = Table(show_header=False)
     if "motor" in result.scene.effects:
-        speed, command = (result.trajectory[name][-1] for name in ("speed", "command"))
-        table.add_row("motor", f"at {speed:.4g} of {command:.4g} commanded rad/s in the end")
+        speed, command = (
+            speed_text(result.trajectory[name][-1], display) for name in ("speed", "command")
+        )
+        table.add_row("motor", f"at {speed} of {command} commanded in the end")
     table.add_row("stepper", f"{report['stepper']}, {report['step']:g} s")
     if result.work_precision is not None:
         table.add_row("accuracy", result.work_precision.reason)
@@ -113,7 +117,7 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
     for decided in result.decisions:
         table.add_row(f"at {decided.time:.3f} s", decided.text)
     if result.adaptive is not None:
-        table.add_row("believed at the end", _believed(result))
+        table.add_row("believed at the end", _believed(result, display))
     table.add_row("effects", ", ".join(report["effects"]) or "none")
     for section in ("sensors", "probes"):
         if report[section]:
@@ -121,16 +125,18 @@ def _summary(result: OfflineRun, report: dict[str, Any]) -> Table:
     return table
 
 
-def _believed(result: OfflineRun) -> str:
+def _believed(result: OfflineRun, display: Display) -> str:
     """Compare the estimates of an adaptive start-up's controller with the true values."""
     assert result.adaptive is not None
     belief, scene = result.adaptive.belief, result.scene
     length, symbol = scene.whirl_unit
     if math.isnan(belief.critical_speed):
         return "nothing of the drive"
-    critical = f"{belief.critical_speed:.4g} +- {belief.critical_speed_deviation:.2g} rad/s"
+    unit = display.of(ANGULAR_SPEED)
+    deviation = belief.critical_speed_deviation * unit.factor
+    critical = f"{belief.critical_speed * unit.factor:.4g} +- {deviation:.2g} {unit.text}"
     if scene.critical_speed is not None:
-        critical += f" (true: {scene.critical_speed:.4g})"
+        critical += f" (true: {scene.critical_speed * unit.factor:.4g})"
     left = f"{abs(belief.net_unbalance) / length:.3g}"
     left += f" +- {belief.net_unbalance_deviation / length:.2g} {symbol}"
     true = net_unbalance(result.trajectory.last(1), scene)[0] / length
@@ -138,7 +144,11 @@ def _believed(result: OfflineRun) -> str:
 
 
 def metrics_table(
-    title: str, scene: Scene, runs: Mapping[str, Metrics], comparison: Comparison
+    title: str,
+    scene: Scene,
+    runs: Mapping[str, Metrics],
+    comparison: Comparison,
+    units: Mapping[str, ShownUnit] = {},
 ) -> Table:
     """Return a table with a column for each run and each run that they are compared with.
 
@@ -147,6 +157,7 @@ def metrics_table(
         scene: scene of the runs.
         runs: metrics of the runs by heading.
         comparison: runs to compare with.
+        units: requested units by SI unit.
     """
     columns = dict(runs)
     notes = []
@@ -156,16 +167,16 @@ def metrics_table(
         else:
             notes.append(f"{head} it could not run: {beside}")
     runs_beside = list(columns.values())
-    scale = _scale(scene)
+    display = _display(scene, units)
     table = Table(title=title, caption_justify="left")
     table.add_column("", no_wrap=True)
     for head in columns:
         table.add_column(head, overflow="fold", min_width=len("balanced"))
 
     for metric, row in _rows():
-        cells = [row.text(metrics, scale) for metrics in runs_beside]
+        cells = [row.text(metrics, display) for metrics in runs_beside]
         if _shown(row, scene, cells):
-            table.add_row(row.head(scale.symbol), *cells)
+            table.add_row(row.head(display), *cells)
             notes += _notes(row, cells)
         if metric.relative is not None and scene.balls.count:
             shares = [comparison.relative(metric, metrics) for metrics in runs_beside]
@@ -174,9 +185,12 @@ def metrics_table(
     return table
 
 
-def _scale(scene: Scene) -> WhirlScale:
+def _display(scene: Scene, units: Mapping[str, ShownUnit]) -> Display:
     e = scene.rotor.eccentricity
-    return WhirlScale(1 / e, "e", "W/e") if e > 0 else WhirlScale(1e3, "mm", "W [mm]")
+    if "m" in units or e == 0:
+        unit = units.get("m", ShownUnit("mm", 1e3))
+        return Display(unit.factor, unit.text, f"W [{unit.text}]", units=units)
+    return Display(1 / e, "e", "W/e", units=units)
 
 
 def _rows() -> list[tuple[Metric[Any], Row]]:

@@ -13,9 +13,9 @@ from ab_sim.base.output_file import PICTURE, REPORT, write_whole
 from ab_sim.base.presentation import Presented
 from ab_sim.cli.outputs import (
     Output,
-    PlainConsole,
     check_files,
     people,
+    results,
     say_written,
     write_json,
 )
@@ -36,7 +36,8 @@ class Outcome(NamedTuple):
     """Result of a command's work."""
 
     shown: Iterable[Table | str]
-    """Output for people; it is generated after everything has been written."""
+    """Tables and summaries; they are generated after everything has been written. With ``--json -``
+    they go to standard error."""
     report: Callable[[], dict[str, Any]] = dict
     """Function that returns the content of the JSON."""
     draw: Draw | None = None
@@ -61,8 +62,6 @@ class Command(NamedTuple):
     once."""
     outputs: Sequence[Output] = ()
     """Files other than JSON and picture."""
-    aside: bool = False
-    """True if output for people never goes to standard output."""
 
     def run(self, json: str | None = None, plot: Path | None = None) -> None:
         """Run the command, with the values of ``--json`` and ``--plot``.
@@ -95,7 +94,7 @@ class Command(NamedTuple):
                     written += _written(write, file, option)
                 except Exception as error:
                     failures.append(error)
-        console = people if self.aside or to_stdout else PlainConsole()
+        console = people if to_stdout else results
         for each in outcome.shown:
             console.print(each, soft_wrap=isinstance(each, WholeLine))
         if failures:

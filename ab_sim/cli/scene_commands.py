@@ -60,6 +60,8 @@ class RunOptions(NamedTuple):
         times T,T,...: Times of the samples [s], e.g. 2.5,3,6; the run lasts until the last of
             them. Default: 101 times, evenly spaced over the scene's duration.
         step SECONDS: Step instead of the scene's [s].
+        units UNIT,UNIT,...: Units of lengths, speeds, angles and torques in the table, e.g.
+            'um,rpm,deg'; with a unit of length, W is shown in it, not in W/e.
         plot: Draw speed, W/e, driving force, ball angles and motor torque: .png, .svg or .pdf.
         rrd FILE: Write a Rerun recording of every step: .rrd.
         every N: Record only every Nth step, and the steps at which the commanded speed starts or
@@ -74,6 +76,7 @@ class RunOptions(NamedTuple):
         Option(metavar="NAME", help=f"Stepper instead of the scene's: {', '.join(STEPPERS)}."),
     ] = None
     step: float | None = None
+    units: str = ""
     json: Json = None
     plot: Plot = None
     rrd: Path | None = None

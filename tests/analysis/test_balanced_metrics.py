@@ -9,7 +9,7 @@ import pytest
 
 import ab_sim
 from ab_sim.analysis import metrics_of, run_scene
-from ab_sim.analysis.metrics.metric import WhirlScale, metrics_named
+from ab_sim.analysis.metrics.metric import Display, metrics_named
 from ab_sim.analysis.metrics.wording import angles_text, final_text
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import check_scene, load_scene
@@ -231,10 +231,10 @@ def test_a_share_of_the_run_without_balls_is_of_run_alone(scene: Any) -> None:
 
 def test_a_table_shows_whirls_as_lengths_too_and_angles_in_one_turn(scene: Any) -> None:
     """In e, and in mm or um; a ball that has gone round 26 times is shown where it is."""
-    scale = WhirlScale(1 / E, "e", "W/e")
+    scale = Display(1 / E, "e", "W/e")
     assert final_text(0.5 * E, (E, E), True, scale) == "0.5 (50 um)"
     assert final_text(20 * E, (E, E), True, scale) == "20 (2 mm)"
-    assert final_text(2e-3, (E, E), True, WhirlScale(1e3, "mm", "W")) == "2"
+    assert final_text(2e-3, (E, E), True, Display(1e3, "mm", "W")) == "2"
     assert final_text(E, (2 * E, E), False, scale) == "1 (0.1 mm), still falling (2, then 1)"
     angles = tuple(map(math.radians, (-9566.8, 142.0, 29.0, -193.0)))
     assert angles_text(angles, None) == "-206.8, -218.0, 29.0, -193.0 deg"

@@ -26,8 +26,9 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_there_and_back(here: Path) -> None:
     there = ab_sim("export", "run.rrd", "--mcap", "bag", "--namespace", "left", cwd=here)
     assert there.returncode == 0 and "wrote bag" in there.stderr
+    assert there.stdout.startswith("100 samples in ")
     back = ab_sim("import", "bag", cwd=here)
-    assert back.returncode == 0 and "100 samples\nwrote bag.rrd" in back.stderr
+    assert (back.returncode, back.stdout) == (0, "100 samples\n") and "wrote bag.rrd" in back.stderr
     samples = read_recording(here / "bag.rrd").samples
     assert samples.tobytes() == read_recording(here / "run.rrd").samples.tobytes()
     with pytest.raises(

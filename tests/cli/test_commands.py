@@ -10,9 +10,9 @@ import pytest
 
 from ab_sim import __version__
 from ab_sim.cli.options import STEPPERS
-from ab_sim.engine.integrate.registry import AUTO, steppers
-from ab_sim.record.recording import read_recording
-from ab_sim.scene import find_scene, scene_names
+from ab_sim.integrate.registry import AUTO, steppers
+from ab_sim.recording import read_recording
+from ab_sim.scene import find_scene, load_scene, scene_names
 from tests.cli.tool import PNG, ab_sim, refused
 
 
@@ -55,6 +55,21 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert len(recorded.samples) == 6001 and recorded.missing == 0
     assert recorded["ball_0_angle"][5000] == report["samples"][2]["theta"][0]
     assert "peak W/e" in done.stdout and "wrote" in done.stderr
+
+
+def test_a_table_is_in_the_chosen_units() -> None:
+    done = ab_sim("run", "thesis-hold", "--set", "duration=0.5", "--units", "um,rpm,m/s,rad")
+    assert done.returncode == 0, done.stderr
+    rows = {row[0].strip(): row[1].strip() for row in map(
+        lambda line: line.strip("│").split("│"), done.stdout.splitlines()
+    ) if len(row) > 2}  # fmt: skip
+    plain = json.loads(ab_sim("run", "thesis-hold", "--set", "duration=0.5", "--json", "-").stdout)
+    e = load_scene("thesis-hold").rotor.eccentricity
+    assert rows["final W [um]"].split(",")[0] == f"{1e6 * e * plain['final_whirl_over_e']:.3g}"
+    assert rows["final speed"] == f"{plain['final_speed'] * 60 / (2 * np.pi):.4g} rpm"
+    assert rows["balance grade G [m/s]"] == f"{1e-3 * plain['balance_grade']:.3g}"
+    assert rows["final ball angles"].endswith(" rad")
+    assert "'furlong' is no unit" in refused("run", "thesis-hold", "--units", "furlong")
 
 
 def test_json_to_standard_output_is_only_json() -> None:
@@ -161,7 +176,7 @@ def test_motor_and_accelerometer_are_in_the_json() -> None:
     assert 4e-4 < sample["motor_torque"] < 5e-4, "at its limit, less what the speed takes"
     assert [len(reading) for reading in sample["readings"].values()] == [2]
     assert 60.0 < sample["omega"] < 75.0
-    assert "of 80 commanded rad/s" in done.stderr and "sensors" in done.stderr
+    assert "of 80 rad/s commanded" in done.stderr and "sensors" in done.stderr
 
 
 def test_a_deck_in_space_is_run_and_checked(tmp_path: Path) -> None:

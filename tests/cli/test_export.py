@@ -56,7 +56,7 @@ def test_parquet_and_csv_hold_every_bit_and_the_units(
         "export", str(recording), "--parquet", "r.parquet", "--csv", "r.csv", cwd=tmp_path
     )
     assert done.returncode == 0, done.stderr
-    assert "25000 samples of 18 channels" in done.stderr
+    assert done.stdout == "25000 samples of 18 channels\n"
     assert "wrote r.parquet" in done.stderr and "wrote r.csv" in done.stderr
     table = pyarrow.parquet.read_table(tmp_path / "r.parquet")
     names = [*run(1)[0], "whirl", "once_per_turn", "phase"]

@@ -15,7 +15,13 @@ from ab_sim.analysis.metrics.spindle import NEAR, SlipWatch, TorqueWatch
 from ab_sim.analysis.metrics.verdict import Verdict
 from ab_sim.analysis.metrics.vibration import HIGHEST, LOWEST, BroadBandWatch
 from ab_sim.analysis.metrics.watches import EARLIER, FinalCirculationWatch
-from ab_sim.analysis.metrics.wording import milli_text, seconds_text
+from ab_sim.analysis.metrics.wording import (
+    TORQUE,
+    VELOCITY,
+    number_row,
+    seconds_text,
+    shown_text,
+)
 
 _VIBRATION = (
     f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) where the sensors sit, "
@@ -84,7 +90,7 @@ class Metrics(MotionMetrics):
         "max abs(T)",
         TorqueWatch,
         lambda torque: torque.found,
-        Row("peak motor torque [mN m]", lambda m, _: milli_text(m.peak_motor_torque)),
+        number_row("peak motor torque", lambda m: m.peak_motor_torque, TORQUE),
         better=Better.SMALLER,
     )
     vibration_velocity_rms = Metric[float | None](
@@ -96,8 +102,11 @@ class Metrics(MotionMetrics):
         BroadBandWatch,
         lambda vibration: vibration.final,
         Row(
-            f"rms velocity, {LOWEST:g}-{HIGHEST:g} Hz [mm/s]",
-            lambda m, _: m.vibration_velocity_null or milli_text(m.vibration_velocity_rms),
+            f"rms velocity, {LOWEST:g}-{HIGHEST:g} Hz",
+            lambda m, display: (
+                m.vibration_velocity_null or shown_text(m.vibration_velocity_rms, VELOCITY, display)
+            ),
+            quantity=VELOCITY,
         ),
         better=Better.SMALLER,
     )
@@ -117,7 +126,7 @@ class Metrics(MotionMetrics):
         "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
         BroadBandWatch,
         lambda vibration: vibration.whole,
-        Row("rms velocity, unfiltered [mm/s]", lambda m, _: milli_text(m.velocity_rms)),
+        number_row("rms velocity, unfiltered", lambda m: m.velocity_rms, VELOCITY),
         better=Better.SMALLER,
     )
     vibration_velocity_peak = Metric[float | None](
@@ -139,7 +148,7 @@ class Metrics(MotionMetrics):
         "m_i) over t >= t_l, w at the last sample",
         GradeConclusion,
         lambda grade: grade.found,
-        Row("balance grade G [mm/s]", lambda m, _: milli_text(m.balance_grade)),
+        number_row("balance grade G", lambda m: m.balance_grade, VELOCITY),
         better=Better.SMALLER,
     )
     slipped_turns_max = Metric[float | None](

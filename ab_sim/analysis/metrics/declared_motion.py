@@ -27,15 +27,17 @@ from ab_sim.analysis.metrics.watches import (
     is_start_up,
 )
 from ab_sim.analysis.metrics.wording import (
+    SMALL_ANGLE,
     angles_text,
     circulating_text,
-    degrees_text,
     final_text,
     in_band_text,
-    milli_text,
+    number_row,
     number_text,
     passage_text,
     peak_text,
+    phase_text,
+    speed_text,
 )
 from ab_sim.drive.overlap import WHAT_CHANGES, Overlap, overlaps_text
 from ab_sim.scene.model import Scene
@@ -61,7 +63,7 @@ class MotionMetrics(MetricValues):
         "velocities",
         PeakWatch,
         lambda peak: peak.found.whirl,
-        Row("peak {W}", lambda m, scale: peak_text(m.peak_whirl, m.peak_time, scale)),
+        Row("peak {W}", lambda m, display: peak_text(m.peak_whirl, m.peak_time, display)),
         better=Better.SMALLER,
     )
     peak_time = Metric[float](
@@ -81,7 +83,7 @@ class MotionMetrics(MetricValues):
         lambda final: final.mean_squares.values,
         Row(
             "final {W}",
-            lambda m, scale: final_text(m.final_whirl, m.halves, m.settled, scale),
+            lambda m, display: final_text(m.final_whirl, m.halves, m.settled, display),
         ),
         relative=Relative("final_whirl_relative_to_no_balls", "... / without balls"),
         better=Better.SMALLER,
@@ -139,7 +141,7 @@ class MotionMetrics(MetricValues):
         lambda band: band.found,
         Row(
             "in the band",
-            lambda m, scale: in_band_text(m.in_band_from, m.band, m.span, scale),
+            lambda m, display: in_band_text(m.in_band_from, m.band, m.span, display),
             place=Place.COURSE,
         ),
         better=Better.SMALLER,
@@ -166,7 +168,7 @@ class MotionMetrics(MetricValues):
         "arg(U)",
         OncePerTurnWatch,
         lambda once: once.phase,
-        Row("phase of W", lambda m, _: degrees_text(m.phase), place=Place.END),
+        Row("phase of W", lambda m, display: phase_text(m.phase, display), place=Place.END),
     )
     residual_unbalance = Metric[float | None](
         "residual_unbalance",
@@ -201,7 +203,7 @@ class MotionMetrics(MetricValues):
         "max angle(n, n_0), n the shaft's direction, n_0 at rest",
         TiltWatch,
         lambda tilt: tilt.peak,
-        Row("peak tilt [mrad]", lambda m, _: milli_text(m.peak_tilt)),
+        number_row("peak tilt", lambda m: m.peak_tilt, SMALL_ANGLE),
         better=Better.SMALLER,
     )
     final_tilt = Metric[float | None](
@@ -211,7 +213,7 @@ class MotionMetrics(MetricValues):
         "sqrt(mean(angle(n, n_0)^2)) over t >= t_l",
         TiltWatch,
         lambda tilt: tilt.final,
-        Row("final tilt [mrad]", lambda m, _: milli_text(m.final_tilt)),
+        number_row("final tilt", lambda m: m.final_tilt, SMALL_ANGLE),
         better=Better.SMALLER,
     )
     first_passage_of_opposite = Metric[float | None](
@@ -239,7 +241,7 @@ class MotionMetrics(MetricValues):
         lambda last: last.ball_angles,
         Row(
             "final ball angles",
-            lambda m, _: angles_text(m.final_ball_angles, m.circulating),
+            lambda m, display: angles_text(m.final_ball_angles, m.circulating, display),
             place=Place.COURSE,
         ),
         plain=list,
@@ -254,7 +256,7 @@ class MotionMetrics(MetricValues):
         lambda last: last.speed,
         Row(
             "final speed",
-            lambda m, _: f"{m.final_speed:.4g} rad/s",
+            lambda m, display: speed_text(m.final_speed, display),
             place=Place.END,
             in_reports=False,
         ),
@@ -270,7 +272,7 @@ class MotionMetrics(MetricValues):
         lambda watch: watch.found,
         Row(
             "balls circulate",
-            lambda m, _: circulating_text(m.circulating, len(m.final_ball_angles)),
+            lambda m, display: circulating_text(m.circulating, len(m.final_ball_angles), display),
             place=Place.COURSE,
             note=CIRCULATE,
         ),

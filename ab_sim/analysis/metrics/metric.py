@@ -12,6 +12,7 @@ import numpy as np
 
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.scene.model import Scene
+from ab_sim.scene.shown_units import ShownUnit
 
 T = TypeVar("T")
 
@@ -38,8 +39,15 @@ class MetricKind(str, Enum):
     """List or other structure, which cannot be averaged or plotted over a parameter."""
 
 
-class WhirlScale(NamedTuple):
-    """Unit in which a whirl is displayed."""
+class Quantity(NamedTuple):
+    """Quantity of a row's numbers: its SI unit, and the unit for display."""
+
+    si: str
+    shown: ShownUnit
+
+
+class Display(NamedTuple):
+    """Units in which metrics are displayed; the first four fields are the whirl's."""
 
     factor: float
     """Factor from m to the unit."""
@@ -48,6 +56,15 @@ class WhirlScale(NamedTuple):
     """Symbol in the head of a row."""
     suffix: str = ""
     """Text after a number in a cell; empty if the row's head has the unit."""
+    units: Mapping[str, ShownUnit] = {}
+    """Requested units of other quantities, by SI unit."""
+
+    def of(self, quantity: Quantity) -> ShownUnit:
+        """Return the unit of a quantity."""
+        return self.units.get(quantity.si, quantity.shown)
+
+
+DEFAULT_UNITS = Display(1.0, "m", "W")
 
 
 class Place(IntEnum):
@@ -63,7 +80,7 @@ class Row(NamedTuple):
 
     label: str
     """Label; ``{W}`` in it stands for the symbol of the whirl."""
-    text: Callable[[Any, WhirlScale], str]
+    text: Callable[[Any, Display], str]
     """Function from the run's metrics to the cell."""
     applies: Callable[[Scene], bool] | None = None
     """Condition on a scene for the row in the terminal; None shows it if any cell has content."""
@@ -74,10 +91,13 @@ class Row(NamedTuple):
     """Explanation of the row, printed below the terminal's table."""
     caution: str = ""
     """Caution for runs with content in this cell; starts in lower case."""
+    quantity: Quantity | None = None
+    """Quantity whose unit stands after the label; None if the cells have their units."""
 
-    def head(self, symbol: str) -> str:
-        """Return the label with the whirl's symbol."""
-        return self.label.replace("{W}", symbol)
+    def head(self, display: Display) -> str:
+        """Return the label with the whirl's symbol and with the unit."""
+        head = self.label.replace("{W}", display.symbol)
+        return head if self.quantity is None else f"{head} [{display.of(self.quantity).text}]"
 
     def says(self, cells: Iterable[str]) -> bool:
         """Return whether any of the cells has content."""
@@ -351,5 +371,6 @@ class MetricValues:
     def cautions(self) -> list[str]:
         """Return cautions that apply to this run."""
         rows = [metric.row for metric in map(_named, self.values) if metric.row is not None]
-        anyhow = WhirlScale(1.0, "m", "W")
-        return [row.caution for row in rows if row.caution and row.says([row.text(self, anyhow)])]
+        return [
+            row.caution for row in rows if row.caution and row.says([row.text(self, DEFAULT_UNITS)])
+        ]

@@ -4,11 +4,12 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
-from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Row, WhirlScale, register
-from ab_sim.analysis.metrics.wording import number_text
 from ab_sim.base.errors import InputError
+from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Quantity, Row, register
+from ab_sim.analysis.metrics.wording import number_row, number_text
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
+from ab_sim.scene.shown_units import ShownUnit
 
 
 class OwnMetric(Protocol):
@@ -96,14 +97,18 @@ def register_metric(
             f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"
         )
 
-    def text(metrics: MetricValues, scale: WhirlScale) -> str:
-        value = metrics[key]
-        assert value is None or isinstance(value, int | float)
-        return number_text(value)
+    def value(metrics: MetricValues) -> float | None:
+        found = metrics[key]
+        assert found is None or isinstance(found, int | float)
+        return found
 
     def add(kind: type[Own]) -> type[Own]:
         head = label or key.replace("_", " ")
-        row = Row(head if unit == "1" else f"{head} [{unit}]", text)
+        row = (
+            Row(head, lambda metrics, _: number_text(value(metrics)))
+            if unit == "1"
+            else number_row(head, value, Quantity(unit, ShownUnit(unit, 1.0)))
+        )
         watch, equation = _watch_of(kind, last_stretch), str(getattr(kind, "equation", ""))
         register(
             Metric[float | None](

@@ -1,31 +1,40 @@
 """Text of metrics for tables."""
 
 import math
+from collections.abc import Callable
+from typing import Any
 
-from ab_sim.analysis.circulation import Circulation
-from ab_sim.analysis.metrics.metric import NOTHING, WhirlScale
-from ab_sim.base.conventions import in_one_turn
+from ab_sim.analysis.circulation import RAD_PER_S, Circulation
+from ab_sim.analysis.metrics.metric import DEFAULT_UNITS, NOTHING, Display, Quantity, Row
+from ab_sim.conventions import in_one_turn
+from ab_sim.scene.shown_units import ShownUnit
+
+ANGLE = Quantity("rad", ShownUnit("deg", 180.0 / math.pi))
+SMALL_ANGLE = Quantity("rad", ShownUnit("mrad", 1e3))
+ANGULAR_SPEED = Quantity("rad/s", RAD_PER_S)
+TORQUE = Quantity("N m", ShownUnit("mN m", 1e3))
+VELOCITY = Quantity("m/s", ShownUnit("mm/s", 1e3))
 
 
-def peak_text(whirl: float, time: float, scale: WhirlScale) -> str:
+def peak_text(whirl: float, time: float, display: Display) -> str:
     """Return the largest whirl and its time as text."""
-    return f"{whirl * scale.factor:.4g}{scale.suffix}{_length(whirl, scale)} at {time:.3f} s"
+    return f"{whirl * display.factor:.4g}{display.suffix}{_length(whirl, display)} at {time:.3f} s"
 
 
-def final_text(whirl: float, halves: tuple[float, float], settled: bool, scale: WhirlScale) -> str:
+def final_text(whirl: float, halves: tuple[float, float], settled: bool, display: Display) -> str:
     """Return the final whirl as text, with a note if it has not settled."""
-    text = f"{whirl * scale.factor:.3g}{scale.suffix}{_length(whirl, scale)}"
+    text = f"{whirl * display.factor:.3g}{display.suffix}{_length(whirl, display)}"
     if not settled:
-        first, second = (half * scale.factor for half in halves)
+        first, second = (half * display.factor for half in halves)
         text += (
             f", still {'falling' if second < first else 'rising'} ({first:.3g}, then {second:.3g})"
         )
     return text
 
 
-def _length(whirl: float, scale: WhirlScale) -> str:
+def _length(whirl: float, display: Display) -> str:
     """Return a whirl that is shown in e as a length in brackets."""
-    if scale.unit != "e":
+    if display.unit != "e":
         return ""
     return f" ({1e3 * whirl:.3g} mm)" if whirl >= 1e-4 else f" ({1e6 * whirl:.3g} um)"
 
@@ -35,14 +44,35 @@ def number_text(value: float | None) -> str:
     return NOTHING if value is None else f"{value:.3g}"
 
 
-def milli_text(value: float | None) -> str:
-    """Return thousandths with three digits."""
-    return NOTHING if value is None else f"{1e3 * value:.3g}"
+def shown_text(value: float | None, quantity: Quantity, display: Display) -> str:
+    """Return a number of an SI unit, in the displayed unit, with three digits."""
+    return NOTHING if value is None else f"{value * display.of(quantity).factor:.3g}"
 
 
-def degrees_text(value: float | None) -> str:
-    """Return an angle in whole degrees."""
-    return NOTHING if value is None else f"{math.degrees(value):.0f} deg"
+def number_row(label: str, value: Callable[[Any], float | None], quantity: Quantity) -> Row:
+    """Return a row of numbers with their unit in its head."""
+    return Row(label, lambda m, display: shown_text(value(m), quantity, display), quantity=quantity)
+
+
+def phase_text(value: float | None, display: Display) -> str:
+    """Return an angle with three digits and its unit."""
+    return NOTHING if value is None else f"{_angle(value, display, '.0f')} {_unit(display)}"
+
+
+def speed_text(value: float, display: Display) -> str:
+    """Return an angular speed with its unit."""
+    unit = display.of(ANGULAR_SPEED)
+    return f"{value * unit.factor:.4g} {unit.text}"
+
+
+def _angle(value: float, display: Display, degrees: str) -> str:
+    """Return an angle without its unit; ``degrees`` is the format of degrees."""
+    unit = display.of(ANGLE)
+    return f"{value * unit.factor:{degrees if unit.text == 'deg' else '.4g'}}"
+
+
+def _unit(display: Display) -> str:
+    return display.of(ANGLE).text
 
 
 def seconds_text(value: float | None) -> str:
@@ -51,13 +81,13 @@ def seconds_text(value: float | None) -> str:
 
 
 def in_band_text(
-    time: float | None, band: float, span: tuple[float, float], scale: WhirlScale
+    time: float | None, band: float, span: tuple[float, float], display: Display
 ) -> str:
     """Return the time from which the whirl stays in its band as text."""
     if time is not None:
-        return f"+-{band * scale.factor:.2g} {scale.unit} from {time:.2f} s"
-    least, most = (whirl * scale.factor for whirl in span)
-    return f"not before the end: {least:.3g} to {most:.3g} {scale.unit}"
+        return f"+-{band * display.factor:.2g} {display.unit} from {time:.2f} s"
+    least, most = (whirl * display.factor for whirl in span)
+    return f"not before the end: {least:.3g} to {most:.3g} {display.unit}"
 
 
 def passage_text(passed: float | None, balls: int) -> str:
@@ -67,12 +97,18 @@ def passage_text(passed: float | None, balls: int) -> str:
     return "never" if passed is None else f"{passed:.3f} s"
 
 
-def circulating_text(circulating: Circulation | None, balls: int) -> str:
+def circulating_text(
+    circulating: Circulation | None, balls: int, display: Display = DEFAULT_UNITS
+) -> str:
     """Return the circulating balls and their speed as text."""
-    return NOTHING if circulating is None else circulating.text(balls)
+    return NOTHING if circulating is None else circulating.text(balls, display.of(ANGULAR_SPEED))
 
 
-def angles_text(angles: tuple[float, ...], circulating: Circulation | None) -> str:
+def angles_text(
+    angles: tuple[float, ...],
+    circulating: Circulation | None,
+    display: Display = DEFAULT_UNITS,
+) -> str:
     """Return the final ball angles as text."""
     if not angles:
         return NOTHING
@@ -80,6 +116,6 @@ def angles_text(angles: tuple[float, ...], circulating: Circulation | None) -> s
     if len(round_) == len(angles):
         return "none rests"
     texts = [
-        "-" if k in round_ else f"{math.degrees(in_one_turn(a)):.1f}" for k, a in enumerate(angles)
+        "-" if k in round_ else _angle(in_one_turn(a), display, ".1f") for k, a in enumerate(angles)
     ]
-    return ", ".join(texts) + " deg"
+    return f"{', '.join(texts)} {_unit(display)}"

@@ -54,7 +54,7 @@ def drawn_tuning(found: Tuning) -> ResultFigure:
 
 def _meaning_of(aim: str) -> str:
     (metric,) = metric_columns([aim])
-    return metric.meaning if metric.row is None else metric.row.head("W/e")
+    return metric.meaning if metric.row is None else metric.row.label.replace("{W}", "W/e")
 
 
 def _label(found: Tuning, name: str, meaning: str) -> str:

@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable, Iterator, Sequence
 
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
-from ab_sim.analysis.metrics.metric import NO, NOTHING, WhirlScale
+from ab_sim.analysis.metrics.metric import DEFAULT_UNITS, NO, NOTHING, Display
 from ab_sim.analysis.metrics.metric import Row as MetricRow
 from ab_sim.base.conventions import LAST, NOTATION
 from ab_sim.show.reports.gather import RunData
@@ -30,7 +30,7 @@ def _told() -> Iterator[tuple[str, Callable[[RunData], str]]]:
     yield from (("scene", _scene), ("duration", _duration), ("final speed", _speed))
     for metric in reported_metrics():
         if metric.row is not None and metric.row.in_reports:
-            yield metric.row.head("W"), _judged(metric.row)
+            yield metric.row.head(DEFAULT_UNITS), _judged(metric.row)
     yield "final W / without balls", _share_of_whirl
     yield from (("vibration, rms", _vibration), ("once per turn", _share))
     yield from (("samples", _samples), ("log entries", _log_entries), ("real-time factor", _factor))
@@ -40,12 +40,16 @@ def _judged(row: MetricRow) -> Callable[[RunData], str]:
     def cell(data: RunData) -> str:
         if data.metrics is None:
             return NOTHING
-        _, unit, factor = whirl_scale(data)
-        unit = "e" if unit == "1" else unit
-        text = row.text(data.metrics, WhirlScale(factor, unit, "W", f" {unit}"))
+        text = row.text(data.metrics, _display(data))
         return NOTHING if text == NO else text
 
     return cell
+
+
+def _display(data: RunData) -> Display:
+    _, unit, factor = whirl_scale(data)
+    unit = "e" if unit == "1" else unit
+    return Display(factor, unit, "W", f" {unit}")
 
 
 def _share_of_whirl(data: RunData) -> str:
