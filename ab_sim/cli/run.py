@@ -11,11 +11,11 @@ from rich.table import Table
 from ab_sim.analysis import Compared, Comparison, Metrics, OfflineRun, compare_run, run_scene
 from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.analysis.metrics import BAND, FLOOR, reported_metrics
+from ab_sim.analysis.metrics.metric import Display, Metric, Row
+from ab_sim.analysis.metrics.wording import ANGULAR_SPEED, number_text, speed_text
 from ab_sim.base.conventions import ANGLES, LAST, WHIRL
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.output_file import RECORDING
-from ab_sim.analysis.metrics.metric import Display, Metric, Row
-from ab_sim.analysis.metrics.wording import ANGULAR_SPEED, number_text, speed_text
 from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions

@@ -10,8 +10,8 @@ import pytest
 
 from ab_sim import __version__
 from ab_sim.cli.options import STEPPERS
-from ab_sim.integrate.registry import AUTO, steppers
-from ab_sim.recording import read_recording
+from ab_sim.engine.integrate.registry import AUTO, steppers
+from ab_sim.record.recording import read_recording
 from ab_sim.scene import find_scene, load_scene, scene_names
 from tests.cli.tool import PNG, ab_sim, refused
 
@@ -69,7 +69,7 @@ def test_a_table_is_in_the_chosen_units() -> None:
     assert rows["final speed"] == f"{plain['final_speed'] * 60 / (2 * np.pi):.4g} rpm"
     assert rows["balance grade G [m/s]"] == f"{1e-3 * plain['balance_grade']:.3g}"
     assert rows["final ball angles"].endswith(" rad")
-    assert "'furlong' is no unit" in refused("run", "thesis-hold", "--units", "furlong")
+    assert "'sheep' is no unit" in refused("run", "thesis-hold", "--units", "sheep")
 
 
 def test_json_to_standard_output_is_only_json() -> None:

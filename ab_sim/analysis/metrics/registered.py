@@ -4,9 +4,9 @@ from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
 from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
-from ab_sim.base.errors import InputError
 from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Quantity, Row, register
 from ab_sim.analysis.metrics.wording import number_row, number_text
+from ab_sim.base.errors import InputError
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 from ab_sim.scene.shown_units import ShownUnit

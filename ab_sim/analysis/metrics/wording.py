@@ -6,7 +6,7 @@ from typing import Any
 
 from ab_sim.analysis.circulation import RAD_PER_S, Circulation
 from ab_sim.analysis.metrics.metric import DEFAULT_UNITS, NOTHING, Display, Quantity, Row
-from ab_sim.conventions import in_one_turn
+from ab_sim.base.conventions import in_one_turn
 from ab_sim.scene.shown_units import ShownUnit
 
 ANGLE = Quantity("rad", ShownUnit("deg", 180.0 / math.pi))
