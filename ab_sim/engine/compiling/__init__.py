@@ -35,7 +35,7 @@ Statements: assignment, also to several names and elements at once; augmented as
 if, while, ``for i in range(...)`` with a constant step, ``for x in (a, b, c)``, which is unrolled;
 break, continue, return, pass, calls.
 
-Expressions: + - * /; // % << >> & | ^ of ints; comparisons, also chained; and, or, not;
+Expressions: + - * /; // % of ints; comparisons, also chained; and, or, not;
 ``a if c else b``; elements ``a[i, j]``; views ``a[i]``, ``a[i:j]``, ``a[i, j:]``; ``a.size``,
 ``a.shape``; fields; new NamedTuples; global numbers, also of other modules (``math.pi``); calls
 with positional arguments of functions of the subset, and of
@@ -48,8 +48,7 @@ with positional arguments of functions of the subset, and of
 Differences from Python
 -----------------------
 - There are no checks at run time. Indices must be within bounds and not negative. Ints wrap on
-  overflow. Division by zero follows IEEE 754 for floats and is not allowed for ints. Shifts must
-  be by 0 to 63 bits.
+  overflow. Division by zero follows IEEE 754 for floats and is not allowed for ints.
 - int() of a float beyond 64 bits gives the nearest int, and 0 for a NaN; sqrt of a negative number
   is a NaN.
 - Arrays in records can be written to; records themselves cannot change.

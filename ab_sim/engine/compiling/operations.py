@@ -16,13 +16,7 @@ RANK = {BOOL: 0, INT: 1, FLOAT: 2}
 """Rank of each kind of number, from the narrowest to the widest."""
 
 _FLOATS = {ast.Add: "fadd", ast.Sub: "fsub", ast.Mult: "fmul", ast.Div: "fdiv"}
-_INTS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"} | {
-    ast.LShift: "shl",
-    ast.RShift: "ashr",
-    ast.BitAnd: "and",
-    ast.BitOr: "or",
-    ast.BitXor: "xor",
-}
+_INTS = {ast.Add: "add", ast.Sub: "sub", ast.Mult: "mul"}
 _FOLDED: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
     ast.Add: operator.add,
     ast.Sub: operator.sub,
