@@ -233,5 +233,5 @@ def test_a_solver_and_a_wish_in_one_file_are_refused(scene: Any) -> None:
 @pytest.mark.parametrize("use", [Drive, describe])
 def test_a_scene_that_was_not_measured_is_refused_at_once(use: Callable[[Scene], Any]) -> None:
     """Nothing is searched for behind a constructor; the message says who does."""
-    with pytest.raises(SceneError, match=r"accuracy: .* ab_sim\.accuracy\.resolve_accuracy\("):
+    with pytest.raises(SceneError, match=r"accuracy: .* ab_sim\.resolve_accuracy\("):
         use(wished("one-ball", angle=1e-9))

@@ -1,6 +1,7 @@
 """The files of `ab-sim c`: what is in them, where they go, and which scenes are refused."""
 
 import errno
+import platform
 import re
 import shutil
 import subprocess
@@ -131,6 +132,21 @@ def test_the_header_compiles_as_cpp(standard: str, tmp_path: Path) -> None:
     words = [compiler, f"-std={standard}", "-Wall", "-Wextra", "-Werror", "-c", "main.cpp"]
     made = subprocess.run(words, cwd=tmp_path, capture_output=True, text=True)
     assert made.returncode == 0, made.stderr
+
+
+@needs_compiler
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="flags of x86-64")
+@pytest.mark.parametrize("flag, accepted", [("-mavx512fp16", True), ("-mfpmath=387", False)])
+def test_doubles_must_be_computed_as_such(flag: str, accepted: bool, tmp_path: Path) -> None:
+    """With half-precision instructions, `FLT_EVAL_METHOD` is 16, which says nothing of doubles."""
+    words = ["cc", "-std=gnu99", flag, "-fsyntax-only"]
+    (tmp_path / "empty.c").write_text("int nothing;\n")
+    if subprocess.run([*words, "empty.c"], cwd=tmp_path, capture_output=True).returncode != 0:
+        pytest.skip(f"this compiler does not know {flag}")
+    write_sources(sources_of(load_scene(*THESIS)), tmp_path, "--out")
+    checked = subprocess.run([*words, "drive.c"], cwd=tmp_path, capture_output=True, text=True)
+    assert (checked.returncode == 0) == accepted, checked.stderr
+    assert accepted or "with more digits" in checked.stderr
 
 
 def test_what_it_says_to_leave_out_can_be_left_out_so() -> None:

@@ -109,7 +109,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
     if scene.accuracy is not None:
         raise SceneError(
             "accuracy: has to be turned into a stepper and a step first, which takes runs of the "
-            "scene: ab_sim.drive.accuracy.resolve_accuracy(scene) returns the scene with them"
+            "scene: ab_sim.resolve_accuracy(scene) returns the scene with them"
         )
     _check_no_parameters_of_auto(scene.solver)
     step, name = scene.solver.step, scene.solver.stepper
