@@ -29,141 +29,165 @@ DRIVE_PARAMETERS = (
     ParameterSpec(
         "autostart",
         True,
-        "configure and activate without being asked; false: as ROS's life cycle says",
+        "configure and activate automatically; false: wait for requests of ROS's life cycle",
         fixed=True,
     ),
     ParameterSpec(
-        "hardware_id", "", "of the drive in /diagnostics; empty: namespace/scene", fixed=True
+        "hardware_id",
+        "",
+        "identifier of the drive in /diagnostics; empty: namespace/scene",
+        fixed=True,
     ),
     ParameterSpec(
-        "wake_rate", 250.0, "wake-ups, each publishing once", "1/s", (1.0, 2000.0), fixed=True
+        "wake_rate",
+        250.0,
+        "rate of wake-ups, each of which publishes once",
+        "1/s",
+        (1.0, 2000.0),
+        fixed=True,
     ),
-    ParameterSpec("block_rate", 50.0, "blocks of samples", "1/s", (0.1, 1000.0), fixed=True),
+    ParameterSpec("block_rate", 50.0, "rate of sample blocks", "1/s", (0.1, 1000.0), fixed=True),
     ParameterSpec(
         "patience", 0.5, "lag beyond which steps are dropped", "s", (0.01, 60.0), fixed=True
     ),
     ParameterSpec(
-        "catch_up", 10.0, "most steps at one wake-up, in wake-ups", "1", (1.0, 1e4), fixed=True
+        "catch_up",
+        10.0,
+        "largest number of steps at one wake-up, in multiples of those usually due",
+        "1",
+        (1.0, 1e4),
+        fixed=True,
     ),
-    ParameterSpec("start_paused", False, "wait for ~/pause with false", fixed=True),
-    ParameterSpec("jitter_seed", 0, "of command_jitter", "1", (0, 2**31), fixed=True),
-    ParameterSpec("publish_clock", True, "whether simulated time goes to /clock", fixed=True),
+    ParameterSpec(
+        "start_paused",
+        False,
+        "start with simulated time paused, until ~/pause with false",
+        fixed=True,
+    ),
+    ParameterSpec("jitter_seed", 0, "seed of command_jitter", "1", (0, 2**31), fixed=True),
+    ParameterSpec("publish_clock", True, "whether to publish simulated time on /clock", fixed=True),
     ParameterSpec(
         "realtime_priority",
         0,
-        "of the loop's thread, by SCHED_FIFO; 0: scheduled as usual",
+        "SCHED_FIFO priority of the loop's thread; 0: normal scheduling",
         "1",
         (0, 99),
         fixed=True,
     ),
-    ParameterSpec("lock_memory", False, "keep all memory from being swapped out", fixed=True),
+    ParameterSpec("lock_memory", False, "lock all memory, so that none is swapped out", fixed=True),
     ParameterSpec(
-        "garbage_by_hand", False, "search for garbage once a second, after reports", fixed=True
+        "garbage_by_hand", False, "collect garbage once per second only, after reports", fixed=True
     ),
     ParameterSpec(
         "scene",
         "thesis-hold",
-        "name or YAML file of the scene; a change waits for ~/load_scene, or to be configured",
+        "name or YAML file of the scene; a change takes effect at ~/load_scene or configuration",
     ),
     ParameterSpec(
-        "changes", [""], "changes to the scene, each key=value; new ones wait for the same"
+        "changes", [""], "changes to the scene, each key=value; they take effect with the scene"
     ),
     ParameterSpec(
         "time_mode",
         "paced",
-        "what makes simulated time go on",
+        "how simulated time advances",
         choices=[mode.value for mode in TimeMode],
     ),
     ParameterSpec(
         "speed_factor",
         1.0,
-        "simulated time over the clock's, where time is paced",
+        "ratio of simulated to real time in time_mode paced",
         "1",
         (0.01, 100.0),
     ),
-    ParameterSpec("steps", 1, "wake-ups that a request of ~/step takes", "1", (1, 10_000)),
+    ParameterSpec("steps", 1, "number of wake-ups per request of ~/step", "1", (1, 10_000)),
     ParameterSpec(
         "await_commands",
         0,
-        "commands that ~/step waits for, at most 1 s, before it takes its steps",
+        "number of commands for which ~/step waits, at most 1 s, before it steps",
         "1",
         (0, 100),
     ),
     ParameterSpec(
         "speed_limit",
         0.0,
-        "a command beyond this speed is rejected; 0: the scene's spindle.max_speed",
+        "largest commanded speed; larger ones are rejected; 0: the scene's spindle.max_speed",
         "rad/s",
         (0.0, 1e6),
     ),
     ParameterSpec(
         "acceleration_limit",
         0.0,
-        "of the spindle on its way to a command; 0: the scene's spindle.max_acceleration",
+        "acceleration of the spindle towards a commanded speed; 0: the scene's "
+        "spindle.max_acceleration",
         "rad/s^2",
         (0.0, 1e9),
     ),
     ParameterSpec(
         "command_age_limit",
         0.0,
-        "age of the last command, in simulated time, at which the watchdog acts; 0: never",
+        "age of the last command, in simulated time, at which the watchdog acts; 0: off",
         "s",
         (0.0, 1e6),
     ),
     ParameterSpec(
         "command_silence",
         "hold",
-        "what the watchdog does: hold the present speed, coast or stop to standstill",
+        "reaction of the watchdog: hold the present speed, coast to standstill, or stop",
         choices=[each.value for each in WatchdogAction],
     ),
     ParameterSpec(
         "coast_deceleration",
         5.0,
-        "of the spindle where the watchdog lets it coast",
+        "deceleration with which the watchdog coasts",
         "rad/s^2",
         (1e-3, 1e9),
     ),
     ParameterSpec(
         "command_delay",
         0.0,
-        "of every command, to mimic a bus, in simulated time",
+        "delay of each command, in simulated time, to imitate a bus",
         "s",
         (0.0, 10.0),
     ),
     ParameterSpec(
         "command_jitter",
         0.0,
-        "what a command may take longer by, at random, in simulated time",
+        "largest random addition to command_delay, in simulated time",
         "s",
         (0.0, 10.0),
     ),
     ParameterSpec(
         "factor_tolerance",
         0.05,
-        "how far the real-time factor may be from speed_factor, as a part of that, without "
-        "a warning",
+        "relative deviation of the real-time factor from speed_factor above which the node warns",
         "1",
         (0.001, 1.0),
     ),
     ParameterSpec(
-        "lateness_tolerance", 0.1, "how late a wake-up may be without a warning", "s", (0.001, 60.0)
+        "lateness_tolerance",
+        0.1,
+        "lateness of a wake-up above which the node warns",
+        "s",
+        (0.001, 60.0),
     ),
     ParameterSpec(
         "error_checks",
         0.05,
-        "most of the loop's CPU time that estimating the error may take; 0: no estimate",
+        "largest fraction of the loop's CPU time for estimating the error; 0: no estimate",
         "1",
         (0.0, 0.5),
     ),
     ParameterSpec("snapshot", "drive.json", "file for ~/save_snapshot and ~/restore_snapshot"),
     ParameterSpec(
-        "faults", [""], "what is broken, e.g. ['ball_0 sticks']; a change waits for ~/inject_faults"
+        "faults", [""], "faults, e.g. ['ball_0 sticks']; a change takes effect at ~/inject_faults"
     ),
-    ParameterSpec("disc_eccentricity", 0.0, "of the disc for ~/load_disc", "m", (0.0, 1.0)),
+    ParameterSpec(
+        "disc_eccentricity", 0.0, "eccentricity of the disc that ~/load_disc loads", "m", (0.0, 1.0)
+    ),
     ParameterSpec(
         "disc_angle",
         0.0,
-        "of the disc's unbalance for ~/load_disc, from that of the disc before",
+        "angle of the unbalance that ~/load_disc loads, from that of the previous disc",
         "rad",
         (-1e3, 1e3),
     ),

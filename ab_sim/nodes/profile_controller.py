@@ -47,23 +47,29 @@ PROFILE_PARAMETERS = (
     ParameterSpec(
         "profile",
         "thesis-hold",
-        "name or YAML file of a scene that has a profile, YAML file of a profile alone, or that in "
-        "braces; read when it is set, the next ~/start takes it",
+        "scene with a profile (name or YAML file), YAML file of a profile, or its text in braces; "
+        "it is read at once and takes effect at the next ~/start",
     ),
     ParameterSpec(
-        "changes", [""], "changes to the scene, each key=value; the next ~/start takes them"
+        "changes",
+        [""],
+        "changes to the scene, each key=value; they take effect at the next ~/start",
     ),
     ParameterSpec(
         "snapshot",
         "profile.json",
-        "file, ends in .json, that ~/save_snapshot writes and ~/restore_snapshot reads",
+        "file (.json) that ~/save_snapshot writes and ~/restore_snapshot reads",
     ),
-    ParameterSpec("command_rate", 1.0 / PERIOD, "commands", "1/s", (1.0, 1000.0), fixed=True),
-    ParameterSpec("auto_start", False, "start as soon as there is a drive", fixed=True),
+    ParameterSpec(
+        "command_rate", 1.0 / PERIOD, "rate of commands", "1/s", (1.0, 1000.0), fixed=True
+    ),
+    ParameterSpec(
+        "auto_start", False, "start as soon as a drive is found, without ~/start", fixed=True
+    ),
     ParameterSpec(
         "abort_deceleration",
         0.0,
-        "of the ramp down after ~/abort; 0: the profile's own steepest",
+        "deceleration after ~/abort; 0: the profile's largest",
         "rad/s^2",
         (0.0, 1e9),
         fixed=True,
@@ -71,7 +77,7 @@ PROFILE_PARAMETERS = (
     ParameterSpec(
         "vibration_timeout",
         SILENCE,
-        "without a good sample of it, where a condition needs the vibration, before an abort",
+        "time without a valid vibration sample that a condition needs, after which it aborts",
         "s",
         (0.001, 1e4),
         fixed=True,
@@ -79,8 +85,8 @@ PROFILE_PARAMETERS = (
     ParameterSpec(
         "lead_time",
         0.1,
-        "from ~/start to the beginning of a profile that is sent as a trajectory: in this time it "
-        "must reach the drive; 0 for a drive that stands still; simulated time",
+        "simulated time from ~/start to the beginning of a profile that is sent as a trajectory, "
+        "within which it must reach the drive; 0 for a drive whose time stands still",
         "s",
         (0.0, 10.0),
         fixed=True,

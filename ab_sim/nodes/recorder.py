@@ -48,23 +48,23 @@ RECORDER_PARAMETERS = (
     ParameterSpec(
         "view",
         NONE,
-        "where to watch: none, web, native, or a viewer that runs: rerun+http://HOST:PORT/proxy",
+        "viewer: none, web, native, or the address of a running one: rerun+http://HOST:PORT/proxy",
         fixed=True,
     ),
     ParameterSpec(
-        "web_port", 0, "of the web viewer's page; 0: any free", "1", (0, 65535), fixed=True
+        "web_port", 0, "port of the web viewer's page; 0: any free one", "1", (0, 65535), fixed=True
     ),
     ParameterSpec("bag", "", "folder of a ROS 2 bag (MCAP) to write; empty: none", fixed=True),
     ParameterSpec(
         "keep",
         True,
-        "whether an .rrd file stays; false: only to watch, or beside a bag",
+        "whether to keep an .rrd file; false: only watch, or write a bag",
         fixed=True,
     ),
     ParameterSpec(
         "every",
         1,
-        "keep every nth sample in the .rrd file, and all around events",
+        "keep every n-th sample in the .rrd file, and all samples around events",
         "1",
         (1, 1e9),
         fixed=True,
@@ -72,7 +72,7 @@ RECORDER_PARAMETERS = (
     ParameterSpec(
         "around",
         AROUND,
-        "keep all samples so long before and after an event, or a turn of the command",
+        "keep all samples within this time of an event or a change of the command",
         "s",
         (0.0, 60.0),
         fixed=True,
@@ -80,7 +80,7 @@ RECORDER_PARAMETERS = (
     ParameterSpec(
         "queue",
         10_000,
-        "messages of each topic kept while the disk is slow",
+        "number of messages per topic kept while the disk is slow",
         "1",
         (10, 1e6),
         fixed=True,

@@ -18,8 +18,8 @@ LEAST_SAMPLES = 4
 class RunUp(Section):
     """Common part of profiles that run up to a speed."""
 
-    acceleration: Number = quantity("of the run-up", "rad/s^2", ge=1e-6, le=1e6)
-    target_speed: Number = quantity("speed that is kept at the end", "rad/s", gt=0, le=1e5)
+    acceleration: Number = quantity("acceleration of the run-up", "rad/s^2", ge=1e-6, le=1e6)
+    target_speed: Number = quantity("final speed", "rad/s", gt=0, le=1e5)
 
 
 class AdaptiveProfile(RunUp):
@@ -32,10 +32,10 @@ class AdaptiveProfile(RunUp):
 
     kind: Literal["adaptive"] = KIND
     sensor: SensorName = quantity(
-        "which of the scene's sensors or probes it is told of, by its name", "-"
+        "name of the sensor or probe in the scene whose readings the controller gets", "-"
     )
     command_period: Number = quantity(
-        "time between two commands; a whole number of steps", "s", ge=1e-4, le=0.1, default=0.005
+        "time between two commands, a whole number of steps", "s", ge=1e-4, le=0.1, default=0.005
     )
 
     def steps_per_command(self, step: float) -> int:

@@ -28,10 +28,10 @@ class Deck(Section):
     spindle axis.
     """
 
-    center: Point = quantity("of mass, from C on deck axes", "m", default=(0.0, 0.0, 0.0))
+    center: Point = quantity("centre of mass from C, on deck axes", "m", default=(0.0, 0.0, 0.0))
     inertia: Inertia = quantity(
-        "about the centre of mass on deck axes: [xx, yy, zz] or [xx, yy, zz, xy, xz, yz]; xy is "
-        "minus the integral of x y dm",
+        "inertia about the centre of mass, on deck axes: [xx, yy, zz] or [xx, yy, zz, xy, xz, "
+        "yz]; xy is minus the integral of x y dm",
         "kg m^2",
     )
 
@@ -39,11 +39,15 @@ class Deck(Section):
 class Mount(Section):
     """A rubber mount between deck and housing: springs and dampers along three axes."""
 
-    position: Point = quantity("where it holds the deck, from C on deck axes", "m")
-    stiffness: PerBall[Stiffness] = quantity("along its axes: one number, or three", "N/m")
-    damping: PerBall[Damping] = quantity("along its axes: one number, or three", "N s/m")
+    position: Point = quantity("position of the mount from C, on deck axes", "m")
+    stiffness: PerBall[Stiffness] = quantity(
+        "value along the mount's axes: one number, or three", "N/m"
+    )
+    damping: PerBall[Damping] = quantity(
+        "value along the mount's axes: one number, or three", "N s/m"
+    )
     turned: Vector = quantity(
-        "rotation vector that turns its axes from the ground's", "rad", default=(0.0, 0.0, 0.0)
+        "rotation vector from the ground's axes to the mount's", "rad", default=(0.0, 0.0, 0.0)
     )
 
 

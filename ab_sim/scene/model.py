@@ -46,12 +46,12 @@ class Scene(Section):
     """
 
     name: OneLine = Field(
-        default="", description="what it is called, one line; default the file's name"
+        default="", description="name of the scene, one line; default: the file's name"
     )
-    description: Words = Field(default="", description="what it shows, for people")
-    source: Words = Field(default="", description="where its values are from, for people")
+    description: Words = Field(default="", description="description for readers")
+    source: Words = Field(default="", description="source of the values, for readers")
     assumed: tuple[Words, ...] = Field(
-        default=(), description="what had to be assumed, a sentence each"
+        default=(), description="assumptions that the source does not state, one sentence each"
     )
     rotor: Rotor
     deck: Deck | None = None
@@ -61,25 +61,27 @@ class Scene(Section):
     )
     deck_model: OneLine | None = Field(
         default=None,
-        description="which equations the deck has, by name; without, those of a deck in space "
-        "where the scene has one (section deck), else those of a deck in the plane of the disc",
+        description="name of the deck's equations; default: those of a deck in space if the "
+        "scene has a section deck, else those of a deck in the plane of the disc",
     )
     race: Race = Race(radius=0.01)
     """Needed with balls; else its radius is the scale of pictures."""
     balls: Balls
     effects: dict[str, Any] = Field(
-        description="what acts on the motion: a list of names, each with its parameters (`ab-sim "
-        "effects` prints them); what is not named is not computed; [] for none"
+        description="effects that act on the motion: a list of names, each with its "
+        "parameters (`ab-sim effects` prints them); other effects are not "
+        "computed; [] for none"
     )
     sensors: Sensors = Field(
         default={},
-        description="accelerometers, each by a name of its own, with its parameters (`ab-sim "
-        "sensors` prints them), e.g. {accelerometer: {bandwidth: 200}}",
+        description="accelerometers by name, each with its parameters (`ab-sim sensors` "
+        "prints them), e.g. {accelerometer: {bandwidth: 200}}",
     )
     probes: Probes = Field(
         default={},
-        description="proximity probes, which read the deck's displacement, each by a name of its "
-        "own, with its parameters (`ab-sim sensors` prints them), e.g. {probe: {bandwidth: 200}}",
+        description="proximity probes, which read the deck's displacement, by name, each with "
+        "its parameters (`ab-sim sensors` prints them), e.g. {probe: {bandwidth: "
+        "200}}",
     )
     start: Start = Start()
     spindle: Spindle
@@ -91,7 +93,7 @@ class Scene(Section):
     """Solver; unused while an accuracy is requested: ``resolve_accuracy`` finds one."""
     balanced: Balanced | None = None
     """Criterion of the metric of that name; None: its default."""
-    duration: Number = quantity("how long a run of the scene lasts", "s", gt=0, le=1e6)
+    duration: Number = quantity("duration of a run", "s", gt=0, le=1e6)
 
     @property
     def pickups(self) -> dict[str, Sampled]:

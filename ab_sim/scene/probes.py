@@ -41,13 +41,17 @@ class ProximityProbe(Sampled):
         default=0.0,
     )
     range: Number = quantity(
-        "s_max, readings are clipped at +- this", "m", gt=0, le=10, default=1e-3
+        "s_max, largest reading; readings are clipped at +- s_max", "m", gt=0, le=10, default=1e-3
     )
     noise_density: Number = quantity(
-        "N, root of the noise's one-sided spectrum", "m/sqrt(Hz)", ge=0, le=1.0, default=1e-8
+        "N, root of the one-sided power spectral density of the noise",
+        "m/sqrt(Hz)",
+        ge=0,
+        le=1.0,
+        default=1e-8,
     )
     resolution: Number = quantity(
-        "q, difference of neighbouring readings; 0: none", "m", ge=0, le=10, default=3.05e-8
+        "q, step between two readings; 0: not rounded", "m", ge=0, le=10, default=3.05e-8
     )
 
 

@@ -15,14 +15,20 @@ class VariableSpeedPeriod(Section):
     """The period near the critical speed in which the spindle accelerates differently."""
 
     start_speed: Number | None = quantity(
-        "speed at which it begins (give this or start_time)", "rad/s", default=None
+        "speed at which the period begins (give this or start_time)", "rad/s", default=None
     )
     start_time: Number | None = quantity(
-        "time at which it begins (give this or start_speed)", "s", ge=0, le=1e6, default=None
+        "time at which the period begins (give this or start_speed)",
+        "s",
+        ge=0,
+        le=1e6,
+        default=None,
     )
-    duration: Number = quantity("its length", "s", ge=1e-6, le=1e4)
+    duration: Number = quantity("duration of the period", "s", ge=1e-6, le=1e4)
     acceleration: Number = quantity(
-        "acceleration during it: 0 holds the speed, negative decelerates", "rad/s^2", default=0.0
+        "acceleration during the period: 0 holds the speed, negative decelerates",
+        "rad/s^2",
+        default=0.0,
     )
 
     @model_validator(mode="after")
@@ -64,7 +70,7 @@ class SpeedChangeProfile(Section):
 
     kind: Literal["speed_change"] = KIND
     start_time: Number = quantity("t_b, time at which the change begins", "s", ge=0, le=1e6)
-    duration: Number = quantity("t_r, how long it takes", "s", ge=1e-6, le=1e4)
+    duration: Number = quantity("t_r, duration of the change", "s", ge=1e-6, le=1e4)
     to_speed: Number = quantity("speed after the change", "rad/s", ge=-1e5, le=1e5)
 
 

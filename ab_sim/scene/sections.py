@@ -37,14 +37,14 @@ class Rotor(Section):
     """The parts that move on the suspension, and their unbalance (docs/equations.md, 1)."""
 
     total_mass: Number | None = quantity(
-        "M, everything that moves on the suspension, balls included (give this or mass)",
+        "M, all mass on the suspension, with the balls (give this or mass)",
         "kg",
         ge=1e-9,
         le=1e3,
         default=None,
     )
     mass: Number | None = quantity(
-        "M - n m, everything that moves on the suspension but the balls (give this or total_mass)",
+        "M - n m, all mass on the suspension without the balls (give this or total_mass)",
         "kg",
         ge=1e-9,
         le=1e3,
@@ -54,7 +54,7 @@ class Rotor(Section):
         "e, distance of the eccentric mass's centre from the shaft axis", "m", ge=0, le=1.0
     )
     eccentric_mass: Number | None = quantity(
-        "M0, the mass that is eccentric; default M - n m, all but the balls",
+        "M0, the eccentric mass; default: M - n m, all mass without the balls",
         "kg",
         ge=1e-9,
         le=1e3,
@@ -62,12 +62,14 @@ class Rotor(Section):
     )
 
     height: Length = quantity(
-        "of its mass centre along the shaft; only with a deck in space", "m", default=0.0
+        "height of the rotor's mass centre along the shaft; only with a deck in space",
+        "m",
+        default=0.0,
     )
     inertia: Inertia | None = quantity(
-        "of rotor and disc about their mass centre, the first axis through the unbalance: "
-        "[xx, yy, zz] or [xx, yy, zz, xy, xz, yz], xz and yz being a couple unbalance; only with a "
-        "deck in space",
+        "inertia of rotor and disc about their mass centre, the first axis through the "
+        "unbalance: [xx, yy, zz] or [xx, yy, zz, xy, xz, yz]; xz and yz are a couple "
+        "unbalance; only with a deck in space",
         "kg m^2",
         default=None,
     )
@@ -78,7 +80,8 @@ class Race(Section):
 
     radius: Number = quantity("R, radius of the circle of the balls' centres", "m", gt=0, le=10)
     height: PerBall[Length] = quantity(
-        "of its plane along the shaft, one number or one for each race; only with a deck in space",
+        "height of the race's plane along the shaft, one number or one per race; only with a "
+        "deck in space",
         "m",
         default=0.0,
     )
@@ -92,19 +95,19 @@ class Race(Section):
 class Balls(Section):
     """The balls, all equal or each with its own mass and radius."""
 
-    count: Count = quantity("n, how many there are", "1", ge=0, le=MAX_BALLS)
+    count: Count = quantity("n, number of balls", "1", ge=0, le=MAX_BALLS)
     mass: PerBall[Mass] | None = quantity(
         "m, mass of a ball: one number for all, or a list with one per ball", "kg", default=None
     )
     radius: PerBall[Radius] | None = quantity(
-        "a, radius of a ball: one number for all, or a list with one per ball; needed by "
-        "some effects, and tells where balls overlap",
+        "a, radius of a ball: one number for all, or a list with one per ball; required by "
+        "some effects, and to report overlapping balls",
         "m",
         default=None,
     )
 
     race: PerBall[Count] = quantity(
-        "in which race a ball runs, counted from 0: one number for all, or one per ball",
+        "number of a ball's race, counted from 0: one number for all, or one per ball",
         "1",
         default=0,
     )
@@ -140,21 +143,23 @@ class StartDeck(Section):
     """Start state of the deck."""
 
     position: tuple[Length, ...] | None = quantity(
-        "x, y from where it hangs at rest; of a deck in space X, Y, Z of C from where the mounts "
-        "are relaxed, by default where it hangs at rest",
+        "x, y from the position at rest; for a deck in space X, Y, Z of C from its position "
+        "with relaxed mounts; default: at rest under gravity",
         "m",
         default=None,
     )
     velocity: tuple[Number, ...] | None = quantity(
-        "its rates of change; default 0", "m/s", default=None
+        "rates of change of the position; default 0", "m/s", default=None
     )
     tilt: Vector | None = quantity(
-        "alpha, beta, gamma of a deck in space: turned by gamma about Z, then by alpha about the "
-        "new x, then by beta about the last y; default as it hangs at rest",
+        "alpha, beta, gamma of a deck in space: rotation by gamma about Z, then by alpha "
+        "about the new x, then by beta about the newest y; default: at rest under gravity",
         "rad",
         default=None,
     )
-    tilt_rate: Vector | None = quantity("their rates of change; default 0", "rad/s", default=None)
+    tilt_rate: Vector | None = quantity(
+        "rates of change of the tilt angles; default 0", "rad/s", default=None
+    )
 
 
 class Start(Section):
@@ -165,8 +170,9 @@ class Start(Section):
         "psi, the spindle's angle: direction of the unbalance in space", "rad", default=0.0
     )
     ball_angles: tuple[Angle, ...] | None = quantity(
-        "theta, each ball's angle from the unbalance; default the golden angle, 2.4 rad, from ball "
-        "to ball, so that equal balls part; with ball_contact a packed row around 0",
+        "theta, each ball's angle from the unbalance; default: the golden angle, 2.4 rad, "
+        "from ball to ball, so that equal balls separate; with ball_contact a packed row "
+        "around 0",
         "rad",
         default=None,
     )
@@ -183,10 +189,13 @@ class Spindle(Section):
     """Limits of the speed servo that follows live commands."""
 
     max_speed: Number = quantity(
-        "a command beyond this magnitude is rejected", "rad/s", gt=0, le=1e5
+        "largest magnitude of a commanded speed; a larger command is rejected",
+        "rad/s",
+        gt=0,
+        le=1e5,
     )
     max_acceleration: Number = quantity(
-        "the servo changes the speed no faster than this", "rad/s^2", gt=0, le=1e6
+        "largest acceleration with which the servo changes the speed", "rad/s^2", gt=0, le=1e6
     )
 
 
@@ -195,15 +204,15 @@ class Solver(Section):
 
     stepper: str = Field(
         default="auto",
-        description="name of a registered stepper, or auto: chosen for the scene",
+        description="name of a registered stepper, or auto to choose one for the scene",
     )
     step: Number = quantity(
-        "integration step; a whole number of nanoseconds", "s", gt=0, le=1.0, default=1e-3
+        "integration step, a whole number of nanoseconds", "s", gt=0, le=1.0, default=1e-3
     )
 
     parameters: dict[str, Number] = Field(
         default_factory=dict,
-        description="numbers that the stepper takes, by name; it has to be named: auto takes none",
+        description="parameters of the stepper by name; not allowed with auto",
     )
 
     @model_validator(mode="after")
@@ -221,10 +230,15 @@ class Accuracy(Section):
     """Largest allowed error of a run; given instead of a solver."""
 
     angle: Number | None = quantity(
-        "error of any ball's angle from the unbalance", "rad", gt=0, le=10.0, default=None
+        "largest allowed error of a ball's angle from the unbalance",
+        "rad",
+        gt=0,
+        le=10.0,
+        default=None,
     )
     whirl: Number | None = quantity(
-        "error of the deck's displacement, in eccentricities e; in race radii if e = 0",
+        "largest allowed error of the deck's displacement, in eccentricities e; in race radii "
+        "if e = 0",
         "1",
         gt=0,
         le=1e6,
@@ -242,14 +256,16 @@ class Balanced(Section):
     """Criterion of the metric `balanced`; it does not act on the motion."""
 
     residual_unbalance: Number = quantity(
-        "largest share of the unbalance M0 e that balls may leave, over the last tenth of a run",
+        "largest residual unbalance of a balanced run, as a fraction of M0 e, over the last "
+        "tenth of the run",
         "1",
         gt=0,
         le=1e6,
         default=0.1,
     )
     residual_couple: Number | None = quantity(
-        "the same of the rotor's couple; without, and where it has none, the couple does not count",
+        "largest residual couple of a balanced run, as a fraction of the rotor's couple; "
+        "without this key, or without a couple, it does not count",
         "1",
         gt=0,
         le=1e6,

@@ -11,7 +11,7 @@ from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.section import Section
 
 MOST_SEGMENTS = 1000
-KIND: Any = Field(description="which profile it is; the other keys are its own")
+KIND: Any = Field(description="kind of the profile, which decides its other keys")
 Speeds = tuple[float, float]
 """Lowest and highest possible speed [rad/s]."""
 
@@ -24,23 +24,25 @@ class Until(Section):
     """
 
     vibration_rms_below: Number | None = quantity(
-        "it ends when the vibration is less (give this or vibration_rms_above)",
+        "the segment ends when the rms is below this (give this or vibration_rms_above)",
         "m/s^2",
         gt=0,
         le=1e6,
         default=None,
     )
     vibration_rms_above: Number | None = quantity(
-        "it ends when the vibration is more (give this or vibration_rms_below)",
+        "the segment ends when the rms is above this (give this or vibration_rms_below)",
         "m/s^2",
         gt=0,
         le=1e6,
         default=None,
     )
-    over: Number = quantity("length of a window", "s", ge=1e-3, le=1e4)
-    at_most: Number = quantity("the segment lasts no longer", "s", ge=1e-3, le=1e4)
+    over: Number = quantity(
+        "length of the window over which the rms is taken", "s", ge=1e-3, le=1e4
+    )
+    at_most: Number = quantity("longest duration of the segment", "s", ge=1e-3, le=1e4)
     otherwise: Literal["go_on", "abort"] = Field(
-        default="go_on", description="what follows if it has lasted so long: go_on or abort"
+        default="go_on", description="reaction if the segment reaches at_most: go_on or abort"
     )
 
     @model_validator(mode="after")
@@ -66,22 +68,22 @@ class Segment(Section):
     """One acceleration, or one hold."""
 
     to: Number | None = quantity(
-        "speed at which it ends; acceleration says how fast, whichever way",
+        "speed at which the segment ends; acceleration is its rate, upwards or downwards",
         "rad/s",
         ge=-1e5,
         le=1e5,
         default=None,
     )
     hold: Number | None = quantity(
-        "for how long the speed is held", "s", ge=1e-6, le=1e4, default=None
+        "time for which the speed is held", "s", ge=1e-6, le=1e4, default=None
     )
     duration: Number | None = quantity(
-        "for how long it accelerates", "s", ge=1e-6, le=1e4, default=None
+        "time for which the spindle accelerates", "s", ge=1e-6, le=1e4, default=None
     )
     until: Until | None = None
     """Condition that ends the segment, while it holds a speed or accelerates."""
     acceleration: Number | None = quantity(
-        "with to more than 0; with duration and until negative downwards",
+        "acceleration; with to above 0, with duration and until negative to decelerate",
         "rad/s^2",
         ge=-1e6,
         le=1e6,
@@ -148,7 +150,7 @@ class SegmentsProfile(Section):
 
     kind: Literal["segments"] = KIND
     segments: tuple[Segment, ...] = Field(
-        description="each with one of to, hold, duration, until",
+        description="segments in order, each with one of to, hold, duration, until",
         min_length=1,
         max_length=MOST_SEGMENTS,
     )

@@ -25,12 +25,13 @@ class Sampled(Section):
     """Unit of a reading."""
 
     position: tuple[Length, Length, Length] = quantity(
-        "where it sits on the deck, from C on deck axes; only with a deck in space",
+        "position of the sensor from C, on deck axes; only with a deck in space",
         "m",
         default=(0.0, 0.0, 0.0),
     )
     axis_angle: Number = quantity(
-        "phi, first axis from the deck's x; the second is pi/2 further",
+        "phi, angle from the deck's x axis to the sensor's first axis; the second axis is "
+        "pi/2 ahead",
         "rad",
         ge=-1e3,
         le=1e3,
@@ -39,14 +40,18 @@ class Sampled(Section):
     range: Number
     noise_density: Number
     bandwidth: Number = quantity(
-        "F_c, where the low-pass is 3 dB down", "Hz", ge=1e-3, le=1e9, default=100.0
+        "F_c, -3 dB frequency of the low-pass filter", "Hz", ge=1e-3, le=1e9, default=100.0
     )
     sample_rate: Number = quantity(
-        "F_s; a whole number of steps per sample", "Hz", ge=1e-3, le=1e9, default=1000.0
+        "F_s, sample rate; a whole number of steps per sample",
+        "Hz",
+        ge=1e-3,
+        le=1e9,
+        default=1000.0,
     )
     resolution: Number
     seed: Count = quantity(
-        "picks the noise; several sensors of a scene with one seed differ",
+        "seed of the noise; sensors with the same seed have different noise",
         "1",
         ge=0,
         le=10**9,
@@ -133,17 +138,21 @@ class Accelerometer(Sampled):
     )
 
     range: Number = quantity(
-        "s_max, readings are clipped at +- this", "m/s^2", gt=0, le=1e9, default=156.9064
+        "s_max, largest reading; readings are clipped at +- s_max",
+        "m/s^2",
+        gt=0,
+        le=1e9,
+        default=156.9064,
     )
     noise_density: Number = quantity(
-        "N, root of the noise's one-sided spectrum",
+        "N, root of the one-sided power spectral density of the noise",
         "(m/s^2)/sqrt(Hz)",
         ge=0,
         le=1e6,
         default=6.864655e-4,
     )
     resolution: Number = quantity(
-        "q, difference of neighbouring readings; 0: none",
+        "q, step between two readings; 0: not rounded",
         "m/s^2",
         ge=0,
         le=1e9,

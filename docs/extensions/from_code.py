@@ -1,22 +1,28 @@
-"""Parts of pages that are made from the code: a comment `<!-- from code: NAME -->` stands for each.
+"""Write the parts of documentation pages that follow from the code.
 
-What follows it up to a comment `<!-- to here -->` is for who reads the page itself, and left out.
+    .venv/bin/python docs/extensions/from_code.py
+
+A part stands between the comments `<!-- from code: NAME -->` and `<!-- to here -->`. Those of
+``AT_BUILD`` depend on the checkout or on Sphinx, and are filled in when the site is built.
 """
 
 import re
+import sys
 from collections.abc import Callable, Iterable, Iterator
-from inspect import cleandoc
+from inspect import cleandoc, getdoc
 from pathlib import Path
-from typing import Any, get_args, get_type_hints
+from typing import TYPE_CHECKING, Any, get_args, get_type_hints
 
 import yaml
 from gallery_scripts import examples
 from laws import LAWS
 from pydantic import BaseModel
-from sphinx.application import Sphinx
 
-ROOT = Path(__file__).parents[2]
-_MARK = re.compile(
+if TYPE_CHECKING:
+    from sphinx.application import Sphinx
+
+ROOT = Path(__file__).absolute().parents[2]
+_PART = re.compile(
     r"^<!-- from code: ([a-z-]+) -->$(?:(?:\n(?!<!-- from code).*)*?\n<!-- to here -->$)?",
     re.MULTILINE,
 )
@@ -253,7 +259,7 @@ def effects() -> Iterator[str]:
         yield from _parameters(effect, fields, f"effects.{name}.")
         if effect.uses_ball_radius:
             yield from ["It also uses `balls.radius`.", ""]
-        yield from ["````{dropdown} What its code computes", ""]
+        yield from ["<details><summary>What its code computes</summary>", ""]
         for formula in formulas_of(effect):
             said = f": {_cell(formula.meaning)}" if formula.meaning else ""
             yield from [f"`{formula.method}`{said}", ""]
@@ -261,7 +267,7 @@ def effects() -> Iterator[str]:
                 yield from [f"cannot be printed: {formula.trouble}", ""]
             else:
                 yield from typeset(formula.lines)
-        yield from ["````", ""]
+        yield from ["</details>", ""]
 
 
 def sensors() -> Iterator[str]:
@@ -373,7 +379,19 @@ def glossary() -> Iterator[str]:
         yield "glossary"
 
 
-MAKERS: dict[str, Callable[[], Iterator[str]]] = {
+def python() -> Iterator[str]:
+    """Every public name of the package, with the first line of its docstring."""
+    import ab_sim
+
+    rows = []
+    for name in ab_sim.__all__:
+        value = getattr(ab_sim, name)
+        words = "Version of the package." if isinstance(value, str) else getdoc(value) or ""
+        rows.append([f"`ab_sim.{name}`", _cell(_plain(words.partition("\n\n")[0]))])
+    yield from _table(["name", "what it is or does"], rows)
+
+
+STORED: dict[str, Callable[[], Iterator[str]]] = {
     "scene-keys": scene_keys,
     "effects": effects,
     "sensors": sensors,
@@ -381,19 +399,55 @@ MAKERS: dict[str, Callable[[], Iterator[str]]] = {
     "metrics": metrics,
     "node-parameters": node_parameters,
     "scenes": scenes,
-    "examples": examples,
     "topics": topics,
+    "python": python,
+}
+AT_BUILD: dict[str, Callable[[], Iterator[str]]] = {
+    "examples": examples,
     "guide": guide,
     "glossary": glossary,
 }
 
 
-def fill_in(app: Sphinx, docname: str, source: list[str]) -> None:
-    """Put what is made in the place of its comment."""
-    source[0] = _MARK.sub(lambda mark: "\n".join(MAKERS[mark[1]]()), source[0])
+def current(text: str) -> str:
+    """Return a page with its stored parts as the code has them now."""
+
+    def part(mark: re.Match[str]) -> str:
+        if mark[1] not in STORED:
+            return mark[0]
+        body = "\n".join(STORED[mark[1]]()).strip("\n")
+        return f"<!-- from code: {mark[1]} -->\n\n{body}\n\n<!-- to here -->"
+
+    return _PART.sub(part, text)
 
 
-def setup(app: Sphinx) -> dict[str, bool]:
-    """As Sphinx calls it."""
-    app.connect("source-read", fill_in, priority=100)  # before links are led out
+def main() -> int:
+    """Write all pages; with ``--check`` only report those that are not current."""
+    stale = []
+    for page in sorted((ROOT / "docs").rglob("*.md")):
+        text = page.read_text(encoding="utf-8")
+        if "_build" not in page.parts and (new := current(text)) != text:
+            stale.append(page.relative_to(ROOT))
+            if "--check" not in sys.argv:
+                page.write_text(new, encoding="utf-8")
+    for name in stale:
+        print(f"{name}: not current" if "--check" in sys.argv else name)
+    return int("--check" in sys.argv and bool(stale))
+
+
+def fill_in(app: "Sphinx", docname: str, source: list[str]) -> None:
+    """Fill in the parts of a page that are not stored."""
+    source[0] = _PART.sub(
+        lambda mark: "\n".join(AT_BUILD[mark[1]]()) if mark[1] in AT_BUILD else mark[0], source[0]
+    )
+
+
+def setup(app: "Sphinx") -> dict[str, bool]:
+    """Connect to Sphinx, before links are changed."""
+    app.connect("source-read", fill_in, priority=100)
     return {"parallel_read_safe": True, "parallel_write_safe": True}
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT))
+    sys.exit(main())

@@ -208,7 +208,7 @@ def test_sensors_are_described() -> None:
     done = ab_sim("sensors")
     assert done.returncode == 0, done.stderr
     for words in (
-        "F_c, where the low-pass is 3 dB down [Hz]; default 100", "Butterworth", "TDK",
+        "F_c, -3 dB frequency of the low-pass filter [Hz]; default 100", "Butterworth", "TDK",
         "only with a deck in space [m]; default 0, 0, 0",
     ):  # fmt: skip
         assert words in done.stdout, words

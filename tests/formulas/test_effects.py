@@ -100,13 +100,13 @@ def test_every_method_that_an_effect_may_have_is_known() -> None:
     ("description", "symbol"),
     [
         ("k_3", "k_3"),
-        ("beta_b, a length: beta_b/a is the coefficient", "beta_b"),
+        ("beta_b, arm of rolling friction; beta_b/a is the coefficient", "beta_b"),
         ("T_max, at standstill", "T_max"),
-        ("g, of free fall", "g"),
+        ("g, acceleration of free fall", "g"),
         ("I_r of rotor and disc", "I_r"),
         ("mu", "mu"),
         ("a slower approach does not bounce", "name"),
-        ("of the race's centre towards the unbalance", "name"),
+        ("offset of the race's centre towards the unbalance", "name"),
         ("angle between shaft and vertical", "name"),
     ],
 )

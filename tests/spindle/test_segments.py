@@ -175,7 +175,7 @@ def test_conditions_have_no_speed_over_time_beforehand(scene: Any) -> None:
         ("{to: 1, acceleration: -3}", "the speed to go to says which way"),
         ("{to: .nan, acceleration: 3}", "0.to = nan: must be a finite number"),
         ("{to: 3, acceleration: .inf}", "0.acceleration = inf: must be a finite number"),
-        ("{hold: -1}", "0.hold = -1: must be at least 1e-06; for how long the speed is held [s]"),
+        ("{hold: -1}", "0.hold = -1: must be at least 1e-06; time for which the speed is held [s]"),
         ("{hold: 1, acceleration: 2}", "hold keeps the speed and takes no acceleration"),
         ("{too: 1}", "did you mean 'to'?; allowed here: to, hold, duration, until, acceleration"),
         ("{until: {vibration_rms_below: 1, over: 1}}", "until.at_most: is missing; add it"),

@@ -24,12 +24,12 @@ from ab_sim.analysis.metrics.wording import (
 )
 
 _VIBRATION = (
-    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) where the sensors sit, "
-    "along each of their axes; without sensors at C, along x and y, in space z"
+    f"velocity of the deck from {LOWEST:g} to {HIGHEST:g} Hz (ISO 20816-1) at the sensors' "
+    "places, along each of their axes; without sensors at C, along x and y, in space also z"
 )
 _TOO_SPARSE = (
-    "null where the spindle turns faster or slower than the band, so that what comes once per turn "
-    "is not in it, and where samples are uneven, or more than 10 ms or a quarter of a turn apart,"
+    "null if the once-per-turn vibration is outside this band, or if samples are uneven, or more "
+    "than 10 ms or a quarter of a turn apart,"
 )
 _FILTERED = "v filtered by Butterworth of 4th order, v = v_C + w_deck x r"
 
@@ -44,8 +44,8 @@ class Metrics(MotionMetrics):
     in_band_after_start = Metric[float | None](
         "in_band_after_start",
         "s",
-        "in_band_from, counted from the instant at which the speed asked for begins to change; "
-        "null if in_band_from is, and where that speed never changes",
+        "in_band_from, counted from the first change of the requested speed; null if "
+        "in_band_from is null, or if that speed never changes",
         "max(in_band_from - t_s, 0), t_s the last sample before the command first changes",
         StartUpConclusion,
         lambda start_up: start_up.in_band,
@@ -56,9 +56,9 @@ class Metrics(MotionMetrics):
     start_up_time = Metric[float | None](
         "start_up_time",
         "s",
-        "from that instant until the spindle has the speed that is asked for last, within "
-        f"{100 * NEAR:g} %, and the whirl stays in its band; null if not both before the last "
-        "stretch, and where the speed asked for never changes",
+        "time from the first change of the requested speed until the spindle is within "
+        f"{100 * NEAR:g} % of the last requested speed and the whirl stays in its band; null "
+        "unless both happen before the last tenth of the run",
         "max(in_band_from, t_t) - t_s; from t_t on the command is w_c and abs(w - w_c) <= "
         f"{100 * NEAR:g} % of the larger of w_c and the first command",
         StartUpConclusion,
@@ -75,9 +75,10 @@ class Metrics(MotionMetrics):
     settling_period = Metric[float | None](
         "settling_period",
         "s",
-        "the thesis': from the beginning of the variable-speed period, or without one from when "
-        "the profile reaches the critical speed, until all balls first have theta <= -180 deg; "
-        "null if they never do, and but for a start-up that does either; no sign of balance",
+        "settling period of the thesis: from the beginning of the variable-speed period, or "
+        "without one from the critical speed, until all balls first have theta <= -180 deg; "
+        "null if they never do, and for profiles with neither; does not tell whether the "
+        "drive is balanced",
         "first_passage_of_opposite - t_p, thesis section 4.4",
         SettlingConclusion,
         lambda settling: settling.found,
@@ -85,8 +86,8 @@ class Metrics(MotionMetrics):
     peak_motor_torque = Metric[float | None](
         "peak_motor_torque",
         "N m",
-        "largest torque of the motor at any sample; null without the effect motor, where speed is "
-        "prescribed and nothing says what inertia is to be driven",
+        "largest magnitude of the motor's torque at any sample; null without the effect "
+        "motor, because the speed is then prescribed",
         "max abs(T)",
         TorqueWatch,
         lambda torque: torque.found,
@@ -96,8 +97,8 @@ class Metrics(MotionMetrics):
     vibration_velocity_rms = Metric[float | None](
         "vibration_velocity_rms",
         "mm/s",
-        f"root mean square over the last stretch of the {_VIBRATION}; the largest of all axes; "
-        f"{_TOO_SPARSE} there",
+        f"root mean square over the last tenth of the {_VIBRATION}; the largest of all axes; "
+        f"{_TOO_SPARSE} in that tenth",
         f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
         BroadBandWatch,
         lambda vibration: vibration.final,
@@ -113,7 +114,7 @@ class Metrics(MotionMetrics):
     vibration_velocity_null = Metric[str | None](
         "vibration_velocity_null",
         "-",
-        "why vibration_velocity_rms is null; null where it is not",
+        "reason for which vibration_velocity_rms is null; null if it is not",
         "a text",
         BroadBandWatch,
         lambda vibration: vibration.why_not,
@@ -122,7 +123,7 @@ class Metrics(MotionMetrics):
     velocity_rms = Metric[float](
         "velocity_rms",
         "mm/s",
-        "vibration_velocity_rms without its filters: of the velocity at all frequencies",
+        "vibration_velocity_rms without its filters, for all frequencies",
         "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
         BroadBandWatch,
         lambda vibration: vibration.whole,
@@ -133,7 +134,7 @@ class Metrics(MotionMetrics):
         "vibration_velocity_peak",
         "mm/s",
         "largest magnitude of the same in the whole run, at any sample and along any axis; "
-        f"{_TOO_SPARSE} anywhere",
+        f"{_TOO_SPARSE} anywhere in the run",
         f"max abs(v), {_FILTERED}",
         BroadBandWatch,
         lambda vibration: vibration.peak,
@@ -142,8 +143,9 @@ class Metrics(MotionMetrics):
     balance_grade = Metric[float](
         "balance_grade",
         "mm/s",
-        "G of ISO 21940-11 at the final speed: unbalance that is left over the last stretch, per "
-        "mass that turns, which is M0 and all balls, times speed; a couple is not in it",
+        "balance quality grade G of ISO 21940-11 at the final speed: residual unbalance over "
+        "the last tenth of the run, divided by the turning mass (M0 and all balls), times "
+        "speed; without the couple",
         "G = e_res abs(w), e_res = sqrt(mean(abs(M0 e + sum m_i R exp(i theta_i))^2)) / (M0 + sum "
         "m_i) over t >= t_l, w at the last sample",
         GradeConclusion,
@@ -154,8 +156,8 @@ class Metrics(MotionMetrics):
     slipped_turns_max = Metric[float | None](
         "slipped_turns_max",
         "1",
-        "turns on the race of the ball that is further from its start than others at the end of "
-        "the run; swinging to and fro does not add up; null without balls",
+        "turns of the ball that is farthest from its start angle at the end of the run, "
+        "relative to the race; oscillations do not add up; null without balls",
         "max over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
         SlipWatch,
         lambda slip: slip.most,
@@ -164,7 +166,7 @@ class Metrics(MotionMetrics):
     slipped_turns_total = Metric[float | None](
         "slipped_turns_total",
         "1",
-        "the same of all balls together; null without balls",
+        "turns relative to the race of all balls, summed; null without balls",
         "sum over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
         SlipWatch,
         lambda slip: slip.total,
@@ -173,7 +175,7 @@ class Metrics(MotionMetrics):
     balls_circulate = Metric[bool | None](
         "balls_circulate",
         "-",
-        "whether any ball does as circulating_balls says; null without balls",
+        "whether any ball circulates (see circulating_balls); null without balls",
         "circulating_balls is not null",
         FinalCirculationWatch,
         lambda watch: watch.any_ball,
@@ -183,12 +185,12 @@ class Metrics(MotionMetrics):
     balanced = Metric[bool | None](
         "balanced",
         "-",
-        "whether residual_unbalance is at most the scene's balanced.residual_unbalance (default "
-        "0.1: what rolling friction leaves of a rotor that balls have balanced), no ball "
-        "circulates, and the whirl has settled or rings down; residual_couple counts only where "
+        "whether residual_unbalance is at most the scene's balanced.residual_unbalance "
+        "(default 0.1, as rolling friction leaves up to 0.1 in a balanced rotor), no ball "
+        "circulates, and the whirl has settled or rings down; residual_couple counts only if "
         "the scene has balanced.residual_couple; null without an unbalance",
         "residual_unbalance <= limit, and no circulating_balls, and (settled or rings down: max W "
-        f"over t >= t_l at most that over the {EARLIER} stretches before, and residual_unbalance "
+        f"over t >= t_l at most that over the {EARLIER} tenths before, and residual_unbalance "
         "does not rise)",
         VerdictConclusion,
         lambda verdict: verdict.balanced,
@@ -199,7 +201,7 @@ class Metrics(MotionMetrics):
         "verdict",
         "-",
         f"{', '.join(each.value for each in Verdict)}: the last two without balls or without an "
-        "unbalance; of a run that rings down the final whirl is an upper bound",
+        "unbalance; if the run rings down, the final whirl is an upper bound",
         "from balanced, settled and circulating_balls",
         VerdictConclusion,
         lambda verdict: verdict.found,

@@ -58,7 +58,7 @@ class MotionMetrics(MetricValues):
     peak_whirl = Metric[float](
         "peak_whirl_over_e",
         "e",
-        "largest whirl, found between samples",
+        "largest whirl; its peak is interpolated between samples",
         "max W(t) / e, W = hypot(x, y); between samples along a cubic through places and "
         "velocities",
         PeakWatch,
@@ -69,7 +69,7 @@ class MotionMetrics(MetricValues):
     peak_time = Metric[float](
         "peak_time",
         "s",
-        "when the whirl is largest",
+        "time of the largest whirl",
         "t of max W(t)",
         PeakWatch,
         lambda peak: peak.found.time,
@@ -77,8 +77,8 @@ class MotionMetrics(MetricValues):
     final_whirl = Metric[float](
         "final_whirl_over_e",
         "e",
-        "root mean square of the whirl over the last stretch",
-        "sqrt(mean(W^2)) / e over t >= t_l, t_l the beginning of the last stretch",
+        "root mean square of the whirl over the last tenth of the run",
+        "sqrt(mean(W^2)) / e over t >= t_l, t_l the beginning of the last tenth",
         FinalWhirlWatch,
         lambda final: final.mean_squares.values,
         Row(
@@ -104,7 +104,7 @@ class MotionMetrics(MetricValues):
     halves = Metric[tuple[float, float]](
         "final_whirl_of_halves",
         "-",
-        "the same over the first and the second half of the last stretch [m]",
+        "root mean square of the whirl over both halves of the last tenth [m]",
         "sqrt(mean(W^2)) over each half of t >= t_l",
         FinalWhirlWatch,
         lambda final: final.halves,
@@ -114,7 +114,7 @@ class MotionMetrics(MetricValues):
     span = Metric[tuple[float, float]](
         "final_whirl_span",
         "-",
-        "least and largest whirl of the last stretch [m]",
+        "least and largest whirl of the last tenth [m]",
         "(min W, max W) over t >= t_l",
         FinalWhirlWatch,
         lambda final: final.span,
@@ -124,7 +124,7 @@ class MotionMetrics(MetricValues):
     band = Metric[float](
         "band_over_e",
         "e",
-        f"half the width of the band around the final whirl: {100 * BAND:g} % of it, at least "
+        f"half-width of the band around the final whirl: {100 * BAND:g} % of it, at least "
         f"{100 * FLOOR:g} % of M0 e / M",
         f"max({100 * BAND:g} % W_f, {100 * FLOOR:g} % M0 e / M) / e, W_f = sqrt(mean(W^2)) "
         "over t >= t_l",
@@ -134,8 +134,8 @@ class MotionMetrics(MetricValues):
     in_band_from = Metric[float | None](
         "in_band_from",
         "s",
-        "from when on the whirl stays within that band; null if it leaves it near the end, or has "
-        "not settled",
+        "time from which the whirl stays within band_over_e of its final value; null if it "
+        "leaves that band in the last tenth of the run, or has not settled",
         "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l or not settled",
         BandWatch,
         lambda band: band.found,
@@ -151,8 +151,8 @@ class MotionMetrics(MetricValues):
     once_per_turn = Metric[float | None](
         "once_per_turn_over_e",
         "e",
-        "size of the part of the whirl that comes once per turn, over the last stretch; null where "
-        f"that has fewer than {TURNS} turns or samples more than a quarter of a turn apart",
+        "amplitude of the once-per-turn part of the whirl, over the last tenth of the run; null if "
+        f"that has fewer than {TURNS} turns, or samples more than a quarter of a turn apart",
         "abs(U) / e, U = sum h_k (x_k + i y_k) exp(-i psi_k) over t >= t_l, h Hann's window, "
         "sum h_k = 1",
         OncePerTurnWatch,
@@ -162,9 +162,9 @@ class MotionMetrics(MetricValues):
     phase = Metric[float | None](
         "phase",
         "rad",
-        "angle from the unbalance to that part of the displacement, -pi to pi, positive in the "
-        "sense in which angles grow: 0 far below the critical speed, +-pi far above it; null where "
-        "there is none",
+        "angle from the unbalance to the once-per-turn part of the displacement, -pi to pi, "
+        "in the direction of growing angles: near 0 far below the critical speed, near +-pi "
+        "far above it; null without such a part",
         "arg(U)",
         OncePerTurnWatch,
         lambda once: once.phase,
@@ -199,7 +199,7 @@ class MotionMetrics(MetricValues):
     peak_tilt = Metric[float | None](
         "peak_tilt",
         "rad",
-        "largest angle of the shaft from where it points at rest; null in the plane",
+        "largest angle between the shaft and its direction at rest; null in the plane",
         "max angle(n, n_0), n the shaft's direction, n_0 at rest",
         TiltWatch,
         lambda tilt: tilt.peak,
@@ -209,7 +209,7 @@ class MotionMetrics(MetricValues):
     final_tilt = Metric[float | None](
         "final_tilt",
         "rad",
-        "root mean square of that angle over the last stretch; null in the plane",
+        "root mean square of the shaft's tilt over the last tenth of the run; null in the plane",
         "sqrt(mean(angle(n, n_0)^2)) over t >= t_l",
         TiltWatch,
         lambda tilt: tilt.final,
@@ -219,8 +219,8 @@ class MotionMetrics(MetricValues):
     first_passage_of_opposite = Metric[float | None](
         "first_passage_of_opposite",
         "s",
-        "when all balls first have theta <= -180 deg; null if they never do, and but for a "
-        "start-up with balls",
+        "time at which all balls first have theta <= -180 deg; null if they never do, without "
+        "balls, and for profiles other than a start-up",
         "first t with theta_i <= -pi for all i, between samples along cubics",
         PassageWatch,
         lambda passage: passage.found,
@@ -235,7 +235,7 @@ class MotionMetrics(MetricValues):
     final_ball_angles = Metric[tuple[float, ...]](
         "final_ball_angles",
         "rad",
-        "of each ball from the unbalance, unwrapped, at the end of the run",
+        "angle of each ball from the unbalance, unwrapped, at the end of the run",
         "theta_i at the last sample",
         LastSampleWatch,
         lambda last: last.ball_angles,
@@ -250,7 +250,7 @@ class MotionMetrics(MetricValues):
     final_speed = Metric[float](
         "final_speed",
         "rad/s",
-        "of the spindle, at the end of the run",
+        "spindle speed at the end of the run",
         "w at the last sample",
         LastSampleWatch,
         lambda last: last.speed,
@@ -264,10 +264,10 @@ class MotionMetrics(MetricValues):
     circulating = Metric[Circulation | None](
         "circulating_balls",
         "-",
-        "balls that go round the race over the last stretch, and on: their numbers, their mean "
-        "speeds and the spindle's [rad/s]; null if none does",
-        "balls that turn on the race by 2 pi or more, one way, in each third of t >= t_l, "
-        "and in the last third at 90 % or more of their speed in the first",
+        "balls that circulate in the race during the last tenth of the run: their numbers, their "
+        "mean speeds and the spindle's [rad/s]; null if none does",
+        "balls that turn relative to the race by 2 pi or more in one direction in each third of "
+        "t >= t_l, and in the last third at 90 % or more of their speed in the first",
         FinalCirculationWatch,
         lambda watch: watch.found,
         Row(
@@ -282,8 +282,8 @@ class MotionMetrics(MetricValues):
     overlaps = Metric[tuple[Overlap, ...] | None](
         "overlapping_balls",
         "-",
-        "pairs of balls that were in one place for want of the effect ball_contact, and since when "
-        "[s]; null where none can be",
+        "pairs of balls that overlapped, which the effect ball_contact prevents, and the time "
+        "of the first overlap [s]; null if none can overlap",
         "of one race: 2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j, or passed between samples",
         RunOverlapWatch,
         lambda watch: watch.found,

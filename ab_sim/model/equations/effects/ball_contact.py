@@ -32,11 +32,13 @@ class BallContact(NamedTuple):
     """
 
     restitution_coefficient: Annotated[
-        Number, quantity("speed of parting over speed of approach", "1", ge=0, le=1)
+        Number, quantity("separation speed divided by approach speed", "1", ge=0, le=1)
     ]
     rest_speed: Annotated[
         Number,
-        quantity("a slower approach does not bounce, the balls stay together", "m/s", gt=0, le=1.0),
+        quantity(
+            "approach speed below which balls do not bounce but stay together", "m/s", gt=0, le=1.0
+        ),
     ] = 1e-5
 
     def restitution(self, approach: float) -> float:

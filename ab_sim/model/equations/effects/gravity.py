@@ -35,9 +35,13 @@ class Gravity(NamedTuple):
     ]
     direction: Annotated[
         Number,
-        quantity("where down is in the plane of the disc, from the x axis", "rad", ge=-6.3, le=6.3),
+        quantity(
+            "direction of gravity in the plane of the disc, from the x axis", "rad", ge=-6.3, le=6.3
+        ),
     ] = -1.5707963267948966
-    acceleration: Annotated[Number, quantity("g, of free fall", "m/s^2", ge=0, le=1e3)] = 9.80665
+    acceleration: Annotated[
+        Number, quantity("g, acceleration of free fall", "m/s^2", ge=0, le=1e3)
+    ] = 9.80665
 
     def gravity(self) -> tuple[float, float]:
         across = self.acceleration * sin(self.tilt)

@@ -27,29 +27,30 @@ class Motor(NamedTuple):
     rotor_inertia: Annotated[
         Number,
         quantity(
-            "I_r of rotor and disc about the shaft, M0 e^2 left out; of a deck in space: of what "
-            "turns besides rotor.inertia",
+            "I_r, inertia of rotor and disc about the shaft without M0 e^2; for a deck in "
+            "space: of turning parts in addition to rotor.inertia",
             "kg m^2",
             ge=0,
         ),
     ]
     torque_limit: Annotated[
-        Number, quantity("T_max, at standstill; 0: switched off", "N m", ge=0, le=1e6)
+        Number,
+        quantity("T_max, largest torque at standstill; 0: motor switched off", "N m", ge=0, le=1e6),
     ]
     proportional_gain: Annotated[
         Number,
         quantity(
-            "k_p, torque per error of the speed (motor off: torque_limit 0)",
+            "k_p, torque per speed error (to switch the motor off: torque_limit 0)",
             "N m s/rad",
             gt=0,
             le=1e6,
         ),
     ]
     integral_gain: Annotated[
-        Number, quantity("k_i, torque per integral of that error", "N m/rad", ge=0, le=1e6)
+        Number, quantity("k_i, torque per integral of the speed error", "N m/rad", ge=0, le=1e6)
     ] = 0.0
     back_emf_slope: Annotated[
-        Number, quantity("b, torque lost per speed", "N m s/rad", ge=0, le=1e6)
+        Number, quantity("b, loss of torque per speed", "N m s/rad", ge=0, le=1e6)
     ] = 0.0
 
     def rotor_moment(self) -> float:

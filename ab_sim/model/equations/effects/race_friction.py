@@ -21,7 +21,8 @@ class RaceFriction(NamedTuple):
     """
 
     coefficient: Annotated[
-        Number, quantity("mu, friction over the normal force of the race", "1", ge=0, le=10.0)
+        Number,
+        quantity("mu, friction force divided by the normal force of the race", "1", ge=0, le=10.0),
     ]
 
     def friction_coefficient(self, ball: Ball) -> float:

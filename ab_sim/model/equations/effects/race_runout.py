@@ -26,16 +26,18 @@ class RaceRunout(NamedTuple):
     """
 
     offset_1: Annotated[
-        Number, quantity("of the race's centre towards the unbalance", "m", ge=-1, le=1)
+        Number, quantity("offset of the race's centre towards the unbalance", "m", ge=-1, le=1)
     ] = 0.0
     offset_2: Annotated[
-        Number, quantity("of the race's centre, 90 deg further", "m", ge=-1, le=1)
+        Number,
+        quantity("offset of the race's centre 90 deg ahead of the unbalance", "m", ge=-1, le=1),
     ] = 0.0
     lobe: Annotated[
         Number, quantity("two-lobe amplitude: the radius varies by +-lobe", "m", ge=0, le=1)
     ] = 0.0
     lobe_angle: Annotated[
-        Number, quantity("where the race is widest, from the unbalance", "rad", ge=-6.3, le=6.3)
+        Number,
+        quantity("angle from the unbalance at which the race is widest", "rad", ge=-6.3, le=6.3),
     ] = 0.0
 
     def race_shape(self, c: float, s: float) -> tuple[float, float, float, float]:

@@ -23,7 +23,8 @@ class RollingFriction(NamedTuple):
     """
 
     arm: Annotated[
-        Number, quantity("beta_b, a length: beta_b/a is the coefficient", "m", ge=0, le=1.0)
+        Number,
+        quantity("beta_b, arm of rolling friction; beta_b/a is the coefficient", "m", ge=0, le=1.0),
     ]
 
     def friction_coefficient(self, ball: Ball) -> float:

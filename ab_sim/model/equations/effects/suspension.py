@@ -15,8 +15,8 @@ from ab_sim.scene.registry import register
 class Suspension(NamedTuple):
     """Insulators between deck and housing: a spring and a damper, equal in every direction."""
 
-    stiffness: Annotated[Number, quantity("k, of the spring", "N/m", ge=0, le=1e12)]
-    damping: Annotated[Number, quantity("c, of the damper", "N s/m", ge=0, le=1e9)]
+    stiffness: Annotated[Number, quantity("k, stiffness of the spring", "N/m", ge=0, le=1e12)]
+    damping: Annotated[Number, quantity("c, damping of the damper", "N s/m", ge=0, le=1e9)]
 
     def deck_force(self, deck: DeckMotion) -> tuple[float, float]:
         k, c = self.stiffness, self.damping

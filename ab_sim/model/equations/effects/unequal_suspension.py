@@ -20,19 +20,19 @@ class UnequalSuspension(NamedTuple):
     """Springs and dampers along two principal axes; replaces the effect suspension."""
 
     stiffness_1: Annotated[
-        Number, quantity("k_1, of the spring along principal axis 1", "N/m", ge=0, le=1e12)
+        Number, quantity("k_1, stiffness along principal axis 1", "N/m", ge=0, le=1e12)
     ]
     stiffness_2: Annotated[
-        Number, quantity("k_2, of the spring along principal axis 2", "N/m", ge=0, le=1e12)
+        Number, quantity("k_2, stiffness along principal axis 2", "N/m", ge=0, le=1e12)
     ]
     damping_1: Annotated[
-        Number, quantity("c_1, of the damper along principal axis 1", "N s/m", ge=0, le=1e9)
+        Number, quantity("c_1, damping along principal axis 1", "N s/m", ge=0, le=1e9)
     ]
     damping_2: Annotated[
-        Number, quantity("c_2, of the damper along principal axis 2", "N s/m", ge=0, le=1e9)
+        Number, quantity("c_2, damping along principal axis 2", "N s/m", ge=0, le=1e9)
     ]
     axis_angle: Annotated[
-        Number, quantity("from the x axis to principal axis 1", "rad", ge=-6.3, le=6.3)
+        Number, quantity("angle from the x axis to principal axis 1", "rad", ge=-6.3, le=6.3)
     ] = 0.0
 
     def space_force(self, deck: DeckMotion) -> tuple[float, float]:

@@ -16,7 +16,7 @@ class ViscousDrag(NamedTuple):
     """Drag on each ball against its speed relative to the race."""
 
     coefficient: Annotated[
-        Number, quantity("c_b, drag per speed relative to the race", "N s/m", ge=0, le=1e9)
+        Number, quantity("c_b, drag force per speed relative to the race", "N s/m", ge=0, le=1e9)
     ]
 
     def ball_drag(self, ball: Ball) -> float:

@@ -1,0 +1,53 @@
+"""Reference pages in the repository are what the code has now."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+SCRIPT = ROOT / "docs" / "extensions" / "from_code.py"
+REFERENCE = ROOT / "docs" / "reference"
+
+
+def run(script: Path, *options: str) -> "subprocess.CompletedProcess[str]":
+    return subprocess.run([sys.executable, script, *options], capture_output=True, text=True)
+
+
+def test_pages_are_current() -> None:
+    result = run(SCRIPT, "--check")
+    assert result.returncode == 0, f"{result.stdout}{result.stderr}run {SCRIPT.relative_to(ROOT)}"
+
+
+def test_a_stale_page_is_named_and_written(tmp_path: Path) -> None:
+    """In a copy, where a scene's row is missing."""
+    docs = tmp_path / "docs"
+    (docs / "reference").mkdir(parents=True)
+    for folder in ("extensions", "gallery"):
+        (docs / folder).symlink_to(ROOT / "docs" / folder)
+    for folder in ("ab_sim", "ab_msgs_py", "config"):
+        (tmp_path / folder).symlink_to(ROOT / folder)
+    page = docs / "reference" / "scenes.md"
+    right = (REFERENCE / "scenes.md").read_text()
+    stale = "\n".join(line for line in right.split("\n") if "`no-ball`" not in line)
+    assert stale != right
+    page.write_text(stale)
+    script = docs / "extensions" / "from_code.py"
+    checked = run(script, "--check")
+    assert (checked.returncode, checked.stdout) == (1, "docs/reference/scenes.md: not current\n")
+    assert page.read_text() == stale
+    assert run(script).returncode == 0
+    assert page.read_text() == right
+
+
+def test_pages_have_what_they_are_about() -> None:
+    for page, row in {
+        "commands": "## ab-sim robust",
+        "effects": "| `effects.motor.torque_limit` |",
+        "nodes": "| `command_age_limit` |",
+        "python": "| `ab_sim.simulate` |",
+        "results": "| `final_whirl_over_e` |",
+        "scene": "| `balls.mass` |",
+        "scenes": "| `thesis-hold` |",
+        "sensors": "| `sensors.NAME.bandwidth` |",
+    }.items():
+        assert row in (REFERENCE / f"{page}.md").read_text(encoding="utf-8"), page
