@@ -104,7 +104,7 @@ def _drive(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
         rrb.Vertical(*plots),
         text,
         column_shares=[4, 5, 3],
-        row_shares=[3, 7, 2],
+        row_shares=[3, 8, 1.2],  # so that legends of four entries fit into 390 x 844
         name="Drive",
     )
 

@@ -21,7 +21,8 @@ def legend_text(drawing: Drawing, final: Final | None, alone: Final | None) -> s
     explained = drawing.explained
     parts = [
         *_final_text(drawing, final, alone),
-        "**Play**: space. For a tenth of the speed, click 1.00x below and type 0.1.",
+        "**Play**: space. For a tenth of the speed, click 1.00x below and type 0.1; in a narrow "
+        "window show the time panel first, by its button at the top.",
         f"**{_balls_text(drawing.balls)}**, R = {drawing.race:g} mm, e = "
         f"{drawing.eccentricity:g} mm. {_space_text(drawing)}; grey: the deck at rest.",
         *_arrows_text(drawing),
