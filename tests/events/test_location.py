@@ -10,7 +10,7 @@ from ab_sim.engine.events.balls import put_branches
 from ab_sim.engine.events.cubics import crossing, landing, minimum_of_cubic
 from ab_sim.engine.events.event_functions import NEVER
 from ab_sim.engine.events.location import (
-    BOUNCES,
+    MAX_EVENTS,
     check_branches,
     step_over_events,
 )
@@ -111,6 +111,22 @@ def test_friction_that_gives_way_within_a_step() -> None:
     np.testing.assert_allclose(run.state, [0.8 * (3.0 * a) ** 4 / 12.0, 0.0], atol=1e-10)
 
 
+def test_friction_that_gives_way_before_another_ball_slips() -> None:
+    """The first ball slides and sticks again before the second, further on, starts to slide."""
+
+    def force(time: float, state: np.ndarray) -> np.ndarray:
+        return np.array([5.05 - 2.4 * (time - 0.5) ** 2, 10.0 * (time - 0.3)])[: len(state) // 2]
+
+    alone, beside = (
+        run_on_track(places, [0.0] * len(places), friction=0.5, load=lambda t, y: 10.0, force=force)
+        for places in ([0.0], [0.0, 2.0])
+    )
+    for run in alone, beside:
+        go(run, 0.0, 1.0)
+    assert alone.work.counts.tolist() == [2, 0] and beside.work.counts.tolist() == [3, 0]
+    np.testing.assert_allclose(beside.state[[0, 2]], alone.state, atol=1e-10)
+
+
 def test_a_ball_that_nothing_presses_on_the_race_is_not_braked() -> None:
     def load(time: float, state: np.ndarray) -> float:
         return 4.0 - 10.0 * time
@@ -130,7 +146,7 @@ def test_balls_that_meet_too_often_for_a_step_stay_together() -> None:
 
     run = run_on_track([0.0, 0.5, 1.0], [0.0, 0.3, 0.0], spacing=0.2, force=force, restitution=0.7)
     go(run, 0.0, 2.0)
-    assert run.work.counts[0] > BOUNCES + 20 * 3 and run.work.counts[1] == 1, "it says so"
+    assert run.work.counts[0] > MAX_EVENTS + 20 * 3 and run.work.counts[1] == 1, "it says so"
     assert run.balls.discrete[:2, JOINED].tolist() == [1, 1]
     assert np.ptp(run.state[3:]) == pytest.approx(0.0, abs=1e-12)
     np.testing.assert_allclose(np.diff(run.state[:3]), 0.2, atol=1e-12)

@@ -2,12 +2,14 @@
 
 Sticking, slipping, contact, lift-off and a motor's limit switch the equations. Between two events
 the equations are smooth, so a stepper keeps its order as long as no step crosses one. A trial step
-over the whole length shows whether an event function becomes negative. Further trial steps, each of
-full order, then close in on its root. Shampine, Gladwell and Brankin (1991), ACM TOMS 17,
+keeps the branches of its start even beyond an event, so event functions pass smoothly through zero.
+A trial step over the whole length shows which functions are crossed at its end. If none is, cubics
+through both ends show which may dip below zero in between. Further trial steps, each of full order,
+then close in on the root. Dips before that root are looked for in the same way. Shampine, Gladwell and Brankin (1991), ACM TOMS 17,
 interpolate instead; here a trial step costs only about 0.3 us.
 
-Rounding limits the meaning of "zero". Each event function comes with a bound of its rounding error,
-and counts as *crossed* below minus twice that bound.
+Rounding limits the meaning of "zero". Each event function g comes with a bound eps of its rounding
+error, and counts as *crossed* if g < -2 eps. An event is located where g + 2 eps changes its sign.
 """
 
 from ab_sim.engine.compiling.kinds import Floats
@@ -17,33 +19,38 @@ from ab_sim.engine.events.event_functions import NEVER, event_functions, look_at
 from ab_sim.engine.events.reactions import ROUNDING
 from ab_sim.engine.events.run import Run, Workspace, evaluate, take_step
 
-BOUNCES = 60
-"""Events per step, plus 20 per ball, after which balls that meet stay together.
+MAX_EVENTS = 60
+"""Events per step, plus 20 per ball, before a step is counted as unresolved.
 
-After twice as many, the rest of the step is taken without locating events."""
-CLOSE = 1e-13
+Later events of the step are located, but balls that meet no longer bounce. After twice as many
+events, the rest of the step is taken with the branches that hold then."""
+TIME_TOLERANCE = 1e-13
 """Tolerance of an event's time, as a fraction of the step."""
-BESIDE = 0.3 * CLOSE
+OVERSHOOT = 0.3 * TIME_TOLERANCE
 """Distance beyond the predicted root at which a trial step ends, as a fraction of the step."""
-FINE = 0.1
-"""Tolerance of an event function's value at its root, as a fraction of its rounding error's bound.
-It replaces the tolerance of the time where it is the larger one."""
+VALUE_TOLERANCE = 0.1
+"""Tolerance of an event function's value, as a fraction of its rounding error bound.
+
+It applies where the function is so flat that ``TIME_TOLERANCE`` would require a smaller value."""
 CROSSED = 2.0
 """Number of rounding error bounds below zero at which a function counts as crossed.
 
-Branches are chosen with a margin of one bound, so no step begins with a crossed function."""
+A branch is chosen if its function is at least minus one bound. A function evaluated again in the
+branch just chosen is therefore not crossed, and no event repeats without motion."""
 NEAR = 0.25
-"""Threshold of a force at both ends of a step, relative to the magnitude of its terms, above which
-it cannot become negative in between. A term that rotates with the spindle deviates from a straight
-line by at most (w h)^2 / 8 of its magnitude."""
+"""Force at both ends of a step, as a fraction of the magnitude of its terms, above which it stays
+positive in between.
+
+A term that rotates with the spindle deviates from a straight line by at most (w h)^2 / 8 of its
+magnitude, which is 0.25 at w h = 1.4."""
 DOUBT = 1e-3
-"""Error of a force's cubic interpolant, relative to the magnitude of the force's terms."""
+"""Assumed bound of the error of a force's cubic interpolant, relative to the magnitude of the force's terms."""
 SHORTLY = 1e-5
 """Time over which rates of forces are measured (forward difference), as a fraction of the step."""
-FORCES = 1.0 / ROUNDING
+MAGNITUDE_PER_BOUND = 1.0 / ROUNDING
 """Ratio of the magnitude of a force's terms to the bound of its rounding error."""
-ATTEMPTS = 200
-"""Maximum number of trial steps per event."""
+MAX_TRIALS = 200
+"""Maximum number of trial steps per event; after them, the end of the bracket is taken."""
 
 
 def check_branches(run: Run, time: float) -> None:
@@ -51,7 +58,8 @@ def check_branches(run: Run, time: float) -> None:
 
     Call it right after ``evaluate`` of the state. The branches so far may be wrong after a jump of
     the spindle's acceleration, or after a step with too many events. In all other cases nothing is
-    changed, so that a run does not depend on how it is divided into calls.
+    changed, so that a run does not depend on how it is divided into calls. The change is not
+    counted as an event.
     """
     work = run.work
     look_at_start(run)
@@ -70,7 +78,9 @@ def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
         end: local time at which the next step begins, ``begin + length`` up to rounding [s].
 
     Returns:
-        True if the workspace holds slope and event functions at the step's end.
+        True if the workspace holds slope and event functions at the step's end. False after an
+        event at the end, too many events, or a state out of bounds: the next step then begins with
+        ``evaluate`` and ``check_branches``.
     """
     trial_step(run, begin, length, end)
     return cut_at_events(run, begin, length, end)
@@ -79,32 +89,32 @@ def step_over_events(run: Run, begin: float, length: float, end: float) -> bool:
 def cut_at_events(run: Run, begin: float, length: float, end: float) -> bool:
     """Cut a step at every event, as ``step_over_events``, after a trial of the whole step."""
     work, state = run.work, run.state
-    bounces = BOUNCES + 20 * run.balls.number
+    most = MAX_EVENTS + 20 * run.balls.number
     now, rest = begin, length
-    for count in range(2 * bounces + 1):
+    for count in range(2 * most + 1):
         if count > 0:
             trial_step(run, now, rest, end)
         if not within_bounds(work.trial, work.bounds):
             return False
         # ``trial`` is now a step from the last event to the end of the whole step.
-        slot, taken = event_within(run, now, rest, end)
+        slot, bracket = event_within(run, now, rest, end)
         if slot < 0:
             return True
-        if count == bounces:
+        if count == most:
             work.counts[1] += 1
-        if count == 2 * bounces:
+        if count == 2 * most:
+            # ``trial`` may be a shorter step, up to a dip.
             trial_step(run, now, rest, end)
             return False
-        taken, slot = locate(run, now, taken, slot)
-        if taken > 0.0:
-            for j in range(state.size):
-                state[j] = work.trial[j]
+        slot, taken = first_event(run, now, bracket, slot)
+        for j in range(state.size):
+            state[j] = work.trial[j]
         work.counts[0] += 1
         now += taken
         rest -= taken
-        solve_complementarity(run, now, slot, count >= bounces)
+        solve_complementarity(run, now, slot, count >= most)
         # The event is at the end of the step, within the tolerance of its time: no step is left.
-        if rest <= CLOSE * length:
+        if rest <= TIME_TOLERANCE * length:
             for j in range(state.size):
                 work.trial[j] = state[j]
             break
@@ -140,18 +150,21 @@ def put_functions_at_end(run: Run) -> None:
     work.measured[1] = 0.0
 
 
-def left(value: Floats, rounding: Floats, slot: int) -> float:
-    """Return the margin of an event function until it counts as crossed."""
+def margin(value: Floats, rounding: Floats, slot: int) -> float:
+    """Return an event function's value plus two rounding error bounds; negative if crossed."""
     return value[slot] + CROSSED * rounding[slot]
 
 
 def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
-    """Return the slot that is crossed first by linear interpolation, or -1 if none is crossed."""
+    """Return the slot that is crossed first by linear interpolation, or -1 if none is crossed.
+
+    ``rounding`` belongs to the last evaluation and serves for both ends.
+    """
     found, first = -1, 2.0
     for slot in range(value.size):
-        end = left(ahead, rounding, slot)
+        end = margin(ahead, rounding, slot)
         if end < 0.0:
-            start = max(left(value, rounding, slot), 0.0)
+            start = max(margin(value, rounding, slot), 0.0)
             reaches = start / (start - end)
             if reaches < first:
                 found, first = slot, reaches
@@ -161,7 +174,7 @@ def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
 def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:
     """Return a slot other than ``slot`` whose function is crossed, or -1."""
     for other in range(ahead.size):
-        if other != slot and left(ahead, rounding, other) < 0.0:
+        if other != slot and margin(ahead, rounding, other) < 0.0:
             return other
     return -1
 
@@ -194,7 +207,7 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
     slot, part = next_dip(run, now, length, end, 0)
     while slot >= 0:
         trial_step(run, now, part * length, now + part * length)
-        if left(work.value_ahead, work.rounding, slot) < 0.0:
+        if margin(work.value_ahead, work.rounding, slot) < 0.0:
             return slot, part * length
         trial_step(run, now, length, end)
         slot, part = next_dip(run, now, length, end, slot + 1)
@@ -241,7 +254,7 @@ def is_far(work: Workspace, slot: int) -> bool:
         return True
     if work.rate[slot] < NEVER:
         return False
-    return min(value, ahead) > NEAR * FORCES * work.rounding[slot]
+    return min(value, ahead) > NEAR * MAGNITUDE_PER_BOUND * work.rounding[slot]
 
 
 def dip(work: Workspace, length: float, slot: int) -> float:
@@ -255,7 +268,8 @@ def dip(work: Workspace, length: float, slot: int) -> float:
     doubt = 0.0
     if is_force:
         # The interpolant's error is at most of the order of the changes at both ends.
-        doubt = min(DOUBT * FORCES * rounding, abs(change) + abs(change_ahead))
+        doubt = min(DOUBT * MAGNITUDE_PER_BOUND * rounding, abs(change) + abs(change_ahead))
+    # One bound, not the two of CROSSED: the trial step at the minimum decides.
     return 0.0 if lowest >= doubt - rounding else part
 
 
@@ -292,68 +306,91 @@ def put_force_rates(
     work.measured[line] = shortly
 
 
-def locate(run: Run, now: float, length: float, slot: int) -> tuple[float, int]:
-    """Return the time and the slot of the first event of a step.
+def first_event(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
+    """Return the slot and the time of the first event up to ``length``, as ``locate``.
+
+    A ball may slip and stick again before the event that ``locate`` finds. Its function is not
+    crossed at the ends of the trial steps, so dips up to the event are searched, too.
+    """
+    slot, taken = locate(run, now, length, slot)
+    earlier, bracket = lowest_between(run, now, taken, now + taken)
+    while earlier >= 0:
+        slot, taken = locate(run, now, bracket, earlier)
+        earlier, bracket = lowest_between(run, now, taken, now + taken)
+    return slot, taken
+
+
+def locate(run: Run, now: float, length: float, slot: int) -> tuple[int, float]:
+    """Return the slot and the time of an event up to ``length``.
 
     The root is bracketed. A cubic through value and rate at both ends of the bracket predicts it.
     Each trial step ends slightly beyond the prediction, so that the bracket shrinks from both
-    sides. Every eighth trial bisects the bracket, which bounds the number of trials.
+    sides. Every eighth trial bisects the bracket, which bounds the number of trials. The result is
+    a trial just beyond the root, where exactly one function is crossed, or the end of a bracket
+    that is shorter than the tolerance. No other function is crossed earlier at a trial's end.
 
     Args:
         run: run whose state and event functions are those at the step's beginning.
         now: local time at the step's beginning [s].
         length: length of the initial bracket [s].
-        slot: event function that is crossed at ``length``.
+        slot: event function that is crossed at ``length``, where ``trial`` is.
 
     Returns:
-        Time since the step's beginning [s], with the state there in ``trial``, and the slot.
+        Slot, and time since the step's beginning [s], with the state there in ``trial``.
     """
     work, rounding, start = run.work, run.work.rounding, run.work.value
     low, high = 0.0, length
-    at_low, at_high = max(left(start, rounding, slot), 0.0), left(work.value_ahead, rounding, slot)
+    at_low, at_high = (
+        max(margin(start, rounding, slot), 0.0),
+        margin(work.value_ahead, rounding, slot),
+    )
     rate_low, rate_high = (
         rate_at_start(run, now, length, slot),
         rate_at(run, now + high, length, slot),
     )
-    beside, rate = BESIDE * length, rate_high
-    for attempt in range(ATTEMPTS):
-        if high - low <= CLOSE * length:
+    overshoot, rate = OVERSHOOT * length, rate_high
+    for attempt in range(MAX_TRIALS):
+        if high - low <= TIME_TOLERANCE * length:
             break
-        x = crossing(low, high, at_low, at_high, rate_low, rate_high) + beside
+        x = crossing(low, high, at_low, at_high, rate_low, rate_high) + overshoot
         if low == 0.0 and at_low <= 10.0 * CROSSED * rounding[slot]:
-            # The function starts at zero and rises first, as for a ball that has just started to
-            # move. The second root is wanted.
+            # The function starts at zero up to rounding. The speed of a ball that has just started
+            # to move rises first, so the second root is wanted.
             back = landing(rate_low * high, at_high, rate_high * high)
-            x = back * high + beside if back < 1.0 else 0.25 * high
+            x = back * high + overshoot if back < 1.0 else 0.25 * high
         if attempt % 8 == 7 or not low < x < high:
             x = 0.5 * (low + high)
         trial_step(run, now, x, now + x)
-        here = left(work.value_ahead, rounding, slot)
+        here = margin(work.value_ahead, rounding, slot)
         other = other_crossed(work.value_ahead, rounding, slot)
         if here >= 0.0 and other < 0:
             # No function is crossed yet. If the root was predicted just here, only rounding hides
             # it, so look further ahead, eight times as far each time.
-            beside = 8.0 * beside if 0.0 < x - low <= 2.0 * beside else BESIDE * length
+            overshoot = 8.0 * overshoot if 0.0 < x - low <= 2.0 * overshoot else OVERSHOOT * length
             rate = rate_at(run, now + x, length, slot)
             low, at_low, rate_low = x, here, rate
             continue
         # If several functions are crossed here, another one may be crossed earlier than this one,
         # so the next trial ends before the predicted root.
-        beside = BESIDE * length if other < 0 else -BESIDE * length
+        overshoot = OVERSHOOT * length if other < 0 else -OVERSHOOT * length
         if here >= 0.0:
-            # Another function is crossed first: continue with that one. At ``low`` it is not
-            # crossed.
-            slot, here = other, left(work.value_ahead, rounding, other)
+            # Another function is crossed first: continue with that one. Its value at ``low`` was
+            # not kept, except at the start. Minus its value here makes the next trial bisect.
+            slot, here = other, margin(work.value_ahead, rounding, other)
             at_low, rate_low = -here, NEVER
             if low == 0.0:
-                at_low = max(left(start, rounding, slot), 0.0)
+                at_low = max(margin(start, rounding, slot), 0.0)
                 rate_low = rate_at_start(run, now, length, slot)
-        elif other < 0 and -here <= max(-rate * CLOSE * length, FINE * rounding[slot]):
-            return x, slot
+        # Beyond the root by at most the tolerance of time or of value. The rate is that of the
+        # trial before, which saves a measurement.
+        elif other < 0 and -here <= max(
+            -rate * TIME_TOLERANCE * length, VALUE_TOLERANCE * rounding[slot]
+        ):
+            return slot, x
         rate = rate_at(run, now + x, length, slot)
         high, at_high, rate_high = x, here, rate
     trial_step(run, now, high, now + high)
-    return high, slot
+    return slot, high
 
 
 def rate_at_start(run: Run, now: float, length: float, slot: int) -> float:
