@@ -5,8 +5,8 @@ the equations are smooth, so a stepper keeps its order as long as no step crosse
 keeps the branches of its start even beyond an event, so event functions pass smoothly through zero.
 A trial step over the whole length shows which functions are crossed at its end. If none is, cubics
 through both ends show which may dip below zero in between. Further trial steps, each of full order,
-then close in on the root. Dips before that root are looked for in the same way. Shampine, Gladwell and Brankin (1991), ACM TOMS 17,
-interpolate instead; here a trial step costs only about 0.3 us.
+then close in on the root. Dips before that root are looked for in the same way. Shampine, Gladwell
+and Brankin (1991), ACM TOMS 17, interpolate instead; here a trial step costs only about 0.3 us.
 
 Rounding limits the meaning of "zero". Each event function g comes with a bound eps of its rounding
 error, and counts as *crossed* if g < -2 eps. An event is located where g + 2 eps changes its sign.
@@ -44,7 +44,8 @@ positive in between.
 A term that rotates with the spindle deviates from a straight line by at most (w h)^2 / 8 of its
 magnitude, which is 0.25 at w h = 1.4."""
 DOUBT = 1e-3
-"""Assumed bound of the error of a force's cubic interpolant, relative to the magnitude of the force's terms."""
+"""Assumed bound of the error of a force's cubic interpolant, relative to the magnitude of the
+force's terms."""
 SHORTLY = 1e-5
 """Time over which rates of forces are measured (forward difference), as a fraction of the step."""
 MAGNITUDE_PER_BOUND = 1.0 / ROUNDING
@@ -317,6 +318,9 @@ def first_event(run: Run, now: float, length: float, slot: int) -> tuple[int, fl
     while earlier >= 0:
         slot, taken = locate(run, now, bracket, earlier)
         earlier, bracket = lowest_between(run, now, taken, now + taken)
+    if run.work.measured[1] != 0.0:
+        # Measured rates have overwritten the results of the evaluation at the event.
+        look_at_end(run, now + taken)
     return slot, taken
 
 
