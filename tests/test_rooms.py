@@ -29,6 +29,7 @@ ORDER = (
         "base.presentation",
         "base.progress",
         "base.stored_numbers",
+        "base.plug_ins",
     ),
     ("base.scene_files", "base.sources", "base.workers"),
     ("tracing", "control"),

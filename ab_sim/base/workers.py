@@ -16,6 +16,7 @@ from typing import TypeVar, cast
 
 from ab_sim.base.errors import AbSimError
 from ab_sim.base.interruption import kept_from_children
+from ab_sim.base.plug_ins import load_files, loaded_files
 
 CHUNK = 16
 """Number of items that a process gets at a time, by default."""
@@ -126,7 +127,7 @@ class Workers:
         with kept_from_children():  # again: the tracker has unblocked the signals
             for _ in range(self._count):
                 here, there = context.Pipe()
-                process = context.Process(target=_work, args=(there,), daemon=True)
+                process = context.Process(target=_work, args=(there, loaded_files()), daemon=True)
                 process.start()
                 self._processes.append(process)
                 there.close()  # so that the end of the process is the end of the pipe
@@ -152,8 +153,9 @@ class Workers:
         return cast(Sequence[Result], results)
 
 
-def _work(connection: Connection) -> None:
+def _work(connection: Connection, files: Sequence[str]) -> None:
     threading.Thread(target=_exit_with_parent, daemon=True).start()
+    load_files(files)
     while True:
         try:
             function, items = connection.recv()

@@ -2,12 +2,14 @@
 
 import contextlib
 from collections.abc import Iterator
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
 
 import ab_sim
+from ab_sim.base.plug_ins import load_files
 from ab_sim.base.quoting import visible
 from ab_sim.cli.analysis_commands import stability_and_vibration
 from ab_sim.cli.design_commands import choose_a_design
@@ -66,8 +68,16 @@ def _common(
     version: Annotated[
         bool, typer.Option("--version", callback=_version, is_eager=True, help="Print the version.")
     ] = False,
+    load: Annotated[
+        list[Path] | None,
+        typer.Option(
+            metavar="FILE",
+            help="Python file that registers effects, metrics or steppers; it runs with your "
+            "rights. Repeatable.",
+        ),
+    ] = None,
 ) -> None:
-    pass
+    load_files(load or ())
 
 
 HEADINGS = (

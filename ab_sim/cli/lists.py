@@ -196,7 +196,8 @@ def _described(name: str, what: type[Any], parameters: dict[str, dict[str, Any]]
     table.add_row("source", what.source)
     for key, field in parameters.items():
         default = f"; default {_short(field['default'])}" if "default" in field else ""
-        table.add_row(key, f"{field['description']} [{field['unit']}]{default}")
+        unit = f" [{field['unit']}]" if "unit" in field else ""
+        table.add_row(key, f"{field.get('description', '')}{unit}{default}")
     if not parameters:
         table.add_row("parameters", "none")
     return table

@@ -25,6 +25,7 @@ from ab_msgs_py import ENDED, Health, MalformedMessage, topics
 from ab_msgs_py.services import answer_of, switch_request, trigger_request
 from ab_sim.base import interruption
 from ab_sim.base.errors import AbSimError, InputError, Interrupted
+from ab_sim.base.plug_ins import loaded_files
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.leaving import leave_graph
 from ab_sim.scene import Scene
@@ -64,7 +65,10 @@ class LiveRun:
         recorder: Mapping[str, str] | None,
         logs: Path,
     ) -> None:
-        what = {"changes": json.dumps([*changes] or [""])}
+        what = {
+            "changes": json.dumps([*changes] or [""]),
+            "load": json.dumps([*loaded_files()] or [""]),
+        }
         self._nodes: dict[str, Mapping[str, str]] = {}
         if scene.profile is not None:
             # The drive stands still until it has received the profile.

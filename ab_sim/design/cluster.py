@@ -22,6 +22,7 @@ from urllib.parse import urlsplit
 
 import ab_sim
 from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.plug_ins import GROUP, LOAD, loaded_files
 from ab_sim.base.quoting import short, visible
 from ab_sim.base.sources import NotOfSources
 from ab_sim.base.workers import KEPT, WorkerLost
@@ -80,6 +81,11 @@ class Cluster:
         self._address = checked_address(address)
         if importlib.util.find_spec("distributed") is None:
             raise InputError("a scheduler needs Dask: pip install 'ab_sim[cluster]'")
+        if files := loaded_files():
+            raise InputError(
+                f"{LOAD} {files[0]}: workers of a scheduler do not have the file; install a "
+                f"package with the entry point {GROUP} there and here"
+            )
         self.modules: Iterable[str] = ()
         self.waiting: Waiting | None = None
         self._client: Client | None = None

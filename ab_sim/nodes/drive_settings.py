@@ -5,7 +5,7 @@ import math
 
 from ab_sim.nodes.command_path import Rules, WatchdogAction
 from ab_sim.nodes.drive_health import RealTimeTolerance
-from ab_sim.nodes.parameters import ParameterSpec, Values, whole_ratio
+from ab_sim.nodes.parameters import LOAD, ParameterSpec, Values, whole_ratio
 from ab_sim.nodes.prepared_drive import Rates
 from ab_sim.nodes.realtime import RealTimeRequests
 
@@ -78,6 +78,7 @@ DRIVE_PARAMETERS = (
     ParameterSpec(
         "garbage_by_hand", False, "collect garbage once per second only, after reports", fixed=True
     ),
+    LOAD,
     ParameterSpec(
         "scene",
         "thesis-hold",

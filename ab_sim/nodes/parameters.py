@@ -19,6 +19,7 @@ from rclpy.parameter import Parameter
 
 from ab_sim.base.errors import AbSimError, InputError, nearest
 from ab_sim.base.output_file import RECORDING, check_ending, check_folder, check_writable
+from ab_sim.base.plug_ins import load_files
 from ab_sim.scene.units import NO_UNIT
 
 Values = Mapping[str, Any]
@@ -101,6 +102,15 @@ class ParameterSpec(NamedTuple):
         return self.checked(given)
 
 
+LOAD = ParameterSpec(
+    "load",
+    [""],
+    "Python files that register effects or steppers for scenes; they run with the node's rights",
+    fixed=True,
+)
+"""Parameter of nodes that read scenes; ``Parameters`` loads the files."""
+
+
 class Parameters:
     """The parameters of a node: declared from a table, and validated before they are changed.
 
@@ -125,6 +135,7 @@ class Parameters:
         }
         """Names of parameters that were set, or started with a value other than the default."""
         _refuse_undeclared(node)
+        load_files(filter(None, self.values.get(LOAD.name, ())), f"parameter {LOAD.name} =")
         node.get_logger().info(f"{PARAMETERS}: {changed_parameters(node)}")
 
     def accept_changes(

@@ -23,7 +23,7 @@ from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.courses import PlannedCourse
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.pacing import Ticker
-from ab_sim.nodes.parameters import Parameters, ParameterSpec, Values, path_of
+from ab_sim.nodes.parameters import LOAD, Parameters, ParameterSpec, Values, path_of
 from ab_sim.nodes.process import run_node
 from ab_sim.nodes.profile_action import ProfileAction
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
@@ -44,6 +44,7 @@ NOT_SIMULATED = (
 )
 
 PROFILE_PARAMETERS = (
+    LOAD,
     ParameterSpec(
         "profile",
         "thesis-hold",

@@ -100,7 +100,7 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
         yield _section_row(key, schema, needed)._replace(range=_range(schema, choices))
         yield from _below(f"{key}.{ENTRY}", entry, sections)
     else:
-        said, unit = schema["description"], schema.get("unit", NONE)
+        said, unit = schema.get("description", ""), schema.get("unit", NONE)
         default = REQUIRED if needed else _default(schema.get("default"))
         yield SceneKey(key, unit, _range(schema, choices), default, said)
         lists = [each for each in (schema, *choices) if each.get("type") == "array"]

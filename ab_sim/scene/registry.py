@@ -16,6 +16,8 @@ from typing import Any, TypeVar
 
 from pydantic import TypeAdapter
 
+from ab_sim.base.plug_ins import load_installed
+
 EffectClass = TypeVar("EffectClass", bound=type[Any])
 
 PROVIDER = "ab_sim.model.equations.effects"
@@ -66,6 +68,7 @@ def register(
 def effect_classes() -> dict[str, type[Any]]:
     """Return all registered effects, in the order of registration."""
     import_module(PROVIDER)
+    load_installed()
     return dict(_effects)
 
 

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Generic, NamedTuple, NoReturn, TypeVar, c
 import numpy as np
 
 from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.plug_ins import load_installed
 from ab_sim.scene.model import Scene
 from ab_sim.scene.shown_units import ShownUnit
 
@@ -257,6 +258,7 @@ def register(metric: Metric[T]) -> Metric[T]:
 
 def reported_metrics() -> list[Metric[Any]]:
     """Return all metrics in reports, in their order."""
+    load_installed()
     return [metric for metric in _metrics.values() if metric.reported]
 
 
@@ -281,6 +283,7 @@ def metrics_named(keys: Iterable[str] | None) -> list[Metric[Any]]:
     Raises:
         InputError: a key is unknown; the message names the nearest, and all.
     """
+    load_installed()
     if keys is None:
         return list(_metrics.values())
     if isinstance(keys, str):

@@ -7,6 +7,7 @@ from importlib import import_module
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import SceneError, exact, nearest
+from ab_sim.base.plug_ins import load_installed
 from ab_sim.engine.integrate.stepper import Stepper
 
 AUTO = "auto"
@@ -132,6 +133,7 @@ def _import_all() -> None:
     folder = import_module(_FOLDER)
     for found in pkgutil.iter_modules(folder.__path__):
         import_module(f"{_FOLDER}.{found.name}")
+    load_installed()
 
 
 def _known() -> dict[str, _Family]:

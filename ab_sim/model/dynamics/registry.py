@@ -9,6 +9,7 @@ from typing import Any, NamedTuple, NoReturn
 import numpy as np
 
 from ab_sim.base.errors import SceneError
+from ab_sim.base.plug_ins import load_installed
 from ab_sim.model.dynamics.linearised import Linearised
 from ab_sim.model.dynamics.system import System
 from ab_sim.scene.model import Scene
@@ -118,3 +119,4 @@ def _import_all() -> None:
     folder = import_module(_FOLDER)
     for found in pkgutil.iter_modules(folder.__path__):
         import_module(f"{_FOLDER}.{found.name}")
+    load_installed()
