@@ -1,6 +1,6 @@
 """Plug-ins: code of users that registers effects, metrics, steppers and deck models.
 
-An installed package names its modules in the entry-point group ``ab_sim.plug_ins``. A single file
+An installed package names its modules in the entry-point group ``GROUP``. A single file
 is named by ``ab-sim --load`` or a node's parameter ``load``, and never by a scene: scenes are data.
 """
 
