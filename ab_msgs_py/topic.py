@@ -120,17 +120,24 @@ class Topic(NamedTuple):
         return node.count_publishers(node.resolve_topic_name(self.name))
 
 
-def arrived(subscription: "Subscription[Any]", most: int) -> Iterator[tuple[Any, int]]:
+GID_LENGTH = 16
+"""Length of a publisher's identifier in DDS; the first 12 bytes are those of its participant."""
+
+
+def arrived(subscription: "Subscription[Any]", most: int) -> Iterator[tuple[Any, int, bytes]]:
     """Take the messages that have arrived, oldest first and at most ``most``, without an executor.
 
     The limit guarantees an end, because messages keep arriving.
 
     Yields:
-        Message, and the system time of its reception [ns]; 0 if the middleware does not know it.
+        Message; the system time of its reception [ns], 0 if the middleware does not know it; the
+        publisher's identifier, empty in Jazzy, whose rclpy does not report it.
     """
     with subscription.handle:
         for _ in range(most):
             taken = subscription.handle.take_message(subscription.msg_type, subscription.raw)
             if taken is None:
                 return
-            yield taken[0], int(taken[1]["received_timestamp"])
+            gid = taken[1].get("publisher_gid")
+            sender = gid["data"][:GID_LENGTH] if gid else b""
+            yield taken[0], int(taken[1]["received_timestamp"]), sender

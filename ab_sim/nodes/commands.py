@@ -12,10 +12,11 @@ from rclpy.subscription import Subscription
 
 from ab_msgs_py import MalformedMessage, topics
 from ab_msgs_py.samples import nanoseconds_of
-from ab_msgs_py.topic import Topic, arrived
+from ab_msgs_py.topic import GID_LENGTH, Topic, arrived
 from ab_sim.base.errors import CommandError, exact
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
 from ab_sim.nodes.durations import DurationHistogram
+from ab_sim.nodes.sources import Endpoint, Sources
 
 AT_ONCE = 1000
 """Largest number of commands read at a wake-up, in about 4 ms; the others wait in the queue."""
@@ -23,6 +24,8 @@ PAUSE = 0.1
 """Time between two reports on trajectories [s]."""
 CLOCK_SET = 20_000_000
 """ns; the system clock was set if it differs by more from the steady clock than it did."""
+LATELY = 2.0
+"""Silence after which a publisher may be dead although its DDS lease has not ended [s]."""
 TOPICS = (topics.COMMAND, topics.TRAJECTORY)
 NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Name that rmw gives the node of a publisher until it has discovered the node."""
@@ -59,7 +62,11 @@ class PendingCommands:
         self._answered = -math.inf
         self._last_trajectory: TrajectoryAnswer | None = None
         self._publishers: list[int] = []
-        self._sources = 0
+        self._sources = Sources()
+        self._awake, self._taken = 0, time.monotonic_ns()
+        """Steady time in which the drive's time was not paused [ns]."""
+        self._heard: dict[bytes, int] = {}
+        """``_awake`` at the last command of each publisher."""
         self._steady = time.monotonic_ns() - time.time_ns()
         """Steady time less the system's [ns]."""
         self._wrong_type: dict[tuple[int, ...], str] = {}
@@ -75,7 +82,8 @@ class PendingCommands:
         """Destroy the subscriptions."""
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
-        self._subscriptions, self._publishers, self._sources = (), [], 0
+        self._subscriptions, self._publishers, self._sources = (), [], Sources()
+        self._heard.clear()
         self._wrong_type.clear()
         self._nameless.clear()
 
@@ -89,15 +97,20 @@ class PendingCommands:
         if not self._subscriptions:
             return
         speeds, trajectories = (arrived(own, AT_ONCE) for own in self._subscriptions)
-        commands: Iterable[tuple[Any, int]] = speeds
+        commands: Iterable[tuple[Any, int, bytes]] = speeds
         if sent := [*trajectories]:
             commands = sorted([*speeds, *sent], key=lambda command: command[1])
         kind = topics.COMMAND.type
         # By the steady clock: the system clock may be set in the meantime. If it was set since the
         # last wake-up, nobody knows when these came.
-        before, self._steady = self._steady, time.monotonic_ns() - time.time_ns()
+        steady = time.monotonic_ns()
+        if not standing:
+            self._awake += steady - self._taken
+        self._taken = steady
+        before, self._steady = self._steady, steady - time.time_ns()
         unknown = standing or abs(self._steady - before) > CLOCK_SET
-        for message, received in commands:
+        for message, received, sender in commands:
+            self._heard[sender] = self._awake
             stamp = 0 if unknown else received + self._steady
             if isinstance(message, kind):
                 self._path.receive(topics.COMMAND.sample(message), now, stamp)
@@ -171,20 +184,21 @@ class PendingCommands:
     def _publishers_of(self, topic: Topic) -> list[Any]:
         return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic.name))
 
-    def _count_sources(self) -> int:
-        """Return the number of nodes that publish commands; a node on both topics counts once."""
-        if len(self._publishers) < len(TOPICS) or 0 in self._publishers:
-            return sum(self._publishers)
-        names = [
-            {
-                (info.node_namespace, info.node_name)
-                for info in self._publishers_of(topic)
-                if info.topic_type == topic.type_name
-            }
-            for topic in TOPICS
+    def _count_sources(self) -> Sources:
+        endpoints = [
+            Endpoint(
+                topic.name,
+                f"{info.node_namespace}/{info.node_name}",
+                bytes(info.endpoint_gid[:GID_LENGTH]),
+            )
+            for topic in TOPICS[: len(self._subscriptions)]
+            for info in self._publishers_of(topic)
+            if info.topic_type == topic.type_name
         ]
-        # A node whose name is still unknown may be the same on both topics.
-        return len(set.union(*names)) if all(names) else max(self._publishers)
+        present = {each.gid for each in endpoints}
+        self._heard = {gid: time for gid, time in self._heard.items() if gid in present}
+        since = self._awake - round(LATELY * 1e9)
+        return Sources.of(endpoints, self._heard, {g for g, t in self._heard.items() if t >= since})
 
     def warnings(self) -> list[str]:
         """Return warnings for the diagnostics."""
@@ -196,14 +210,16 @@ class PendingCommands:
             warnings.append(
                 f"no command for {rules.age_limit:g} s: {WATCHDOG_TEXTS[rules.silence]}"
             )
-        if self._sources > 1:
+        if self._sources.alive > 1:
             names = " and ".join(
                 self._node.resolve_topic_name(topic.name)
                 for topic, count in zip(TOPICS, self._publishers, strict=True)
                 if count
             )
+            alive, dead = self._sources
+            maybe = f", {dead} possibly dead" if dead else ""
             warnings.append(
-                f"{self._sources} publishers on {names}: the last to speak leads the drive"
+                f"{alive} publishers on {names}{maybe}: the last to speak leads the drive"
             )
         return warnings
 
@@ -215,7 +231,8 @@ class PendingCommands:
             state = "trajectory"
         answer = self._last_trajectory
         return {
-            "sources of commands": str(self._sources),
+            "sources of commands": str(self._sources.alive),
+            "sources possibly dead": str(self._sources.dead),
             "commands accepted": str(path.accepted),
             "commands rejected": str(path.rejected),
             "commands ignored": str(path.ignored),

@@ -273,7 +273,7 @@ class Fleet:
     def _catch_up(self) -> None:
         """Hear all that has arrived: a busy machine may have kept this process from it."""
         for subscription in self.node.subscriptions:
-            for message, _ in arrived(subscription, subscription.qos_profile.depth):
+            for message, *_ in arrived(subscription, subscription.qos_profile.depth):
                 subscription.callback(message)
 
     def close(self) -> None:

@@ -42,7 +42,7 @@ def heard(subscription: Any, count: int) -> list[Any]:
     end = time.monotonic() + 30.0
     while len(messages) < count:
         assert time.monotonic() < end, f"{len(messages)} of {count} on {subscription.topic_name}"
-        messages += [message for message, _ in arrived(subscription, 10)]
+        messages += [message for message, *_ in arrived(subscription, 10)]
         time.sleep(0.01)
     return messages
 

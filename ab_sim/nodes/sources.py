@@ -1,0 +1,57 @@
+"""Number of nodes that command a drive, of publishers that DDS still lists; no ROS."""
+
+from collections import Counter
+from collections.abc import Collection, Sequence
+from typing import NamedTuple
+
+PARTICIPANT = 12
+"""Length of the part of an endpoint's identifier that names its participant, i.e. its process."""
+
+
+class Endpoint(NamedTuple):
+    """A publisher of commands."""
+
+    topic: str
+    node: str
+    """Full name of its node."""
+    gid: bytes
+    """Identifier in DDS."""
+
+
+class Sources(NamedTuple):
+    """Nodes that command a drive."""
+
+    alive: int = 0
+    """Number of sources; a node on both topics counts once."""
+    dead: int = 0
+    """Number of publishers that may be dead, although their DDS lease has not ended."""
+
+    @staticmethod
+    def of(
+        endpoints: Sequence[Endpoint], heard: Collection[bytes], lately: set[bytes]
+    ) -> "Sources":
+        """Count publishers by DDS's list and by who has sent.
+
+        A killed process stays in the list for 20 s. It is no source if a process with a node of the
+        same name has sent lately: then it was restarted. A publisher that has sent earlier and not
+        lately may be dead, or may hold its command.
+
+        Args:
+            endpoints: all publishers in DDS's list.
+            heard: identifiers of those that have sent.
+            lately: identifiers of those that have sent lately.
+        """
+        talking = {(each.node, each.gid[:PARTICIPANT]) for each in endpoints if each.gid in lately}
+        names = {node for node, _ in talking}
+        publishers = Counter[tuple[str, bytes, str]]()
+        dead = 0
+        for topic, node, gid in endpoints:
+            talks = (node, gid[:PARTICIPANT]) in talking
+            if talks or node not in names:
+                publishers[node, gid[:PARTICIPANT], topic] += 1
+            dead += not talks and (node in names or gid in heard)
+        counts = dict[tuple[str, bytes], int]()
+        for (node, participant, _), count in publishers.items():
+            source = node, participant
+            counts[source] = max(counts.get(source, 0), count)
+        return Sources(sum(counts.values()), dead)
