@@ -130,9 +130,9 @@ class Drive:
 
     @property
     def steps_with_unresolved_events(self) -> int:
-        """Return the number of steps with too many events to locate.
+        """Return the number of steps with too many events, plus instants without a solution.
 
-        Their results are less accurate.
+        Results are less accurate there.
         """
         return int(self._work.counts[1])
 

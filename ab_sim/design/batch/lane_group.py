@@ -143,7 +143,7 @@ class LaneGroup:
             motor=_room(len(alone[0].balls.motor)),
             table=_room(table.size).reshape(*table.shape, LANES),
             found=np.zeros(LANES),
-            again=np.zeros(LANES),
+            took_alone=np.zeros(LANES),
             one=alone,
         )
 

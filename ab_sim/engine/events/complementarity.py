@@ -42,10 +42,12 @@ together, but their rates differ by rounding."""
 
 
 def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> None:
-    """Change the branch of ``slot`` (-1 for none), and choose all other branches accordingly.
+    """Apply the event of ``slot`` (-1 for none), and choose all branches that hold just after it.
 
-    Afterwards slope, table and event functions are those of the state just after the instant. An
-    instant at which no consistent branches are found is counted in ``counts``.
+    A collision changes velocities; a ball whose sliding speed reached zero is set to rest. No
+    branch is changed directly: a ball at rest sticks or slides by its force along the race.
+    Afterwards slope, table and event functions are those just after the instant. An instant at
+    which no consistent branches are found is counted in ``counts``.
 
     Args:
         run: run whose state changes; its table was evaluated at the state's angles.
@@ -74,12 +76,13 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
         for k in range(n):
             work.rows[k, CLOSED] = float(discrete[k, JOINED])
             work.rows[k, HOP] = 0.0
-    found = False
+    consistent = False
+    # The first iteration evaluates the branches that held before the instant.
     for count in range(ROUNDS):
         put_branches(balls)
         evaluate(run, time, run.state, work.slope)
         if not choose_branches(run, balls.x):
-            found = True
+            consistent = True
             break
         # Newton's method may cycle between several sets of branches. After DIRECT iterations,
         # branches are chosen at the average of this and earlier accelerations, which damps it.
@@ -87,7 +90,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
             between[r] = balls.x[r] if count < DIRECT else 0.5 * (balls.x[r] + between[r])
         if count >= DIRECT:
             choose_branches(run, between)
-    if not found:
+    if not consistent:
         work.counts[1] += 1
         put_branches(balls)
         evaluate(run, time, run.state, work.slope)
@@ -95,7 +98,11 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
 
 
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:
-    """Set to rest ball ``stopped`` (-1 for none), all balls that are as slow, and their rows."""
+    """Set to rest ball ``stopped`` (-1 for none), every ball at most as fast, and their rows.
+
+    Its sliding speed at the event is zero up to rounding; ``choose_branches`` recognises rest by a
+    rate of exactly zero.
+    """
     first, still = balls.first_rate, STILL
     if stopped >= 0:
         still = max(STILL, abs(state[first + stopped]))
@@ -143,6 +150,8 @@ def close_gaps(balls: BallEvents, state: Floats) -> None:
 def choose_branches(run: Run, x: Floats) -> bool:
     """Choose the branches that hold just after an instant, given the accelerations x there.
 
+    A moving ball slides in the direction of its rate. A ball at rest sticks if the force along the
+    race is within friction, up to one rounding bound; otherwise it slides in the force's direction.
     Call it right after ``evaluate``.
 
     Returns:

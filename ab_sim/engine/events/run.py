@@ -12,8 +12,8 @@ of friction; path speed [m/s]; the race's radius of curvature [m]; length along 
 0, without whole turns [m]; path acceleration g [m/s^2]."""
 NORMAL, PULL, SIZE = 9, 10, 11
 """Further lines: normal force N [N]; force along the race without neighbours' pushes and static
-friction [N]; sum of the magnitudes of the terms of these forces, to which their rounding errors
-are relative [N]."""
+friction, PATH_FORCE + COUPLING.x - FRICTION N [N]; sum of the magnitudes of the terms of these
+forces, to which their rounding errors are relative [N]."""
 COUPLING = 12
 """First of K lines COUPLING, which K lines PRESS follow. With N the race's normal force,
 
@@ -114,7 +114,7 @@ class Workspace(NamedTuple):
     rate_ahead: Floats
     """Rates, at a step's end, of functions that are speeds or distances; shape (slots,)."""
     rounding: Floats
-    """Bounds of the event functions' rounding errors, shape (slots,)."""
+    """Bounds of the event functions' rounding errors at the last evaluation; shape (slots,)."""
     rows: Table
     """Rows of touching balls at an instant, shape (n, WIDTH): see ``rows``."""
     near: Table
@@ -127,8 +127,8 @@ class Workspace(NamedTuple):
     """Times over which the rates at a step's start and end were measured [s]; 0 if they were not;
     shape (2,)."""
     counts: Integers
-    """Number of events; number of steps with too many events to locate plus instants without
-    consistent branches; shape (2,)."""
+    """Number of located events; number of steps with too many events, plus instants without
+    consistent branches or impulses; shape (2,)."""
 
 
 class ImplicitWork(NamedTuple):

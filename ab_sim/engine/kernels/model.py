@@ -120,7 +120,11 @@ class Model:
         )
 
     def friction(self) -> Number | None:
-        """Return each ball's signed coefficient of sliding friction, or None without friction."""
+        """Return each ball's signed coefficient of sliding friction, or None without friction.
+
+        The sign is that of the branches, not of the rate: it stays the same through all stages of a
+        step, so that the equations are smooth within it.
+        """
         if not self.has_friction:
             return None
         sign = self.graph.input("sign", Level.TIME, each=True)
@@ -234,8 +238,9 @@ class Model:
     ) -> list[Expression]:
         """Return the columns of ``table`` with three more that depend on the accelerations.
 
-        These are the normal force, the force along the race that is left after sliding friction,
-        and the size of the terms in it, which bounds its rounding error.
+        These are NORMAL, PULL and SIZE of ``events.run``: the normal force, the force along the
+        race minus sliding friction, and the magnitude of their terms, which bounds their rounding
+        errors (``events.reactions.force_rounding``).
         """
         load, _, pull, friction, *others = columns
         coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]

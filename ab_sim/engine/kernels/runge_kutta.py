@@ -1,7 +1,8 @@
 """Emit steps of explicit Runge-Kutta methods and of extrapolation, with the state in registers.
 
 All stages call one function that takes a state and returns a slope as values. So the stages need no
-arrays in memory, and the code of the equations exists only once.
+arrays in memory, and the code of the equations exists only once. All stages read the same branches
+b, so that a step is smooth even if it goes beyond an event.
 """
 
 import math

@@ -154,13 +154,13 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
     """
     work, state, length = run.work, run.state, step_range.length
     only_record = steps == 0 and samples.shape[0] > 0
-    known = False
+    end_is_evaluated = False
     put_branches(run.balls)
     for k in range(steps + 1):
         begin = time_after(run, step_range, k)
         # The slope at the end of a step is the first stage of the next (FSAL). It is evaluated
         # again if a branch is in doubt, or if unwinding has changed the state.
-        if known:
+        if end_is_evaluated:
             take_over_end(work)
         elif run.has_events:
             evaluate(run, begin, state, work.slope)
@@ -174,7 +174,7 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
             break
         if run.has_events:
             end = time_after(run, step_range, k + 1)
-            known = step_over_events(run, begin, length, end)
+            end_is_evaluated = step_over_events(run, begin, length, end)
         elif run.is_implicit:
             implicit_step(run.implicit, run, begin, length)
         else:
@@ -184,7 +184,7 @@ def step_by_step(run: Run, step_range: EqualSteps, samples: Table, steps: int) -
         for j in range(state.size):
             state[j] = work.trial[j]
         if unwind(run):
-            known = False
+            end_is_evaluated = False
     return steps
 
 

@@ -59,7 +59,7 @@ class LanesOverEvents(NamedTuple):
     """``BallEvents.table`` of all runs, shape (12 + 2 K, n, 8)."""
     found: Floats
     """Nonzero for a run that may have an event in its step, shape (8,)."""
-    again: Floats
+    took_alone: Floats
     """Nonzero for a run that took its step alone, shape (8,): 1, or 2 if its branches must be
     checked."""
     one: EightRuns
@@ -72,6 +72,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
     c, b, times = runs.c, runs.b, runs.times
     for s in range(plan.rows.shape[0]):
         enter(runs, plan, s)
+        # ``enter_alone`` checks the branches at the time END, which is the row's begin at first.
         for lane in range(LANES):
             if times[TAKEN, lane] > 0.0:
                 times[END, lane] = times[BEGIN, lane]
@@ -85,9 +86,10 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             if is_any(all_runs.found):
                 step_alone(all_runs)
             settle(runs)
+            # Without contact, ``watch`` keeps the values at the step's end in ``seen``.
             if all_runs.has_contact:
-                go_on(all_runs)
-            if is_any(all_runs.again) or is_any(runs.said[MOVED]):
+                reuse_step_ends(all_runs)
+            if is_any(all_runs.took_alone) or is_any(runs.said[MOVED]):
                 join(all_runs)
             recorded(runs, plan, samples, s, k)
 
@@ -99,7 +101,7 @@ def enter_alone(all_runs: LanesOverEvents) -> None:
         if is_going(runs, lane):
             for j in range(runs.place, run.scene.c.size):
                 run.scene.c[j] = runs.c[j, lane]
-            see_to_branches(runs, run, lane)
+            recheck_branches(runs, run, lane)
         lane += 1
     refresh(all_runs)
 
@@ -155,14 +157,14 @@ def step_alone(all_runs: LanesOverEvents) -> None:
             if not all_runs.has_contact:
                 look_at_step(runs, run, lane)
             known = step_of_one(runs, run, lane)
-            all_runs.again[lane] = 1.0 if known else 2.0
+            all_runs.took_alone[lane] = 1.0 if known else 2.0
         lane += 1
 
 
 def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
     """Evaluate one run's event functions at both ends of the step tried in the lanes."""
     work = run.work
-    take_over_from(runs, run, lane)
+    copy_from_lanes(runs, run, lane)
     evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
     look_at_start(run)
     take_out(work.trial, runs.trial, lane)
@@ -173,7 +175,7 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
     """Take one run's step alone, cut at its events, and copy the result into the lanes.
 
     Returns:
-        Whether its branches certainly hold at the step's end, as for ``step_over_events``.
+        The result of ``cut_at_events``: False if the branches must be checked at the step's end.
     """
     work, times = run.work, runs.times
     known = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
@@ -184,13 +186,16 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
 
 
 def join(all_runs: LanesOverEvents) -> None:
-    """Check the branches of runs that had an event, or whose state has been changed."""
+    """Check the branches of runs whose step ended in doubt, or whose angles were unwound.
+
+    The memory of ``watch`` then follows, as states or branches have changed.
+    """
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:
-        doubtful = all_runs.again[lane] == 2.0 or runs.said[MOVED, lane] != 0.0
+        doubtful = all_runs.took_alone[lane] == 2.0 or runs.said[MOVED, lane] != 0.0
         if doubtful and is_going(runs, lane):
-            see_to_branches(runs, run, lane)
-        all_runs.again[lane] = 0.0
+            recheck_branches(runs, run, lane)
+        all_runs.took_alone[lane] = 0.0
         lane += 1
     refresh(all_runs)
 
@@ -203,9 +208,9 @@ def is_any(flags: Floats) -> bool:
     return found != 0.0
 
 
-def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
+def recheck_branches(runs: LaneRuns, run: Run, lane: int) -> None:
     """Check one run's branches, as a single run does before its first step."""
-    take_over_from(runs, run, lane)
+    copy_from_lanes(runs, run, lane)
     put_branches(run.balls)
     time = runs.times[END, lane]
     evaluate(run, time, run.state, run.work.slope)
@@ -215,7 +220,7 @@ def see_to_branches(runs: LaneRuns, run: Run, lane: int) -> None:
     put_in(runs.b, run.balls.branches, lane)
 
 
-def take_over_from(runs: LaneRuns, run: Run, lane: int) -> None:
+def copy_from_lanes(runs: LaneRuns, run: Run, lane: int) -> None:
     """Copy one run's state and turns from the lanes."""
     take_out(run.state, runs.state, lane)
     for i in range(runs.turns.shape[0]):
@@ -234,11 +239,11 @@ def put_in(table: Table, values: Floats, lane: int) -> None:
         table[j, lane] = values[j]
 
 
-def go_on(all_runs: LanesOverEvents) -> None:
+def reuse_step_ends(all_runs: LanesOverEvents) -> None:
     """Reuse what was evaluated at each run's step end for its next start."""
     lane = 0
     for run in all_runs.one:
-        if is_going(all_runs.lanes, lane) and all_runs.again[lane] != 2.0:
+        if is_going(all_runs.lanes, lane) and all_runs.took_alone[lane] != 2.0:
             for j in range(run.state.size):
                 run.state[j] = run.work.trial[j]
             take_over_end(run.work)

@@ -19,6 +19,7 @@ from ab_sim.tracing.llvm_text import Body, MemorySlot, module_text
 SURE = 1e-6
 """Margin far above rounding, as a fraction of the forces in an event function, or of a speed."""
 NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
+"""Numbers kept between steps: value and change of each event function that is watched."""
 
 
 def watch_address(code: Code, lanes: int) -> int:
@@ -49,6 +50,11 @@ class _Function(NamedTuple):
 
 
 def _text(emission: Emission, lanes: int) -> str:
+    """Return the LLVM IR of ``watch``.
+
+    ``body`` evaluates the forces at the step's end, ``near`` a moment later. The values and changes
+    are compared with those of the step's start in ``seen``, which they then replace.
+    """
     into, body = emission.function(
         "watch", ["y", "k", "seen", "found"], ["length", "time"], state="y", lanes=lanes
     )
