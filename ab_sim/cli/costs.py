@@ -1,7 +1,9 @@
 """`ab-sim accuracy` and `ab-sim cost`."""
 
 from collections.abc import Iterator
+from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.table import Table
 
 from ab_sim.analysis.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
@@ -12,6 +14,8 @@ from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
 from ab_sim.scene import load_scene
 
+NARROW: dict[str, Any] = {"box": SIMPLE_HEAD, "show_edge": False, "padding": 0}
+"""Style of tables that fit into 80 columns."""
 WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors [rad] for which the cheapest setting is named."""
 
@@ -24,14 +28,14 @@ def accuracy_command(given: AccuracyOptions) -> Command:
     def work(tell: Tell) -> Outcome:
         cost = accuracy_cost(scene, given.repeats, progress=tell)
         draw = picture("ab_sim.show.figures.accuracy_cost:accuracy_figure", cost)
-        return Outcome(accuracy_shown(cost), cost.report, draw)
+        return Outcome(accuracy_shown(cost, given.quartiles), cost.report, draw)
 
     return Command(work, scene.name)
 
 
-def accuracy_shown(cost: AccuracyCost) -> Iterator[Table | str]:
+def accuracy_shown(cost: AccuracyCost, quartiles: bool = False) -> Iterator[Table | str]:
     """Yield the tables, then their basis and limits."""
-    yield accuracy_table(cost)
+    yield accuracy_table(cost, quartiles)
     yield cheapest_table(cost)
     apart = cost.uncertainty
     unit = cost.unit
@@ -61,24 +65,26 @@ def accuracy_shown(cost: AccuracyCost) -> Iterator[Table | str]:
     yield from cost.notes
 
 
-def accuracy_table(cost: AccuracyCost) -> Table:
+def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
     """Return the table of all rows, the most accurate first."""
     balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
     unit = cost.unit
     own, others = 1e3 * cost.reference_period, 1e3 * cost.period
     table = new_table(
-        " | method",
-        f"setting | CPU [ms/s] | of a core | angle [rad] | at the end | whirl [{unit}] | "
-        "at the end | energy",
+        "method | setting",
+        f"ms/s{' | quartiles' if quartiles else ''} | angle [rad] | at end | whirl [{unit}] | "
+        "at end | energy",
+        no_wrap=True,
+        **NARROW,
         title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
-        caption="* no other is both cheaper and more accurate; <= the reference knows no better; "
-        "CPU time: median (quartiles) of the thread, per simulated second, without compiling; "
-        f"errors: the largest at the ends of steps, at most every {own:g} ms; of peers, every "
-        f"{others:g} ms",
+        caption="* no other is both cheaper and more accurate; < the reference knows no better; "
+        "ms/s: median CPU time of the thread per simulated second, without compiling; 10 ms/s are "
+        f"1 % of a core; errors: the largest at the ends of steps, at most every {own:g} ms; of "
+        f"peers, every {others:g} ms",
     )
     front = cost.front()
     for row in cost.by_error():
-        table.add_row("*" if row in front else "", *_cells(row, bool(cost.balls)))
+        table.add_row(*_cells(row, bool(cost.balls), row in front, quartiles))
     return table
 
 
@@ -87,7 +93,7 @@ def cheapest_table(cost: AccuracyCost) -> Table:
     what = "ball angle [rad]" if cost.balls else f"whirl [{cost.unit}]"
     title = f"cheapest tried settings with an error in {what} of at most"
     columns = "error | ab_sim | CPU [ms/s] | best peer | CPU [ms/s] | peer / ab_sim"
-    table = new_table("", columns, title=title)
+    table = new_table("", columns, title=title, **NARROW)
     for error in WANTED:
         ours, peer = cost.cheapest(error, peer=False), cost.cheapest(error, peer=True)
         ratio = ""
@@ -103,20 +109,24 @@ def _choice(row: SettingCost | None) -> tuple[str, str]:
     return f"{row.method} at {row.setting}", f"{1e3 * row.cpu.median:.3g}"
 
 
-def _cells(row: SettingCost, balls: bool) -> list[str]:
+def _cells(row: SettingCost, balls: bool, best: bool, quartiles: bool) -> list[str]:
     assert row.errors is not None and row.cpu is not None
     errors, time = row.errors, row.cpu
-    angles = [str(errors.angle), str(errors.angle_end)] if balls else ["-", "-"]
+    angles = [_short(errors.angle), _short(errors.angle_end)] if balls else ["-", "-"]
     return [
-        row.method,
+        f"{'*' if best else ' '} {row.method}",
         row.setting,
-        f"{1e3 * time.median:.3g} ({1e3 * time.lower:.3g} .. {1e3 * time.upper:.3g})",
-        f"{100.0 * time.median:.2g} %",
+        f"{1e3 * time.median:.3g}",
+        *([f"{1e3 * time.lower:.3g} to {1e3 * time.upper:.3g}"] if quartiles else []),
         *angles,
-        str(errors.whirl),
-        str(errors.whirl_end),
+        _short(errors.whirl),
+        _short(errors.whirl_end),
         "-" if errors.energy is None else f"{errors.energy:.0e}",
     ]
+
+
+def _short(error: object) -> str:
+    return str(error).replace("<= ", "<")
 
 
 def _check_repeats(repeats: int) -> None:
@@ -132,35 +142,38 @@ def cost_command(given: CostOptions) -> Command:
     def work(tell: Tell) -> Outcome:
         cost = effect_cost(scene, given.repeats, leave_one_out=given.leave_one_out, progress=tell)
         draw = picture("ab_sim.show.figures.effect_cost:cost_figure", [cost])
-        return Outcome([cost_table(cost)], cost.report, draw)
+        return Outcome([cost_table(cost, given.quartiles)], cost.report, draw)
 
     return Command(work, scene.name)
 
 
-def cost_table(cost: EffectCost) -> Table:
+def cost_table(cost: EffectCost, quartiles: bool = False) -> Table:
     """Return the table of costs."""
     table = new_table(
         "effects",
-        "ns per step | of base | events per 1000 | first step [s]",
+        f"ns per step{' | quartiles' if quartiles else ''} | of base | events | first step [s]",
+        **NARROW,
         title=f"{cost.scene}: {cost.balls} balls, {cost.stepper} at {cost.step:g} s, "
         f"{cost.steps_per_run} steps, {cost.repeats} interleaved repeats",
-        caption="time: median (quartiles), CPU time of the thread; first step: from the scene to "
-        "its first step, machine code included",
+        caption="time: median CPU time of the thread; events: per 1000 steps; first step: from the "
+        "scene to its first step, machine code included",
     )
     for row in cost.rows:
-        table.add_row(*_cost_cells(row))
+        table.add_row(*_cost_cells(row, quartiles))
     return table
 
 
-def _cost_cells(row: VariantCost) -> list[str]:
+def _cost_cells(row: VariantCost, quartiles: bool) -> list[str]:
     name = row.name + (f" (with {', '.join(row.added)})" if row.added else "")
     first = f"{row.first_seconds:.2f}"
     if row.ns_per_step is None or row.ratio is None:
-        return [f"{name}: cannot run: {row.failure}", "", "", "", first]
+        blank = [""] * (4 if quartiles else 3)
+        return [f"{name}: cannot run: {row.failure}", *blank, first]
     time = row.ns_per_step
     return [
         name,
-        f"{time.median:.0f} ({time.lower:.0f} .. {time.upper:.0f})",
+        f"{time.median:.0f}",
+        *([f"{time.lower:.0f} to {time.upper:.0f}"] if quartiles else []),
         f"{row.ratio.median:.3f}",
         f"{row.events_per_1000_steps:.1f}",
         first,

@@ -63,6 +63,9 @@ Scheduler = Annotated[
     ),
 ]
 Repeats = Annotated[int, Option(metavar="N", help="Number of interleaved repeats.")]
+Quartiles = Annotated[
+    bool, Option("--quartiles", help="Show also the quartiles of the times, in a wider table.")
+]
 View = Annotated[
     str,
     Option(

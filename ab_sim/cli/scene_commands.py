@@ -13,6 +13,7 @@ from ab_sim.cli.options import (
     ListJson,
     Now,
     Plot,
+    Quartiles,
     Repeats,
     SceneName,
     View,
@@ -238,6 +239,7 @@ class AccuracyOptions(NamedTuple):
     scene: SceneName
     change: Changes = []
     repeats: Repeats = 9
+    quartiles: Quartiles = False
     json: Json = None
     plot: Plot = None
 
@@ -257,6 +259,7 @@ class CostOptions(NamedTuple):
     change: Changes = []
     repeats: Repeats = 15
     leave_one_out: Annotated[bool, Option("--leave-one-out")] = False
+    quartiles: Quartiles = False
     json: Json = None
     plot: Plot = None
 
