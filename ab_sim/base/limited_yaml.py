@@ -11,6 +11,7 @@ from typing import Any
 
 import yaml
 
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.quoting import short, shortened
 
 MOST_BYTES = 1 << 18
@@ -123,6 +124,7 @@ def read_yaml_file(path: Path) -> Any:
         ValueError: see ``read_yaml``.
         OSError: the file cannot be read.
     """
+    check_regular(path)
     with path.open("rb") as file:
         content = file.read(MOST_BYTES + 1)
     if len(content) > MOST_BYTES:

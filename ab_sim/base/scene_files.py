@@ -4,6 +4,7 @@ from pathlib import Path
 from typing import Any
 
 from ab_sim.base.errors import SceneError, nearest
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.limited_yaml import read_yaml_file
 from ab_sim.base.quoting import short
 
@@ -53,13 +54,14 @@ def find_scene(scene: str | Path) -> Path:
     path = Path(scene)
     if path.suffix in (".yaml", ".yml") or len(path.parts) > 1:
         try:
+            check_regular(path)
             if path.is_file():
                 return path
-            is_folder = path.is_dir()
+        except FileNotFoundError as error:
+            raise SceneError(f"{path}: no such scene file") from error
         except OSError as error:
             raise SceneError(f"{path}: cannot be read: {error.strerror}") from error
-        what = "is a folder; give the YAML file of a scene" if is_folder else "no such scene file"
-        raise SceneError(f"{path}: {what}")
+        raise SceneError(f"{path}: is a folder; give the YAML file of a scene")
     names = scene_names()
     if str(scene) in names:
         return scene_folder() / f"{scene}.yaml"

@@ -2,6 +2,7 @@
 
 from ab_sim.base import interruption
 from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.output_file import RECORDING, check_ending
 from ab_sim.cli.outputs import PlainConsole
 from ab_sim.cli.scene_commands import ViewOptions
@@ -22,8 +23,10 @@ def run_view(given: ViewOptions) -> None:
     """
     for file in given.files:
         check_ending(file, RECORDING, "FILE")
-        if not file.is_file():
-            raise InputError(f"{file}: no such file")
+        try:
+            check_regular(file)
+        except OSError as error:
+            raise InputError(f"{file}: {error.strerror}") from error
     view = WEB if given.web else NATIVE
     if not given.web:
         try:

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.base.errors import InputError
+from ab_sim.base.input_file import check_regular
 from ab_sim.design.distributions import Loading
 from ab_sim.design.tolerances import OFFSET, Tolerance
 
@@ -32,6 +33,7 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
     """
     said = f"spread from {path}"
     try:
+        check_regular(path)
         if path.stat().st_size > MOST_BYTES:
             raise ValueError(f"has more than {MOST_BYTES} bytes")
         report = json.loads(path.read_bytes())

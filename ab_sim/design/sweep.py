@@ -16,6 +16,7 @@ import ab_sim
 from ab_sim.analysis.metrics.metric import Better
 from ab_sim.analysis.metrics.verdict import BALANCED
 from ab_sim.base.errors import InputError, SceneError
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.output_file import replacing
 from ab_sim.base.presentation import Column, Columns, Presented, number, titled
 from ab_sim.base.progress import Progress
@@ -415,12 +416,14 @@ def open_sweep(path: Path | str) -> Sweep:
     <Sweep: scene thesis-hold, runs 2, grid 2, ...>
     """
     try:
+        check_regular(Path(path))
         with parquet.ParquetFile(path) as file:
             rows = file.metadata.num_rows
             if rows > MOST:
                 raise InputError(f"{path}: has {rows} rows; must have at most {MOST}")
             about = json.loads((file.schema_arrow.metadata or {})[ABOUT])
             table = file.read()
+            table.select([*about["keys"], *about["metrics"], OUTCOME, FAILURE])  # all are there
         scene = check_scene(about["scene"], str(path))
         keys, metrics = tuple(about["keys"]), tuple(about["metrics"])
         return Sweep(scene, keys, metrics, about["points"], table)

@@ -9,6 +9,7 @@ from typing import Any
 
 import ab_sim
 from ab_sim.base.errors import InputError
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.output_file import REPORT, check_ending, check_writable, write_whole
 from ab_sim.base.quoting import shortened
 from ab_sim.base.sources import NotOfSources, sources
@@ -60,6 +61,7 @@ def read_content(path: Path, named: str, otherwise: str) -> dict[str, Any]:
         InputError: the file is missing, damaged, or of another format.
     """
     try:
+        check_regular(path)
         with path.open("rb") as file:
             text = file.read(MOST_BYTES + 1)
         if len(text) > MOST_BYTES:

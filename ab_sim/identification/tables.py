@@ -15,6 +15,7 @@ import pyarrow.csv
 import pyarrow.parquet
 
 from ab_sim.base.errors import InputError, nearest
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.quoting import short
 from ab_sim.drive.units import unit_of
 from ab_sim.record.bags import import_bag
@@ -108,10 +109,10 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
     ending = path.suffix.lower()
     if path.is_dir() or ending == ".mcap":
         return _of_bag(path, rows_of)
-    if not path.exists():
-        raise InputError(f"{path}: there is no such file")
-    if not path.is_file():
-        raise InputError(f"{path}: is no file but a pipe or device; write it to a file first")
+    try:
+        check_regular(path)
+    except OSError as error:
+        raise InputError(f"{path}: {error.strerror}") from error
     if ending == ".rrd":
         return _of_recording(open_recording(path), path.stem)
     if ending not in (".parquet", ".csv"):

@@ -176,8 +176,11 @@ def test_what_cannot_be_repaired_stays_as_it_was(killed: Path, tmp_path: Path) -
     with files_limited_to(2000), pytest.raises(RecordingError, match="File too large"):
         repair_bag(killed)
     assert file.read_bytes() == content and len(list(killed.iterdir())) == 2
-    for none in (tmp_path / "no", tmp_path):
-        with pytest.raises(RecordingError, match=r"must be a folder with one \.mcap file"):
+    for none, reason in (
+        (tmp_path / "no", "no such file"),
+        (tmp_path, "must be a folder with one"),
+    ):
+        with pytest.raises(RecordingError, match=reason):
             repair_bag(none)
 
 

@@ -91,7 +91,7 @@ def test_a_pipe_is_named(tmp_path: Path, name: str) -> None:
     """Also that of a shell's ``<(command)``, which has no ending."""
     pipe = tmp_path / name
     os.mkfifo(pipe)
-    with pytest.raises(InputError, match="is no file but a pipe or device; write it to a file"):
+    with pytest.raises(InputError, match="it is a pipe or a device; write its"):
         read_table(pipe)
 
 

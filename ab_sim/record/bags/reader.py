@@ -12,6 +12,7 @@ from rosbags.rosbag2.reader import DirectoryReader
 from rosbags.rosbag2.storage_mcap import McapReader
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.input_file import check_regular
 from ab_sim.base.limited_yaml import read_yaml_file
 from ab_sim.base.quoting import shortened
 from ab_sim.record.bags.bounded_unpacking import bound_rosbags
@@ -156,6 +157,11 @@ class Bag:
                     f"{cannot}must be a folder that rosbag2 has made, or end in .mcap or .db3"
                 )
             return path
+        try:
+            for each in (path, *path.glob("*")):
+                check_regular(each)
+        except OSError as error:
+            raise RecordingError(f"{cannot}{error.filename}: {error.strerror}") from error
         files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])
         # Metadata exist from the beginning, but have counts only at the end.
         finished = len(files) != 1 or files[0].suffix != ".mcap" or is_finished(files[0])

@@ -13,6 +13,7 @@ import psutil
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.base.file_locks import is_being_written
+from ab_sim.base.input_file import check_regular
 from ab_sim.record.bags.metadata import METADATA, is_unfinished
 from ab_sim.record.bags.reader import Bag
 from ab_sim.record.bags.unfinished_bag import is_finished, torn_bytes, written_by
@@ -93,6 +94,10 @@ def _remove_leftovers(folder: Path) -> None:
 
 
 def _file_of(path: Path) -> Path:
+    try:
+        check_regular(path)
+    except OSError as error:
+        raise RecordingError(f"cannot repair the bag {path}: {error.strerror}") from error
     files = [path] if path.is_file() else sorted(path.glob("*.mcap"))
     if len(files) != 1 or files[0].suffix != ".mcap":
         raise RecordingError(

@@ -7,6 +7,8 @@ import struct
 from pathlib import Path
 from typing import Any, BinaryIO
 
+from ab_sim.base.input_file import check_regular
+
 MAGIC = b"\x89MCAP0\r\n"
 _FOOTER = struct.Struct("<BQQQI")  # 2, length, where the summary begins, and its offsets; checksum
 _DATA_END = b"\x0f" + struct.pack("<QI", 4, 0)
@@ -17,6 +19,7 @@ _RECORD = struct.Struct("<BQ")
 
 def is_finished(path: Path) -> bool:
     """Return whether an MCAP file has a footer and a summary."""
+    check_regular(path)
     with path.open("rb") as file:
         size = file.seek(0, io.SEEK_END)
         file.seek(max(size - len(MAGIC) - _FOOTER.size, 0))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ab_sim.base.errors import RecordingError
+from ab_sim.base.input_file import check_regular
 
 _MAGIC = b"RRF2"
 _HEADER = 12  # bytes: magic, version, options
@@ -30,10 +31,10 @@ def readable_part(path: Path) -> tuple[ReadableFile, str | None]:
     :returns: the file itself, or a copy of its complete messages and a text on the rest.
     :raises RecordingError: the file is missing, or not one of Rerun's.
     """
-    if not path.is_file():
-        reason = "it is a folder" if path.is_dir() else "no such file"
-        raise RecordingError(f"cannot read the recording {path}: {reason}")
+    if path.is_dir():
+        raise RecordingError(f"cannot read the recording {path}: it is a folder")
     try:
+        check_regular(path)
         size, whole = path.stat().st_size, _whole_size(path)
         if whole == size:
             return ReadableFile(path), None

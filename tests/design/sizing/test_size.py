@@ -17,6 +17,7 @@ from ab_sim.design.sizing.spread_share import Running, SpreadRuns, run_share
 from ab_sim.design.sizing.start_up_scene import Hold, scene_of, with_contact
 from tests.design.sizing.wanted import DRIVE, wanted
 
+HOLD = Hold(105.0, 0.6)
 HERE = Running(60, 0, None, None)
 
 
@@ -78,6 +79,24 @@ def test_a_hold_is_as_short_as_it_may_be(monkeypatch: pytest.MonkeyPatch) -> Non
     assert found.scene.profile is not None
     verdicts = {claim.claim: claim.verdict for claim in found.claims}
     assert verdicts["without it"] == HOLDS
+
+
+def test_a_hold_must_reach_the_share_in_a_part_of_the_runs(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Its interval includes 90 %; a design without a hold is then run whole, a hold is not."""
+    lengths: dict[Hold | None, list[int]] = {}
+
+    def run(scene: Any, _: Any, running: Any, *__: Any) -> SpreadRuns:
+        hold = None if scene.profile.variable_speed_period is None else HOLD
+        lengths.setdefault(hold, []).append(running.runs)
+        return runs_with(88)
+
+    monkeypatch.setattr(sizing, "run_share", run)
+    sized, asked = sizing.sized_balls(5, wanted(balls=[5])), wanted(balls=[5])
+    for hold in (None, HOLD):
+        sizing._run(sized, hold, asked, HERE._replace(runs=400))
+    assert lengths == {None: [25, 100, 400], HOLD: [25, 100]}
 
 
 def test_an_end_that_runs_contradict_is_moved(monkeypatch: pytest.MonkeyPatch) -> None:
