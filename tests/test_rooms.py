@@ -17,7 +17,7 @@ import pytest
 import ab_sim
 
 ORDER = (
-    ("base.errors", "base.quoting"),
+    ("base.errors", "base.input_file", "base.quoting"),
     (
         "base.cache_folder",
         "base.conventions",
