@@ -12,6 +12,8 @@ from ab_sim.base.quoting import visible
 from ab_sim.nodes import discovery
 from ab_sim.nodes.participants import unheard_users
 
+SECURITY = "ROS_SECURITY_ENABLE"
+"""ROS's variable for SROS 2."""
 MOST_DOMAIN = 232
 """Largest domain whose ports exist (DDSI-RTPS, 9.6.2)."""
 
@@ -36,6 +38,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
         )
     _check_domain()
+    _check_security()
     discovery.prepare()
     for warning in (discovery.unused_transports(), unheard_users()):
         if warning:
@@ -49,6 +52,11 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
                 f"ROS cannot write its log: {error}; set ROS_LOG_DIR to a folder in which this "
                 "user can write"
             ) from error
+        if "SECURITY ERROR" in str(error):
+            raise InputError(
+                f"{SECURITY} = 'true': {error}; set ROS_SECURITY_KEYSTORE to a keystore with an "
+                f"enclave for this node, or unset {SECURITY}"
+            ) from error
         raise InputError(
             f"arguments {' '.join(given[1:])}: ROS does not understand them: {error}; a parameter "
             "is given as `--ros-args -p name:=value`"
@@ -61,6 +69,14 @@ def _check_domain() -> None:
         raise InputError(
             f"ROS_DOMAIN_ID = {domain!r}: must be a whole number from 0 to {MOST_DOMAIN}; set "
             "another one, or unset it for 0"
+        )
+
+
+def _check_security() -> None:
+    if os.environ.get(SECURITY, "").lower() == "true" and discovery.from_pypi():
+        raise InputError(
+            f"{SECURITY} = {os.environ[SECURITY]!r}: the Fast DDS from PyPI has no security "
+            "plug-ins (SROS 2); unset it, or use the ROS 2 of a distribution"
         )
 
 

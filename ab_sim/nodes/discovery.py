@@ -1,7 +1,7 @@
 """Discovery of our nodes: limited to this machine, and fast, unless the user has set otherwise."""
 
 import os
-from importlib.metadata import version
+from importlib.metadata import distributions, version
 from pathlib import Path
 
 DISCOVERY_RANGE, RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE", "LOCALHOST"
@@ -43,6 +43,11 @@ def unused_transports() -> str:
 def fast_dds() -> int:
     """Return the major version of Fast DDS: 2 with rclpy 7 (ROS 2 Jazzy), 3 with later ones."""
     return 2 if int(version("rclpy").partition(".")[0]) <= 7 else 3
+
+
+def from_pypi() -> bool:
+    """Return whether Fast DDS is one from PyPI, which lacks SROS 2."""
+    return any(each.name in ("ros-fastdds", "ros-fastrtps") for each in distributions())
 
 
 def prepare() -> None:

@@ -124,7 +124,7 @@ class DriveControl:
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
             asked, before = _sound(session), session.now
-            if "disc_eccentricity" not in node.settings.explicitly_set:
+            if eccentricity < 0.0:
                 return False, "the parameter disc_eccentricity was never set: set it first [m]"
             scene, moved = with_disc(before.scene, eccentricity, angle)
         share = node.settings.values["error_checks"]

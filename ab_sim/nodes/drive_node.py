@@ -39,6 +39,11 @@ class DriveNode(ManagedNode):
     def __init__(self) -> None:
         super().__init__("drive_sim", EMERGENCY_STOP)
         self.settings = Parameters(self, DRIVE_PARAMETERS)
+        if self.get_parameter("use_sim_time").value:
+            self.get_logger().warning(
+                "use_sim_time = True: has no effect, because this node makes the time; set it for "
+                "the other nodes"
+            )
         values = self.settings.values
         self._rates = rates_of(values)
         self._turn = FairLock()

@@ -183,7 +183,11 @@ DRIVE_PARAMETERS = (
         "faults", [""], "faults, e.g. ['ball_0 sticks']; a change takes effect at ~/inject_faults"
     ),
     ParameterSpec(
-        "disc_eccentricity", 0.0, "eccentricity of the disc that ~/load_disc loads", "m", (0.0, 1.0)
+        "disc_eccentricity",
+        -1.0,
+        "eccentricity of the disc that ~/load_disc loads; negative: not set",
+        "m",
+        (-1.0, 1.0),
     ),
     ParameterSpec(
         "disc_angle",

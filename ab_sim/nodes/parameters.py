@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import contextlib
+import itertools
 import os
-from collections.abc import Callable, Iterable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
@@ -18,6 +21,7 @@ from rclpy.node import Node
 from rclpy.parameter import Parameter
 
 from ab_sim.base.errors import AbSimError, InputError, nearest
+from ab_sim.base.limited_yaml import read_yaml_file
 from ab_sim.base.output_file import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.base.plug_ins import load_files
 from ab_sim.scene.units import NO_UNIT
@@ -130,10 +134,6 @@ class Parameters:
         self._specs = {spec.name: spec for spec in specs}
         self.values: Values = {name: spec.declare(node) for name, spec in self._specs.items()}
         """Present values, by name."""
-        self.explicitly_set = {
-            name for name, spec in self._specs.items() if self.values[name] != spec.default
-        }
-        """Names of parameters that were set, or started with a value other than the default."""
         _refuse_undeclared(node)
         load_files(filter(None, self.values.get(LOAD.name, ())), f"parameter {LOAD.name} =")
         node.get_logger().info(f"{PARAMETERS}: {changed_parameters(node)}")
@@ -157,8 +157,7 @@ class Parameters:
             return SetParametersResult(successful=True)
 
         def applied(parameters: list[Parameter[Any]]) -> None:
-            if names := {p.name for p in parameters} & self._specs.keys():
-                self.explicitly_set |= names
+            if {p.name for p in parameters} & self._specs.keys():
                 before, self.values = self.values, self._with(parameters)
                 apply(before, self.values)
 
@@ -196,16 +195,52 @@ def _refuse_undeclared(node: Node) -> None:
 
     Overrides of a topic's QoS are declared with the topic: only their form is checked here.
     """
-    known = list(_values(node))
+    known, shared, foreign = list(_values(node)), _shared_parameters(sys.argv), []
     for name, given in node.handle.get_parameters(Parameter).items():
         if name.startswith(QOS):
             _check_override(name, given.value)
-        elif not node.has_parameter(name):
+        elif node.has_parameter(name):
+            continue
+        elif name in shared:
+            foreign.append(name)
+        else:
             raise InputError(
                 f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"
                 f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
                 "goes into a file, under their names"
             )
+    if foreign:
+        node.get_logger().warning(
+            f"parameter {', '.join(sorted(foreign))}: ignored; it stands in a section for all "
+            f"nodes, and {node.get_fully_qualified_name()} has none of that name"
+        )
+
+
+def _shared_parameters(arguments: Sequence[str]) -> set[str]:
+    """Return the parameters in sections for several nodes, such as `/**`, of parameter files.
+
+    Args:
+        arguments: command line, which ROS has accepted.
+    """
+    given, names = set[str](), set[str]()
+    for flag, value in itertools.pairwise(arguments):
+        if flag == "-p":
+            given.add(value.partition(":=")[0])
+        elif flag == "--params-file":
+            with contextlib.suppress(OSError, ValueError):  # ROS has accepted the file
+                for section, content in read_yaml_file(Path(value)).items():
+                    if section.endswith("*"):
+                        names |= set(_flat(content["ros__parameters"]))
+    return names - given
+
+
+def _flat(parameters: Mapping[str, Any]) -> Iterator[str]:
+    """Yield names as ROS has them: those of nested sections with dots."""
+    for name, value in parameters.items():
+        if isinstance(value, Mapping):
+            yield from (f"{name}.{inner}" for inner in _flat(value))
+        else:
+            yield name
 
 
 def changed_parameters(node: Node) -> str:

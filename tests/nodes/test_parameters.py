@@ -16,6 +16,7 @@ from tests.waiting import PATIENCE, until  # noqa: E402
 WHIRL = "qos_overrides./whirl.publisher"
 
 UP = {
+    "drive_sim": "configuring",
     "profile_controller": "waiting for ~/start",
     "recorder": "as soon as a drive describes itself",
 }
@@ -147,6 +148,25 @@ def test_a_file_may_hold_parameters_of_other_nodes(
     arguments = ["--ros-args", "--params-file", str(file), "-r", f"__ns:={namespace}"]
     arguments += ["-p", "drive_sim:wake_rate:=100"]
     assert Started(domain, tmp_path, "profile_controller", *arguments).comes_up()
+
+
+def test_a_parameter_for_all_nodes_may_be_of_others(domain: int, tmp_path: Path) -> None:
+    file = tmp_path / "all.yaml"
+    file.write_text("/**:\n  ros__parameters: {joints: 6, arm: {length: 1.0}, queue: 100}\n")
+    arguments = ["--ros-args", "--params-file", str(file)]
+    assert Started(domain, tmp_path, "recorder", *arguments).comes_up()
+    log = (tmp_path / "recorder.log").read_text()
+    warning = "parameter arm.length, joints: ignored; it stands in a section for all nodes, and"
+    assert log.count(warning) == log.count("ignored") == 1, log
+    again = Started(domain, tmp_path, "recorder", *arguments, "-p", "joints:=6").refusal()
+    assert "parameter joints: /recorder has none of that name" in again
+
+
+def test_a_drive_makes_the_time(domain: int, tmp_path: Path) -> None:
+    arguments = ["--ros-args", "-p", "use_sim_time:=true"]
+    assert Started(domain, tmp_path, "drive_sim", *arguments).comes_up()
+    log = (tmp_path / "drive_sim.log").read_text()
+    assert "use_sim_time = True: has no effect, because this node makes the time" in log
 
 
 def test_a_slip_in_a_file_is_found_in_a_namespace_too(domain: int, tmp_path: Path) -> None:

@@ -73,6 +73,11 @@ def test_users_that_are_not_heard_are_named(monkeypatch: pytest.MonkeyPatch) -> 
     [
         ("ROS_DOMAIN_ID", "400", "ROS_DOMAIN_ID = '400': must be a whole number from 0 to 232"),
         ("ROS_DOMAIN_ID", "x", "ROS_DOMAIN_ID = 'x': must be"),
+        (
+            "ROS_SECURITY_ENABLE",
+            "true",
+            "ROS_SECURITY_ENABLE = 'true': the Fast DDS from PyPI has no",
+        ),
         ("ROS_LOG_DIR", "/proc/none", "ROS cannot write its log: "),
         ("HOME", None, "set ROS_LOG_DIR to a folder"),
     ],

@@ -135,6 +135,8 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     assert JointSample.of(joints[-1]).spindle_speed == 0.0
 
     # Another disc, another scene.
+    # As `ros2 param load` of the node's own dump does.
+    assert fleet.set("drive_sim", disc_eccentricity=-1.0, disc_angle=0.0)[0]
     refused(fleet.call("drive_sim/load_disc"), "disc_eccentricity was never set: set it first")
     assert fleet.set("drive_sim", disc_eccentricity=2e-4, disc_angle=1.0)[0]
     assert fleet.call("drive_sim/load_disc")[0]
