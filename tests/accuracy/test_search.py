@@ -7,6 +7,8 @@ from ab_sim.base.errors import DivergedError, SceneError
 from ab_sim.drive.accuracy import SAFETY, Timed, cheapest
 from ab_sim.drive.accuracy.deviation import MOST_SAMPLES, Samples
 from ab_sim.engine.integrate.choose import choose_stepper
+from ab_sim.engine.integrate.registry import steppers
+from ab_sim.engine.kernels.runge_kutta import Tableau
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.scene import Scene, load_scene
 from tests.accuracy.asked_tolerances import SHORT, wished
@@ -44,15 +46,19 @@ def test_each_setting_is_told_before_it_is_run() -> None:
     assert told[-1][1] > told[0][1] == 0
 
 
+BY_HAND = (("rk8", 8, 12, 5e-3), ("tsit5", 5, 6, 2.5e-3), ("rk4", 4, 4, 2.5e-3))
+"""Name, order, stages, and longest stable step on the ladder [s]."""
+
+
 def test_the_cheapest_of_all_is_found() -> None:
+    priced = {s.name for s in steppers().values() if s.priced and isinstance(s.weights, Tableau)}
+    assert priced == {name for name, *_ in BY_HAND}, "a new stepper needs a line in BY_HAND"
     for tolerance in (1e-1, 1e-3, 1e-5, 1e-8):
         runs = FakeRuns()
         _, work_precision = cheapest(wished("one-ball", angle=tolerance), runs)
         # By hand: the longest step on the ladder for each method; fewest stages per second win.
         prices = {}
-        for name, order, stages, longest in (
-            ("rk8", 8, 12, 5e-3), ("tsit5", 5, 6, 2.5e-3), ("rk4", 4, 4, 2.5e-3)
-        ):  # fmt: skip
+        for name, order, stages, longest in BY_HAND:
             for parts in (1, 2, 4, 5, 10, 20, 40, 50, 100, 200, 400, 500, 1000):
                 step = 0.01 / parts
                 if step <= longest and SAFETY * 10.0 * (step / 0.01) ** order <= tolerance / 1.1:

@@ -1,4 +1,4 @@
-"""Every registered stepper: a new one is tested by being registered."""
+"""Every registered stepper: a new one needs only its steps in ``STEPS``."""
 
 import itertools
 from typing import Any
@@ -70,6 +70,10 @@ def test_observed_order_is_the_declared_one(name: str, scene: Any, hold: Any) ->
     assert order == pytest.approx(declared, abs=BAND), errors
 
 
+def test_every_stepper_has_steps_to_try() -> None:
+    assert set(STEPS) == set(steppers()), "a new stepper needs a line in STEPS"
+
+
 @pytest.mark.parametrize("name", TABLEAUX)
 def test_rooted_tree_conditions(name: str) -> None:
     """Butcher's conditions up to order 4, and the quadrature and tall-tree ones up to the order."""
@@ -116,6 +120,6 @@ def test_their_order_does_not_depend_on_who_was_imported_first() -> None:
 
 
 def test_unknown_stepper() -> None:
-    known = "generalized-alpha, imex8, rk4, rk8, taylor, tsit5, auto"
+    known = ", ".join([*steppers(), "auto"])
     with pytest.raises(SceneError, match=rf"did you mean 'rk8'.*known are: {known}"):
         stepper_named("rk88")
