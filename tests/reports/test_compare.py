@@ -8,6 +8,7 @@ import pytest
 
 from ab_sim.analysis import run_scene
 from ab_sim.analysis.comparison import without_balls
+from ab_sim.api.runs import save_recording
 from ab_sim.base import palette
 from ab_sim.base.errors import InputError
 from ab_sim.drive import Drive
@@ -72,6 +73,22 @@ def test_an_offline_run_is_the_same_to_the_bit(tmp_path: Path, scene: Scene) -> 
         tmp_path / "r.rrd", scene, Trajectory.join([drive.present(), drive.advance(1500)])
     )
     assert found.same and found.driven_by == PROFILE
+
+
+def test_a_run_whose_measurements_decided_is_the_same_to_the_bit(tmp_path: Path) -> None:
+    """Its first sample accelerates already; one with other decisions obeys recorded commands."""
+    quiet = "{vibration_rms_above: 1, over: 0.05, at_most: 0.5}"
+    segments = f"[{{to: 20, acceleration: 40}}, {{until: {quiet}}}, {{to: 60, acceleration: 40}}]"
+    profile = f"profile={{kind: segments, segments: {segments}}}"
+    changes = [profile, "duration=1.5", "sensors.pickup={}"]
+    scene = load_scene("thesis-hold", changes)
+    run = run_scene(scene)
+    file = tmp_path / "led.rrd"
+    save_recording(run, file)
+    found = compare_recording(file, scene)
+    assert found.same and found.driven_by == PROFILE
+    earlier = load_scene("thesis-hold", [profile.replace("0.5}", "0.4}"), *changes[1:]])
+    assert compare_recording(file, earlier).driven_by == COMMANDS
 
 
 def test_one_that_began_before_any_command_is_the_same(

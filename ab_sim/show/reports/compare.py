@@ -1,5 +1,6 @@
 """Comparison of a recording with a scene's run under the recorded commands."""
 
+import itertools
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -258,12 +259,17 @@ def _begun_before(run: StoredRun, scene: Scene) -> bool:
 
 
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
-    """Return whether the first commands are the scene's profile, to the bit."""
-    if scene.is_led:
-        return False  # measurements have decided
-    steps, commands = next(run.blocks(("step", "command"))).T
+    """Return whether the commands are the scene's profile, to the bit.
+
+    The first block shows it, unless measurements decide on the commands of later ones. A drive that
+    only obeys these commands has no acceleration yet at its first sample.
+    """
     replay = ReplayedDrive(Drive(scene), obeys=False)
-    return replay.at_steps(steps, commands)["command"].tobytes() == commands.tobytes()
+    blocks = run.blocks(("step", "command"))
+    return all(
+        replay.at_steps(*block.T)["command"].tobytes() == block[:, 1].tobytes()
+        for block in (blocks if scene.is_led else itertools.islice(blocks, 1))
+    )
 
 
 def _solved(run: StoredRun, scene: Scene) -> tuple[Scene, bool]:
