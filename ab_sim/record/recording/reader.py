@@ -34,7 +34,10 @@ class RecordedRun:
 def read_recording(path: Path | str) -> RecordedRun:
     """Read a recording by `Recording`, finished or not, into memory.
 
-    :raises RecordingError: see `open_recording`, which is for longer runs.
+    Raises
+    ------
+    RecordingError
+        See `open_recording`, which is for longer runs.
     """
     stored = open_recording(path)
     blocks = list(stored.blocks()) if stored.channels else []

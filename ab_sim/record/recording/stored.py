@@ -101,11 +101,23 @@ class StoredRun:
     ) -> Iterator[Array]:
         """Yield samples in the order of step, bit for bit as recorded.
 
-        :param channels: channels in order; default: all. In a decimated recording, `LEFT_OUT` is
-            one, too: the number of rows left out by intent up to each row.
-        :param rows: rows of a block; the last one may be shorter.
-        :returns: arrays of shape (rows, channels), which are not kept.
-        :raises KeyError: there is no such channel.
+        Parameters
+        ----------
+        channels : sequence of str
+            Channels in order; default: all. In a decimated recording, `LEFT_OUT` is one, too: the
+            number of rows left out by intent up to each row.
+        rows : int
+            Rows of a block; the last one may be shorter.
+
+        Yields
+        ------
+        ndarray
+            Arrays of shape (rows, channels), which are not kept.
+
+        Raises
+        ------
+        KeyError
+            There is no such channel.
         """
         names = self.channels if channels is None else tuple(channels)
         counted = (LEFT_OUT,) if self.every > 1 else ()
@@ -124,7 +136,10 @@ class StoredRun:
     def trajectory(self) -> Trajectory:
         """Read all samples into memory.
 
-        :raises RecordingError: the recording cannot be read.
+        Raises
+        ------
+        RecordingError
+            The recording cannot be read.
         """
         blocks = list(self.blocks()) if self.channels else []
         return Trajectory(

@@ -28,8 +28,15 @@ class ReadableFile:
 def readable_part(path: Path) -> tuple[ReadableFile, str | None]:
     """Return a file without an incomplete message at its end.
 
-    :returns: the file itself, or a copy of its complete messages and a text on the rest.
-    :raises RecordingError: the file is missing, or not one of Rerun's.
+    Returns
+    -------
+    ReadableFile, str or None
+        The file itself, or a copy of its complete messages and a text on the rest.
+
+    Raises
+    ------
+    RecordingError
+        The file is missing, or not one of Rerun's.
     """
     if path.is_dir():
         raise RecordingError(f"cannot read the recording {path}: it is a folder")

@@ -51,29 +51,38 @@ class Recording:
     `BATCH_ROWS` of them, or until `flush`. A live recorder calls it periodically; a killed
     recording loses the data after the last flush.
 
-    :param path: the file; its folder must exist.
-    :param description: description of the run, JSON-able, stored unchanged. The pictures use
-        ``race_radius`` [m], ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one
-        per ball; None: stand-ins that fit), a motor in ``effects``, the names of ``sensors``, and
-        for a deck in space ``deck`` as in `ab_sim.drive.description`.
-    :param index: whether the file ends with Rerun's index, for quick access to parts of it. Until
-        then Rerun keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB an
-        hour for a drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd
-        optimize`` adds it afterwards.
-    :param drawn: whether there is a drawing. Without a drawing, description and channels need not
-        contain anything about the drive, and all channels are plotted.
-    :param every: keep one step in every ``every``, and all steps around events and the ends of a
-        command's ramps (`ab_sim.record.recording.decimation`); 1 keeps all. Rows then wait for
-        twice ``around`` before they are sent.
-    :param around: time at full rate before and after an event [s], if ``every`` is more than 1.
-    :param shown: for a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures
-        are still made from all rows, because the shown rows alone would falsify the vibration.
-        Vibration, phase of the spindle and scalars follow each `SLOW_PERIOD`: a viewer drawn by
-        software takes few messages at a time. Nothing is sent until `flush`. The viewer follows
-        the newest samples until the recording is closed; every other file opens at its start,
-        paused.
-    :param decimated: ``every`` and ``around`` have already been applied, and `block` receives the
-        numbers of rows left out.
+    Parameters
+    ----------
+    path : Path | str
+        The file; its folder must exist.
+    description : mapping
+        Description of the run, JSON-able, stored unchanged. The pictures use ``race_radius`` [m],
+        ``eccentricity`` [m], ``balls`` (their number), ``ball_radii`` [m] (one per ball; None:
+        stand-ins that fit), a motor in ``effects``, the names of ``sensors``, and for a deck in
+        space ``deck`` as in `ab_sim.drive.description`.
+    index : bool
+        Whether the file ends with Rerun's index, for quick access to parts of it. Until then Rerun
+        keeps an entry of 1 to 2 kB in memory for everything that is sent, some 300 MB an hour for a
+        drive at 1 kHz, so recordings of unknown length go without; ``rerun rrd optimize`` adds it
+        afterwards.
+    drawn : bool
+        Whether there is a drawing. Without a drawing, description and channels need not contain
+        anything about the drive, and all channels are plotted.
+    every : int
+        Keep one step in every ``every``, and all steps around events and the ends of a command's
+        ramps (`ab_sim.record.recording.decimation`); 1 keeps all. Rows then wait for twice
+        ``around`` before they are sent.
+    around : float
+        Time at full rate before and after an event [s], if ``every`` is more than 1.
+    shown : bool
+        For a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures are still
+        made from all rows, because the shown rows alone would falsify the vibration. Vibration,
+        phase of the spindle and scalars follow each `SLOW_PERIOD`: a viewer drawn by software takes
+        few messages at a time. Nothing is sent until `flush`. The viewer follows the newest samples
+        until the recording is closed; every other file opens at its start, paused.
+    decimated : bool
+        ``every`` and ``around`` have already been applied, and `block` receives the numbers of rows
+        left out.
 
     Examples
     --------
@@ -158,8 +167,12 @@ class Recording:
     def lay_out(self, channels: Sequence[str], scalars: Sequence[str]) -> None:
         """Send the layout before the first samples, complete, so that it is sent once only.
 
-        :param channels: channels of the samples.
-        :param scalars: names of scalars that may come.
+        Parameters
+        ----------
+        channels : sequence of str
+            Channels of the samples.
+        scalars : sequence of str
+            Names of scalars that may come.
         """
         self._check_usable()
         for name in scalars:
@@ -171,13 +184,18 @@ class Recording:
     ) -> None:
         """Record samples.
 
-        :param channels: the same in every block. ``step``, ``time`` come first; ``angle``, ``x``,
-            ``y`` and the angles of all balls are needed for the drawing, and of a deck in space
-            ``z`` and its quaternion; other channels are free.
-        :param samples: (rows, channels), float64, copied. ``step`` must increase from row to row;
-            gaps are counted by `read_recording`.
-        :param left_out: for samples that were decimated before, the number of rows left out up to
-            each row; only with ``decimated``.
+        Parameters
+        ----------
+        channels : sequence of str
+            The same in every block. ``step``, ``time`` come first; ``angle``, ``x``, ``y`` and the
+            angles of all balls are needed for the drawing, and of a deck in space ``z`` and its
+            quaternion; other channels are free.
+        samples : array_like
+            (rows, channels), float64, copied. ``step`` must increase from row to row; gaps are
+            counted by `read_recording`.
+        left_out : array_like
+            For samples that were decimated before, the number of rows left out up to each row; only
+            with ``decimated``.
         """
         self._check_usable()
         names, rows = tuple(channels), np.array(samples, dtype=np.float64)
@@ -207,7 +225,10 @@ class Recording:
     def scalar(self, name: str, time: float, value: float) -> None:
         """Record a number that is not in the samples, such as the real-time factor, at time [s].
 
-        :param name: an identifier, such as ``real_time_factor``.
+        Parameters
+        ----------
+        name : str
+            An identifier, such as ``real_time_factor``.
         """
         self._check_usable()
         if not name.isidentifier():
@@ -241,8 +262,11 @@ class Recording:
     def flush(self, pictures: bool = True) -> None:
         """Send the collected data, and wait until they are in the file.
 
-        :param pictures: also send the pictures. Otherwise they wait for a second of the run,
-            because each message costs some 1.2 kB, whatever its content.
+        Parameters
+        ----------
+        pictures : bool
+            Also send the pictures. Otherwise they wait for a second of the run, because each
+            message costs some 1.2 kB, whatever its content.
         """
         self._check_usable()
         slow = self._slow_are_due()
