@@ -7,6 +7,7 @@ import importlib
 import inspect
 import os
 import pkgutil
+import re
 import subprocess
 import sys
 import typing
@@ -302,7 +303,7 @@ def test_without_pandas_it_says_how_to_get_it(
     there = builtins.__import__
     monkeypatch.delitem(sys.modules, "pandas", raising=False)
     monkeypatch.setattr(builtins, "__import__", importing)
-    with pytest.raises(ImportError, match="pip install pandas"):
+    with pytest.raises(ImportError, match=f"{re.escape(sys.executable)} -m pip install pandas"):
         shown["trajectory"].to_dataframe()
 
 

@@ -8,6 +8,7 @@ results import them.
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Mapping, Sequence
 from html import escape
 from importlib import import_module
@@ -106,7 +107,8 @@ def data_frame(columns: Columns) -> DataFrame:
         from pandas import DataFrame
     except ImportError as error:
         raise ImportError(
-            "to_dataframe() needs pandas, which is not installed: pip install pandas"
+            "to_dataframe() needs pandas, which is not installed: "
+            f"{sys.executable} -m pip install pandas"
         ) from error
     frame = DataFrame({name: column.values for name, column in columns.items()})
     frame.attrs["units"] = {name: column.unit for name, column in columns.items()}

@@ -171,7 +171,8 @@ def metrics_table(
     table = Table(title=title, caption_justify="left")
     table.add_column("", no_wrap=True)
     for head in columns:
-        table.add_column(head, overflow="fold", min_width=len("balanced"))
+        broken = head.replace("variable-speed", "variable-\nspeed")  # rich would break it anywhere
+        table.add_column(broken, overflow="fold", min_width=len("balanced"))
 
     for metric, row in _rows():
         cells = [row.text(metrics, display) for metrics in runs_beside]

@@ -190,7 +190,7 @@ def basin_table(found: basins.Basin) -> Table:
     for label, share in found.shares.items():
         table.add_row(basins.NAMES[label], f"{100 * share:.2f} %")
     left_out = int((found.labels == basins.LEFT_OUT).sum())
-    table.caption = (
-        f"balanced: at most {found.limit:g} of the unbalance is left; {left_out} starts left out"
-    )
+    table.caption = f"balanced: at most {found.limit:g} of the unbalance is left"
+    if left_out:
+        table.caption += f"; {left_out} starts {basins.NAMES[basins.LEFT_OUT]}"
     return table

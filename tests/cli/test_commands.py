@@ -1,6 +1,7 @@
 """`ab-sim` as a user runs it: output, files, messages, exit codes."""
 
 import json
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -44,6 +45,7 @@ def test_run_writes_what_was_asked_for(tmp_path: Path) -> None:
     assert share > 2, "the thesis' set is not balanced by its hold"
     for words in ("without balls", "residual unbalance", "still changing", "3.373 s"):
         assert words in done.stdout
+    assert re.search("variable- +┃", done.stdout), "broken at its hyphen, however narrow it is"
     assert report["scene"] == "thesis-hold"
     assert report["effects"]["suspension"] == {"stiffness": 1000.0, "damping": 0.2}
     assert (report["stepper"], report["step"]) == ("rk8", 0.001)
