@@ -64,6 +64,32 @@ def number_of(message: Any) -> float:
     return float(message.data)
 
 
+def joint_speed_fields(speed: float) -> Fields:
+    """Return the fields of a JointState that commands the spindle's speed [rad/s]."""
+    return {
+        "header": header(0, ""),
+        "name": ["spindle"],
+        "position": [],
+        "velocity": [float(speed)],
+        "effort": [],
+    }
+
+
+def joint_speed_of(message: Any) -> float:
+    """Return the spindle's speed [rad/s] in a JointState that commands it.
+
+    Raises:
+        MalformedMessage: another joint, position or effort is commanded, or the speed is NaN.
+    """
+    if list(message.name) != ["spindle"]:
+        raise MalformedMessage(f"name = {list(message.name)}: must be ['spindle']")
+    if len(message.velocity) != 1 or len(message.position) or len(message.effort):
+        raise MalformedMessage("must have one velocity, and neither position nor effort")
+    if math.isnan(message.velocity[0]):
+        raise MalformedMessage("velocity of spindle is NaN: no controller commands it yet")
+    return float(message.velocity[0])
+
+
 def text_fields(text: str) -> Fields:
     """Return the fields of a single text, such as the profile controller's state."""
     return {"data": text}

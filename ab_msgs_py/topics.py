@@ -59,6 +59,18 @@ TRAJECTORY = declare(
         rate="ahead of time, once for each start-up",
     )
 )
+JOINT_COMMAND = declare(
+    Topic(
+        "spindle/joint_command",
+        "sensor_msgs/msg/JointState",
+        Conversion(samples.joint_speed_fields, samples.joint_speed_of),
+        "target speed of the joint `spindle`, from ros2_control",
+        "rad/s",
+        source="you, or `controller_manager`",
+        rate="yours; need not be repeated",
+        qos=_BURSTS,
+    )
+)
 TRAJECTORY_START, TRAJECTORY_ANSWER = "last trajectory [ns]", "last trajectory"
 """Keys in a drive's diagnostics: stamp of the last trajectory, and the answer to it."""
 FOLLOWED, PAST = "followed", "begins in the past"

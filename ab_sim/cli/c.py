@@ -38,4 +38,4 @@ def c_command(given: COptions) -> Command:
 
 def print_urdf(given: UrdfOptions) -> None:
     """Print a scene as a URDF."""
-    print(urdf_of(load_scene(given.scene, given.change)), end="")
+    print(urdf_of(load_scene(given.scene, given.change), given.ros2_control), end="")

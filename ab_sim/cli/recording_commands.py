@@ -250,7 +250,11 @@ class UrdfOptions(NamedTuple):
 
     `drive_sim` publishes the same on the topic robot_description, for RViz. Joints have the names
     that they have in joint_states; `drive_sim` publishes the deck's pose on tf.
+
+    Args:
+        ros2_control: Add limits of the spindle and the block for ros2_control's topic hardware.
     """
 
     scene: SceneName
     change: Changes = []
+    ros2_control: Annotated[bool, Option("--ros2-control")] = False

@@ -40,11 +40,26 @@ _THIN = 0.02
 """Thickness of plate and disc, in race radii."""
 
 
-def urdf_of(scene: Scene) -> str:
+UNLIMITED = 1e6
+"""Effort limit of a spindle without a motor model [N m], the largest that a motor may have."""
+ROS2_CONTROL = {
+    "joint_commands_topic": "spindle/joint_command",
+    "joint_states_topic": "joint_states",
+    "trigger_joint_command_threshold": "1e-6",
+}
+"""Parameters of ros2_control's topic hardware."""
+
+
+def urdf_of(scene: Scene, ros2_control: bool = False) -> str:
     """Return the scene as a URDF, for ``robot_description``.
 
     Frames have the names of ``ab_sim.scene.frames`` without a namespace: robot_state_publisher and
     RViz put one in front (`frame_prefix`, TF Prefix).
+
+    Args:
+        scene: a checked scene.
+        ros2_control: whether to add limits of the spindle and the block `<ros2_control>` of
+            ros2_control's topic hardware.
     """
     robot = Xml.Element("robot", name="drive")
     for name, colour in _COLOURS.items():
@@ -56,6 +71,8 @@ def urdf_of(scene: Scene) -> str:
         _race(robot, scene, number, height)
     for ball, race in enumerate(scene.balls.races):
         _ball(robot, scene, ball, race)
+    if ros2_control:
+        _ros2_control(robot, scene)
     Xml.indent(robot)
     return f'<?xml version="1.0"?>\n{Xml.tostring(robot, encoding="unicode")}\n'
 
@@ -88,6 +105,27 @@ def _spindle(robot: Xml.Element, scene: Scene) -> None:
     _cylinder(spindle, "disc", height, drawn.DISC * r, _THIN * r)
     _cylinder(spindle, "disc", height, 0.1 * r, 0.5 * r)
     _sphere(spindle, "unbalance", (drawn.MARK_PLACE * r, 0.0, height), drawn.MARK * r)
+
+
+def _ros2_control(robot: Xml.Element, scene: Scene) -> None:
+    spindle = robot.find(f"joint[@name='{SPINDLE}']")
+    assert spindle is not None
+    speed, motor = scene.spindle.max_speed, scene.effects.get("motor")
+    limits = {"velocity": _text([speed])}
+    limits["effort"] = _text([UNLIMITED if motor is None else motor.torque_limit])
+    Xml.SubElement(spindle, "limit", limits)
+    block = Xml.SubElement(robot, "ros2_control", name="drive", type="system")
+    hardware = Xml.SubElement(block, "hardware")
+    plugin = Xml.SubElement(hardware, "plugin")
+    plugin.text = "joint_state_topic_hardware_interface/JointStateTopicSystem"
+    for name, text in ROS2_CONTROL.items():
+        Xml.SubElement(hardware, "param", name=name).text = text
+    joint = Xml.SubElement(block, "joint", name=SPINDLE)
+    command = Xml.SubElement(joint, "command_interface", name="velocity")
+    for name, bound in (("min", -speed), ("max", speed)):
+        Xml.SubElement(command, "param", name=name).text = _text([bound])
+    for name in ("position", "velocity", "effort"):
+        Xml.SubElement(joint, "state_interface", name=name)
 
 
 def _race(robot: Xml.Element, scene: Scene, number: int, height: float) -> None:

@@ -108,8 +108,8 @@ class CommandPath:
         self._seed = seed
         self.accepted = self.rejected = self.ignored = self.dropped = self.silences = 0
         self.last_rejected = math.nan
-        self.trajectories_rejected = 0
-        """Number of trajectories among the rejected commands."""
+        self.rejected_with_report = 0
+        """Number of rejected commands that are reported one by one, such as trajectories."""
         self.trajectory_news: list[TrajectoryAnswer] = []
         """Answers to trajectories, newest last; the caller clears the list."""
         self.acted: list[int] = []
@@ -228,10 +228,20 @@ class CommandPath:
             self._bus.pop()  # keeps the queue short while time is paused
         self._bus.append(CommandOnBus(due, speeds, stamp))
 
+    def reject_joint_command(self) -> None:
+        """Count a joint command that is not valid; the caller reports it."""
+        self.rejected += 1
+        self.rejected_with_report += 1
+
+    def renew(self, now: int) -> None:
+        """Count the command that leads as sent again at a step, unless the watchdog has acted."""
+        if self._last is not None and not self.silent:
+            self._last = max(self._last, now)
+
     def reject_trajectory(self, start: int, refusal: str) -> None:
         """Count a trajectory that is not followed; ``start`` as in its message [ns]."""
         self.rejected += 1
-        self.trajectories_rejected += 1
+        self.rejected_with_report += 1
         self.trajectory_news.append(TrajectoryAnswer(start, refusal))
 
     def _due(self, now: int) -> int:

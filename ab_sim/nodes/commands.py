@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterable
+from collections.abc import Iterator
 from typing import Any
 
 from rclpy.node import Node
@@ -26,7 +26,7 @@ CLOCK_SET = 20_000_000
 """ns; the system clock was set if it differs by more from the steady clock than it did."""
 LATELY = 2.0
 """Silence after which a publisher may be dead although its DDS lease has not ended [s]."""
-TOPICS = (topics.COMMAND, topics.TRAJECTORY)
+TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
 NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Name that rmw gives the node of a publisher until it has discovered the node."""
 
@@ -67,6 +67,10 @@ class PendingCommands:
         """Steady time in which the drive's time was not paused [ns]."""
         self._heard: dict[bytes, int] = {}
         """``_awake`` at the last command of each publisher."""
+        self._renewed = False
+        """True if the last command came from ros2_control, which does not repeat it."""
+        self._refusals: set[str] = set()
+        """Reasons for which joint commands were refused, each of which is logged once."""
         self._steady = time.monotonic_ns() - time.time_ns()
         """Steady time less the system's [ns]."""
         self._wrong_type: dict[tuple[int, ...], str] = {}
@@ -84,6 +88,7 @@ class PendingCommands:
             self._node.destroy_subscription(subscription)
         self._subscriptions, self._publishers, self._sources = (), [], Sources()
         self._heard.clear()
+        self._renewed = False
         self._wrong_type.clear()
         self._nameless.clear()
 
@@ -96,11 +101,9 @@ class PendingCommands:
         """
         if not self._subscriptions:
             return
-        speeds, trajectories = (arrived(own, AT_ONCE) for own in self._subscriptions)
-        commands: Iterable[tuple[Any, int, bytes]] = speeds
-        if sent := [*trajectories]:
-            commands = sorted([*speeds, *sent], key=lambda command: command[1])
-        kind = topics.COMMAND.type
+        arrivals = [(topic, *each) for topic, own in self._read() for each in arrived(own, AT_ONCE)]
+        if len({topic for topic, *_ in arrivals}) > 1:
+            arrivals.sort(key=lambda arrival: arrival[2])
         # By the steady clock: the system clock may be set in the meantime. If it was set since the
         # last wake-up, nobody knows when these came.
         steady = time.monotonic_ns()
@@ -109,16 +112,34 @@ class PendingCommands:
         self._taken = steady
         before, self._steady = self._steady, steady - time.time_ns()
         unknown = standing or abs(self._steady - before) > CLOCK_SET
-        for message, received, sender in commands:
+        for topic, message, received, sender in arrivals:
             self._heard[sender] = self._awake
             stamp = 0 if unknown else received + self._steady
-            if isinstance(message, kind):
-                self._path.receive(topics.COMMAND.sample(message), now, stamp)
-                continue
+            self._pass_on(topic, message, now, stamp)
+        if self._renewed and self._publishers[-1:] != [0]:
+            self._path.renew(now)
+
+    def _read(self) -> Iterator[tuple[Topic, Subscription[Any]]]:
+        return zip(TOPICS, self._subscriptions, strict=True)
+
+    def _pass_on(self, topic: Topic, message: Any, now: int, stamp: int) -> None:
+        if topic is topics.TRAJECTORY:
+            self._renewed = False
             try:
-                self._path.receive_trajectory(topics.TRAJECTORY.sample(message), now, stamp)
+                self._path.receive_trajectory(topic.sample(message), now, stamp)
             except MalformedMessage as error:
                 self._path.reject_trajectory(nanoseconds_of(message.header.stamp), str(error))
+            return
+        try:
+            speed = topic.sample(message)
+        except MalformedMessage as error:
+            self._path.reject_joint_command()
+            if str(error) not in self._refusals:
+                self._refusals.add(str(error))
+                self._node.get_logger().warning(f"{topic.name}, refused: {error}; said once")
+            return
+        self._renewed = topic is topics.JOINT_COMMAND
+        self._path.receive(speed, now, stamp)
 
     def trajectories_answered(self) -> bool:
         """Return whether trajectories were answered since the last call, and log refusals.
@@ -254,7 +275,7 @@ class PendingCommands:
         command.
         """
         path = self._path
-        rejected = path.rejected - path.trajectories_rejected
+        rejected = path.rejected - path.rejected_with_report
         count, self._rejections_reported = rejected - self._rejections_reported, rejected
         if not count:
             return ""

@@ -34,6 +34,7 @@ TIME = 3_123_456_789
 PLACE, TURN = (0.1, -0.0, 5e-324), (0.5, 0.5, -0.5, 0.5)
 SAMPLES: dict[Topic, Any] = {
     topics.COMMAND: 0.1,
+    topics.JOINT_COMMAND: 0.1,
     topics.JOINT_STATES: JointSample(TIME, 1.0, 2.0, (3.0,), (4.0,), (5.0,), None, "a/b"),
     topics.VIBRATION: VibrationSample(TIME, PLACE, (1.0, 2.0, 3.0), "f"),
     topics.WHIRL: WhirlSample(TIME, PLACE),

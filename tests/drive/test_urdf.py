@@ -1,12 +1,13 @@
 """A scene's URDF: one tree, whose joints put everything where the drive has it."""
 
 import math
+from xml.etree import ElementTree as Xml
 
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from ab_msgs_py import JointSample, samples
+from ab_msgs_py import JointSample, samples, topics
 from ab_sim.drive import Drive
 from ab_sim.drive.urdf import urdf_of
 from ab_sim.scene import load_scene
@@ -98,3 +99,23 @@ def test_the_command_prints_it() -> None:
     assert done.stdout == urdf_of(load_scene("thesis-hold", APART))
     refused = ab_sim("urdf", "thesis-hold", "--set", "balls.radius=-1")
     assert refused.returncode == 2 and "balls.radius" in refused.stderr and not refused.stdout
+
+
+def test_ros2_control_s_block_names_our_topics_and_limits() -> None:
+    """As its topic hardware reads it."""
+    text = ab_sim("urdf", "thesis-hold", "--ros2-control").stdout
+    robot = Xml.fromstring(text)
+    limit = robot.find("joint[@name='spindle']/limit")
+    assert limit is not None and limit.attrib == {"velocity": "420.0", "effort": "1000000.0"}
+    block = robot.find("ros2_control[@type='system']")
+    assert block is not None
+    plugin = "joint_state_topic_hardware_interface/JointStateTopicSystem"
+    assert block.findtext("hardware/plugin") == plugin
+    values = {each.attrib["name"]: each.text for each in block.findall("hardware/param")}
+    assert values["joint_commands_topic"] == topics.JOINT_COMMAND.name
+    assert values["joint_states_topic"] == topics.JOINT_STATES.name
+    (command,) = block.findall("joint[@name='spindle']/command_interface")
+    assert [each.text for each in command] == ["-420.0", "420.0"]
+    states = block.findall("joint[@name='spindle']/state_interface")
+    assert [each.attrib["name"] for each in states] == ["position", "velocity", "effort"]
+    assert "ros2_control" not in ab_sim("urdf", "thesis-hold").stdout

@@ -307,7 +307,7 @@ def test_beyond_the_limits_changes_nothing() -> None:
         p = path(**rules)
         p.receive_trajectory(RISE, 0)
         assert told(p, 0) is None and (p.accepted, p.rejected) == (0, 1) and refusals(p) != [""]
-        assert p.trajectories_rejected == 1
+        assert p.rejected_with_report == 1
 
 
 def test_the_message_that_came_last_leads() -> None:
