@@ -7,9 +7,10 @@ from typing import Any
 
 import numpy as np
 from rosbags.interfaces import Nodetype
+from rosbags.serde import SerdeError
 from rosbags.typesys import Stores, get_typestore
 
-from ab_msgs_py import Topic
+from ab_msgs_py import Topic, topics
 from ab_msgs_py.prefilled import Prefilled
 
 TYPES = get_typestore(Stores.ROS2_KILTED)
@@ -38,7 +39,13 @@ def decoded(message: bytes, type_name: str) -> Any:
         ValueError: the bytes are not a message of that type.
     """
     try:
-        return TYPES.deserialize_cdr(message, type_name)
+        try:
+            return TYPES.deserialize_cdr(message, type_name)
+        except SerdeError:
+            if type_name != topics.JOINT_COMMAND.type_name:
+                raise
+            # After a list that is last and empty, ROS leaves 12 bytes.
+            return TYPES.deserialize_cdr(message[:-12], type_name)
     except Exception as error:  # rosbags raises various errors
         raise ValueError(f"not a {type_name}: {error}") from error
 
