@@ -10,7 +10,7 @@ from rclpy.signals import SignalHandlerOptions
 from ab_sim.base.errors import InputError
 from ab_sim.base.quoting import visible
 from ab_sim.nodes import discovery
-from ab_sim.nodes.participants import unheard_users
+from ab_sim.nodes.participants import stuck_ports, unheard_users
 
 SECURITY = "ROS_SECURITY_ENABLE"
 """ROS's variable for SROS 2."""
@@ -40,7 +40,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
     _check_domain()
     _check_security()
     discovery.prepare()
-    for warning in (discovery.unused_transports(), unheard_users()):
+    for warning in (discovery.unused_transports(), unheard_users(), stuck_ports()):
         if warning:
             print(visible(warning), file=sys.stderr)
     try:

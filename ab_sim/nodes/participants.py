@@ -2,6 +2,7 @@
 
 import os
 import pwd
+import time
 from pathlib import Path
 
 from ab_sim.nodes import discovery
@@ -9,6 +10,10 @@ from ab_sim.nodes import discovery
 # The DDSI-RTPS specification, 9.6.2: the unicast port for discovery of each participant.
 BASE, PER_DOMAIN, FIRST, PER_PARTICIPANT = 7400, 250, 10, 2
 SOCKETS = (Path("/proc/net/udp"), Path("/proc/net/udp6"))
+MEMORY = Path("/dev/shm")
+"""Folder of shared memory."""
+FILLED = 2.0
+"""Age by which Fast DDS has filled a new file of shared memory [s]."""
 READS = 5
 """Number of reads of the system's tables, which the system writes page by page. While sockets come
 and go, a read may miss others: with three busy programs, 83 of 1,000 reads missed some of 100
@@ -43,6 +48,37 @@ def unheard_users() -> str:
         "other; run them as one user, or each with "
         f"{discovery.DISCOVERY_RANGE}=SUBNET {discovery.TRANSPORTS}=UDPv4"
     )
+
+
+def stuck_ports() -> str:
+    """Return a warning if empty files block Fast DDS's shared memory, else an empty text.
+
+    A process that is killed while it makes such a file leaves it empty; each new participant on the
+    domain then waits for it.
+    """
+    begin = BASE + PER_DOMAIN * _domain()
+    ports = range(begin, begin + PER_DOMAIN)
+    stuck = [
+        str(file)
+        for port in ports
+        for file in (MEMORY / f"fastdds_port{port}", MEMORY / f"fastrtps_port{port}")
+        if _stays_empty(file)
+    ]
+    if not stuck:
+        return ""
+    return (
+        f"{' '.join(stuck)}: empty, left by a process that was killed; programs that start on "
+        f"ROS_DOMAIN_ID {_domain()} may wait for ever. End all programs of this domain, remove "
+        f"the file by `rm {' '.join(stuck)}`, and start them again; or take another domain"
+    )
+
+
+def _stays_empty(file: Path) -> bool:
+    try:
+        status = file.stat()
+    except OSError:
+        return False
+    return status.st_size == 0 and time.time() - status.st_mtime > FILLED
 
 
 def _domain() -> int:

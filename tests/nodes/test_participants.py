@@ -2,6 +2,7 @@
 
 import os
 import socket
+from pathlib import Path
 
 import pytest
 
@@ -21,6 +22,7 @@ from ab_sim.nodes.participants import (  # noqa: E402
     FIRST,
     PER_DOMAIN,
     participants_here,
+    stuck_ports,
     unheard_users,
 )
 from tests.cli.tool import ab_sim  # noqa: E402
@@ -108,3 +110,33 @@ def test_transports_that_ros_does_not_use_are_named(monkeypatch: pytest.MonkeyPa
     assert f"set {DISCOVERY_RANGE}=SUBNET, too" in unused_transports()
     monkeypatch.setenv(DISCOVERY_RANGE, "SUBNET")
     assert unused_transports() == ""
+
+
+def test_a_file_on_which_fast_dds_waits_is_named(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    """A file of another domain, one with content and one that is being made are in order."""
+    monkeypatch.setattr("ab_sim.nodes.participants.MEMORY", tmp_path)
+    monkeypatch.setenv("ROS_DOMAIN_ID", "17")
+    for name, content in (("port7400", ""), ("port11662_el", ""), ("port11662", "x")):
+        (tmp_path / f"fastdds_{name}").write_text(content)
+        os.utime(tmp_path / f"fastdds_{name}", (0, 0))
+    stuck = tmp_path / "fastdds_port11663"
+    stuck.touch()
+    assert stuck_ports() == "", "it is being made"
+    os.utime(stuck, (0, 0))
+    assert f"remove the file by `rm {stuck}`" in stuck_ports()
+
+
+def test_node_list_names_such_a_file(monkeypatch: pytest.MonkeyPatch) -> None:
+    """For a port that only the 100th participant would take, so that nobody waits here."""
+    with own_domain() as domain:
+        monkeypatch.setenv("ROS_DOMAIN_ID", str(domain))
+        stuck = Path(f"/dev/shm/fastdds_port{BASE + PER_DOMAIN * domain + 249}")
+        stuck.touch()
+        os.utime(stuck, (0, 0))
+        try:
+            done = ab_sim("node", "list", "--wait", "0.5")
+        finally:
+            stuck.unlink(missing_ok=True)
+    assert f"{stuck}: empty, left by a process that was killed" in done.stderr
