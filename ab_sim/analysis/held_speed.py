@@ -9,6 +9,9 @@ from ab_sim.scene.model import Scene
 
 FASTEST = 1e5
 """Largest absolute speed that can be held, the same as the limit of scenes [rad/s]."""
+SLOWEST = 1e-6
+"""Smallest absolute speed other than 0; powers of lower ones are lost in rounding [rad/s]."""
+SPEEDS = f"must be a number within +-{FASTEST:g} rad/s, and 0 or at least {SLOWEST:g} in size"
 
 
 def last_speed(scene: Scene) -> float:
@@ -23,13 +26,18 @@ def as_speed(speed: float | None, scene: Scene) -> float:
     """Return a constant speed [rad/s]; None: the final speed of the scene.
 
     Raises:
-        InputError: not a number, or too fast.
+        InputError: not a number, too fast, or too slow.
     """
     if speed is None:
         return last_speed(scene)
-    if not abs(speed) <= FASTEST:
-        raise InputError(f"speed = {exact(speed)}: must be a number within +-{FASTEST:g} rad/s")
+    if not can_be_held(speed):
+        raise InputError(f"speed = {exact(speed)}: {SPEEDS}")
     return float(speed)
+
+
+def can_be_held(speed: float) -> bool:
+    """Return whether a speed [rad/s] is in the range of ``SPEEDS``."""
+    return speed == 0.0 or SLOWEST <= abs(speed) <= FASTEST
 
 
 def held(scene: Scene, speed: float, angle: float = 0.0) -> VectorField:

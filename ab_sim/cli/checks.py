@@ -49,12 +49,12 @@ def check_speed(speed: float) -> float:
     """Check a speed and return it [rad/s].
 
     Raises:
-        InputError: not a number, or too fast.
+        InputError: not a number, too fast, or too slow.
     """
-    from ab_sim.analysis.held_speed import FASTEST
+    from ab_sim.analysis.held_speed import SPEEDS, can_be_held
 
-    if not abs(speed) <= FASTEST:
-        raise InputError(f"--speed {speed}: must be a number within +-{FASTEST:g} rad/s")
+    if not can_be_held(speed):
+        raise InputError(f"--speed {speed}: {SPEEDS}")
     return speed
 
 

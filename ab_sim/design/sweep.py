@@ -428,7 +428,9 @@ def open_sweep(path: Path | str) -> Sweep:
         keys, metrics = tuple(about["keys"]), tuple(about["metrics"])
         return Sweep(scene, keys, metrics, about["points"], table)
     except OSError as error:
-        raise InputError(f"{path}: cannot be read: {error.strerror or error}") from error
+        raise InputError(
+            f"{path}: cannot be read: {error.strerror or str(error).strip()}"
+        ) from error
     except (KeyError, ValueError, TypeError, pyarrow.ArrowException) as error:
         raise InputError(
             f"{path}: is no Parquet file of a sweep, or of another version of ab_sim"

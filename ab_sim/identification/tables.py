@@ -140,7 +140,12 @@ def read_table(path: Path, rows_of: str | None = None) -> Table:
         raise InputError(f"{path}: its first line is numbers; must name the columns: t [s],x [mm]")
     _check_rows(path, read.num_rows)
     notes = (f"its head is not UTF-8; it was read as {encoding}",) if encoding == LATIN_1 else ()
-    return _of_arrow(read, path.stem, notes)
+    try:
+        return _of_arrow(read, path.stem, notes)
+    except ValueError as error:
+        raise InputError(
+            f"{path}: cannot be read as a table: its units or notes are damaged: {error}"
+        ) from error
 
 
 def _check_rows(path: Path, rows: int) -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import struct
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -325,6 +326,14 @@ def _file_missing(path: Path) -> None:
     (path / f"{path.name}_0.mcap").unlink()
 
 
+def _states_huge_sizes(path: Path) -> None:
+    bag_of(path.with_name("whole"), [])
+    (whole,) = path.with_name("whole").glob("*.mcap")
+    content = bytearray(whole.read_bytes())
+    content[9:17] = struct.pack("<Q", 1 << 60)  # length of the first record
+    path.write_bytes(content)
+
+
 def _two_files(path: Path) -> None:
     path.mkdir()
     for name in ("a.mcap", "b.mcap"):
@@ -346,6 +355,7 @@ def _two_files(path: Path) -> None:
         ),
         ("run.mcap", lambda path: path.touch(), "not a ROS 2 bag, or is damaged"),
         ("run.mcap", lambda path: path.write_text("text" * 99), "does not begin like MCAP"),
+        ("run.mcap", _states_huge_sizes, "damaged: it states a size that exceeds the memory"),
         ("run.db3", lambda path: path.write_text("text" * 99), "not a ROS 2 bag, or is damaged"),
         ("bag", lambda path: bag_of(path, []), "nothing of a drive.*no topics at all"),
         (

@@ -118,6 +118,7 @@ def test_where_they_are_not_looked_for_it_says_why() -> None:
         (("on-edge",), "use ab-sim floquet"),
         (("weak-motor",), "effects.motor"),
         (("nsc-case-3", "--speed", "nan"), "--speed nan: must be a number within"),
+        (("nsc-case-3", "--speed", "1e-320"), "rad/s, and 0 or at least 1e-06 in size"),
         (("nsc-case-3", "--plot", "e.txt"), "--plot"),
     ],
 )

@@ -95,6 +95,14 @@ def test_a_pipe_is_named(tmp_path: Path, name: str) -> None:
         read_table(pipe)
 
 
+def test_a_damaged_unit_is_named(tmp_path: Path) -> None:
+    field = pa.field("x", pa.float64(), metadata={"unit": b"\xb0C"})
+    file = tmp_path / "damaged.parquet"
+    pa.parquet.write_table(pa.table([[1.0, 2.0]], schema=pa.schema([field])), file)
+    with pytest.raises(InputError, match=r"damaged.parquet: .* units or notes are damaged: 'utf"):
+        read_table(file)
+
+
 def test_an_infinite_sample_is_a_missing_one(tmp_path: Path) -> None:
     table = drives.recorded(drives.scene())
     table["ch1"][400] = np.inf

@@ -247,3 +247,11 @@ def test_a_decimated_one_says_that_commands_may_act_late(
         recording.block(live.channels, live.samples)
     found = compare_recording(open_recording(tmp_path / "r.rrd"), scene)
     assert any("left out by intent" in note for note in found.notes)
+
+
+def test_a_deck_that_does_not_move_has_a_note_in_place_of_a_curve(tmp_path: Path) -> None:
+    scene = load_scene("no-ball", ["rotor.eccentricity=0", "duration=0.1"])
+    save_recording(run_scene(scene), tmp_path / "still.rrd")
+    data = gather(open_recording(tmp_path / "still.rrd"), "still", lambda *_: None)
+    (whirl,) = (panel for panel in panels_of(data) if panel.key == "whirl")
+    assert whirl.note == "the deck does not move" and not whirl.curves

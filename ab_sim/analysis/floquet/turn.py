@@ -17,7 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.held_speed import FASTEST, held
+from ab_sim.analysis.held_speed import FASTEST, SLOWEST, held
 from ab_sim.base.errors import InputError, SceneError, exact
 from ab_sim.engine.integrate.flow import Flow, Flown
 from ab_sim.engine.integrate.limits import largest_step
@@ -86,7 +86,7 @@ class TurnMap:
     """
 
     def __init__(self, scene: Scene, speed: float) -> None:
-        if not 1e-6 <= abs(speed) <= FASTEST:
+        if not SLOWEST <= abs(speed) <= FASTEST:
             raise InputError(
                 f"speed = {exact(speed)} rad/s: must be within 1e-6 to {FASTEST:g}, or the same "
                 "backwards: the solutions looked for repeat with every turn of the spindle"

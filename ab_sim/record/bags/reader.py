@@ -59,6 +59,13 @@ def _match_by_name(reader: DirectoryReader) -> None:
         ]
 
 
+def _reason(error: Exception) -> str:
+    """Return the reason of a reader's error, which may have no text."""
+    if isinstance(error, MemoryError):
+        return "it states a size that exceeds the memory"
+    return shortened(str(error)) or type(error).__name__
+
+
 class Bag:
     """A bag, open for reading: a folder of ``rosbag2`` (MCAP or SQLite), or one of its files.
 
@@ -117,9 +124,7 @@ class Bag:
             except StopIteration:
                 return
             except Exception as error:  # rosbags may raise any error for a damaged file
-                raise RecordingError(
-                    f"the bag {self.path} is torn: {shortened(str(error))}"
-                ) from error
+                raise RecordingError(f"the bag {self.path} is torn: {_reason(error)}") from error
             yield Message(connection.topic, time, data)
 
     @property
@@ -142,7 +147,7 @@ class Bag:
                 _match_by_name(reader.storage)
         except Exception as error:  # as above
             raise RecordingError(
-                f"{self.path} is not a ROS 2 bag, or is damaged: {shortened(str(error))}"
+                f"{self.path} is not a ROS 2 bag, or is damaged: {_reason(error)}"
             ) from error
         return reader
 

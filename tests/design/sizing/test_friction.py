@@ -48,5 +48,8 @@ def test_what_friction_leaves_is_stated_and_not_more_time() -> None:
     said = sizing_failure(found)
     assert "W = R arm / a" in said and "lower the friction" in said
     assert "give more time" not in said
+    assert "(5 balls: " in said.partition("any time to settle ")[2], (
+        "of the numbers that were tried"
+    )
     ((count, runs),) = found.tried
     assert (count, runs.share.runs) == (5, 20), "as few runs as tell"
