@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow.parquet as pq
 import pytest
 
 from ab_sim import sweep
@@ -51,6 +52,16 @@ def test_a_pipe_in_a_bags_folder_is_refused(tmp_path: Path) -> None:
     os.mkfifo(tmp_path / "bag_0.mcap")
     with pytest.raises(AbSimError, match=r"bag_0.mcap: it is a pipe or a device"):
         Bag(tmp_path)
+
+
+def test_a_sweep_whose_runs_are_not_numbered_in_order_is_refused(tmp_path: Path) -> None:
+    whole, damaged = tmp_path / "whole.parquet", tmp_path / "damaged.parquet"
+    sweep(load_scene("thesis-hold", ["duration=0.05"]), {"balls.mass": [0.001, 0.002]}).write(whole)
+    table = pq.read_table(whole)
+    pq.write_table(table.set_column(0, table.schema.field(0), [[7, 1]]), damaged)
+    assert len(open_sweep(whole).table) == 2
+    with pytest.raises(AbSimError, match=r"damaged.parquet: is no Parquet file of a sweep"):
+        open_sweep(damaged)
 
 
 def test_a_damaged_sweep_is_refused_by_one_error(tmp_path: Path) -> None:

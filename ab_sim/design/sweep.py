@@ -424,6 +424,8 @@ def open_sweep(path: Path | str) -> Sweep:
             about = json.loads((file.schema_arrow.metadata or {})[ABOUT])
             table = file.read()
             table.select([*about["keys"], *about["metrics"], OUTCOME, FAILURE])  # all are there
+            if table[RUN].to_pylist() != list(range(rows)):
+                raise ValueError("its runs are not numbered in order")
         scene = check_scene(about["scene"], str(path))
         keys, metrics = tuple(about["keys"]), tuple(about["metrics"])
         return Sweep(scene, keys, metrics, about["points"], table)
