@@ -2,13 +2,15 @@
 
 import ctypes
 import re
+import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
 
 from ab_sim.control import StartUp, StartUpSettings, State, chosen
 from tests.control.course import Course, settings
-from tests.control.in_c import SOURCE, InC, compiled
+from tests.control.in_c import FLAGS, SOURCE, InC, compiled
 
 KINDS = [("displacement", 1), ("acceleration", 1), ("displacement", 2), ("acceleration", 2)]
 
@@ -123,3 +125,23 @@ def test_the_texts_are_the_same(double: ctypes.CDLL) -> None:
 def test_no_allocation() -> None:
     text = Path(SOURCE).read_text(encoding="utf-8")
     assert not re.findall(r"\b(malloc|calloc|realloc|alloca|printf|stdlib)\b", text)
+
+
+@pytest.mark.parametrize("real", ["double", "float"])
+@pytest.mark.parametrize(
+    "compiler",
+    [
+        "arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb",
+        "arm-none-eabi-gcc -mcpu=cortex-m4 -mthumb --specs=picolibc.specs",
+        "clang",
+    ],
+)
+def test_other_compilers_build_it(compiler: str, real: str, tmp_path: Path) -> None:
+    """Of boards: newlib has no <tgmath.h>."""
+    words = compiler.split()
+    if shutil.which(words[0]) is None:
+        pytest.skip(f"no {words[0]}")
+    if "picolibc" in compiler and not Path("/usr/lib/picolibc").exists():
+        pytest.skip("no picolibc")
+    flags = [*FLAGS, f"-DADAPTIVE_REAL={real}", "-c", "-o", str(tmp_path / "adaptive.o")]
+    subprocess.run([*words, *flags, str(SOURCE)], check=True)

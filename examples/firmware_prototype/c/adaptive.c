@@ -1,9 +1,19 @@
 #include "adaptive.h"
 
+#include <math.h>
 #include <string.h>
-#include <tgmath.h>
 
 typedef adaptive_real real;
+
+/* Functions of math.h for `real`: newlib has no tgmath.h. Compilers remove the other branch. */
+#define OF_REAL(function, x)                                                                       \
+    (sizeof(real) == sizeof(float) ? (real)function##f((float)(x)) : (real)function((double)(x)))
+#define cos(x) OF_REAL(cos, x)
+#define fabs(x) OF_REAL(fabs, x)
+#define floor(x) OF_REAL(floor, x)
+#define log(x) OF_REAL(log, x)
+#define sin(x) OF_REAL(sin, x)
+#define sqrt(x) OF_REAL(sqrt, x)
 
 #define R(x) ((real)(x))
 
@@ -422,7 +432,7 @@ static bool take(struct adaptive *a, double time, real angle, real speed, real f
     int i;
     *wrong = ADAPTIVE_NONE;
     /* NaN and infinity are not less. */
-    if (!(fabs(time) + fabs(angle) + fabs(speed) + fabs(first) + fabs(second) < LARGEST))
+    if (!((fabs)(time) + fabs(angle) + fabs(speed) + fabs(first) + fabs(second) < LARGEST))
         return false;
     from_axis = angle - settings->axis_angle;
     c = cos(from_axis);
