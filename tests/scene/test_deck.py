@@ -28,12 +28,12 @@ def start(**deck: Any) -> dict[str, Any]:
 
 BAD: list[tuple[dict[str, Any], str]] = [
     # deck and rotor
-    ({"deck": {"inertia": None}}, "deck.inertia: is missing; add it; about the centre of mass on"),
-    ({"deck": {"inertia": 3.0}}, "deck.inertia = 3.0: must be a list; about the centre of mass"),
+    ({"deck": {"inertia": None}}, "deck.inertia: is missing; add it;"),
+    ({"deck": {"inertia": 3.0}}, "deck.inertia = 3.0: must be a list;"),
     ({"deck": {"inertia": [1, 2]}}, "deck.inertia = [1, 2]: has 2 numbers; give [xx, yy, zz], or"),
     ({"deck": {"inertia": [1, 1, 1, 0]}}, "deck.inertia = [1, 1, 1, 0]: has 4 numbers; give [xx"),
     ({"deck": {"inertia": [1, 1, "x"]}}, "deck.inertia.2 = 'x': must be a number, in kg m^2 or"),
-    ({"deck": {"inertia": [1, 1, NAN]}}, "deck.inertia.2 = nan: must be a finite number; about"),
+    ({"deck": {"inertia": [1, 1, NAN]}}, "deck.inertia.2 = nan: must be a finite number;"),
     (
         {"deck": {"inertia": [1e-4, 1e-4, 3e-4]}},
         "deck.inertia = [0.0001, 0.0001, 0.0003] kg m^2: is of no body: the principal moments are "
@@ -41,8 +41,8 @@ BAD: list[tuple[dict[str, Any], str]] = [
     ),
     ({"deck": {"inertia": [1, 1, 1, 2, 0, 0]}}, "deck.inertia = [1.0, 1.0, 1.0, 2.0, 0.0, 0.0] kg"),
     ({"deck": {"inertia": [0, 0, 0]}}, "deck.inertia = [0.0, 0.0, 0.0] kg m^2: is of no body"),
-    ({"deck": {"center": [0, 0]}}, "deck.center.2: is missing; add it; of mass, from C on deck"),
-    ({"deck": {"center": [0, 0, 11]}}, "deck.center.2 = 11: must be at most 10; of mass, from C"),
+    ({"deck": {"center": [0, 0]}}, "deck.center.2: is missing; add it;"),
+    ({"deck": {"center": [0, 0, 11]}}, "deck.center.2 = 11: must be at most 10;"),
     ({"deck": {"mass": 1.0}}, "deck.mass = 1.0: not known here"),
     ({"rotor": {"inertia": None}}, "rotor.inertia: is needed, the scene has a deck in space (deck"),
     ({"rotor": {"inertia": [1, -1, 1]}}, "rotor.inertia = [1.0, -1.0, 1.0] kg m^2: is of no body"),
@@ -52,33 +52,33 @@ BAD: list[tuple[dict[str, Any], str]] = [
         "rotor.eccentric_mass: is needed, the scene has a deck in space (deck): the mass of rotor "
         "and disc, whose centre is off the shaft axis by rotor.eccentricity",
     ),
-    ({"rotor": {"height": -11}}, "rotor.height = -11: must be at least -10; of its mass centre"),
+    ({"rotor": {"height": -11}}, "rotor.height = -11: must be at least -10;"),
     # mounts
     ({"mounts": 3}, "mounts = 3: must be a list"),
-    (mount(position=None), "mounts.1.position: is missing; add it; where it holds the deck, from "),
+    (mount(position=None), "mounts.1.position: is missing; add it;"),
     (mount(position=[0, 0, 0, 0]), "mounts.1.position = [0, 0, 0, 0]: has 4 entries, must be 3;"),
-    (mount(stiffness=-1), "mounts.1.stiffness = -1: must be at least 0; along its axes: one numbe"),
+    (mount(stiffness=-1), "mounts.1.stiffness = -1: must be at least 0;"),
     (mount(stiffness=[1, 2]), "mounts.1.stiffness: has 2 numbers; give one, or one for each of it"),
-    (mount(stiffness=[1, 2, -3]), "mounts.1.stiffness.2 = -3: must be at least 0; along its axes"),
+    (mount(stiffness=[1, 2, -3]), "mounts.1.stiffness.2 = -3: must be at least 0;"),
     (mount(damping=[1] * 4), "mounts.1.damping: has 4 numbers; give one, or one for each of its"),
-    (mount(damping=None), "mounts.1.damping: is missing; add it; along its axes: one number, or"),
-    (mount(turned=[0, 0, NAN]), "mounts.1.turned.2 = nan: must be a finite number; rotation vecto"),
+    (mount(damping=None), "mounts.1.damping: is missing; add it;"),
+    (mount(turned=[0, 0, NAN]), "mounts.1.turned.2 = nan: must be a finite number;"),
     (mount(stiffnes=1.0), "mounts.1.stiffnes = 1.0: not known here; did you mean 'stiffness'?"),
     # races
     ({"race": {"height": []}}, "race.height = []: give one number, or one for each race"),
     ({"race": {"height": "low"}}, "race.height = 'low': must be a number, in m or with a unit"),
     ({"balls": {"race": [0, 2]}}, "balls.race.1 = 2: there is no such race; race.height has 2, co"),
     ({"balls": {"race": -1}}, "balls.race = -1: there is no such race; race.height has 2, counted"),
-    ({"balls": {"race": [0, 0.5]}}, "balls.race.1 = 0.5: must be a whole number; in which race a"),
+    ({"balls": {"race": [0, 0.5]}}, "balls.race.1 = 0.5: must be a whole number;"),
     ({"balls": {"race": [0]}}, "balls.race: has 1 races for 2 balls (balls.count); give one per"),
     # the start
     (start(position=[0, 0]), "start.deck.position = [0.0, 0.0]: has 2 numbers, and the deck moves "
         "along 3 axes"),
     (start(velocity=[0, 0]), "start.deck.velocity = [0.0, 0.0]: has 2 numbers, and the deck moves"),
-    (start(velocity=3.0), "start.deck.velocity = 3.0: must be a list; its rates of change"),
-    (start(position=[0, 0, 11]), "start.deck.position.2 = 11: must be at most 10; x, y from where"),
-    (start(tilt=[0, 0]), "start.deck.tilt.2: is missing; add it; alpha, beta, gamma of a deck in"),
-    (start(tilt_rate=[0, 0, NAN]), "start.deck.tilt_rate.2 = nan: must be a finite number; their"),
+    (start(velocity=3.0), "start.deck.velocity = 3.0: must be a list;"),
+    (start(position=[0, 0, 11]), "start.deck.position.2 = 11: must be at most 10;"),
+    (start(tilt=[0, 0]), "start.deck.tilt.2: is missing; add it;"),
+    (start(tilt_rate=[0, 0, NAN]), "start.deck.tilt_rate.2 = nan: must be a finite number;"),
     (
         start(tilt=[1.5707963267948966, 0, 0]),
         "start.deck.tilt = [1.5707963267948966, 0.0, 0.0] rad: at alpha = +-pi/2 the angles beta "
