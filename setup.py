@@ -16,15 +16,18 @@ NAME = "ab_sim"
 CLUSTER = ["dask", "distributed"]
 PEERS = ["mujoco", "scikit-sundae"]
 MINORS = (".10", ".11", ".12", ".13", ".14")
-LINKS = {"Paper on three balls": "https://doi.org/10.1115/1.2948415"}
-"""Beside the project's own, which are those in package.xml, as soon as there are some."""
+LINKS = {
+    "Paper on three balls": "https://doi.org/10.1115/1.2948415",
+    "Paper on two planes": "https://doi.org/10.1016/j.ijnonlinmec.2008.01.002",
+}
+"""Links of the sources. Those of the project are the url elements of package.xml: none is known."""
 # The last myst-parser for Python 3.10 does not go with rich's markdown-it-py.
 DOCS = [
     f"{package}; python_version >= '3.11'"
     for package in ("furo", "myst-parser", "sphinx", "sphinx-design", "sphinx-gallery")
 ]
 
-# Read, not imported: importing needs numpy and the rest, which a build does not have.
+# The version is read from the source, because a build cannot import the package without NumPy.
 version = re.search(r'^__version__ = "(.+)"$', Path(NAME, "__init__.py").read_text(), re.MULTILINE)
 assert version, f"{NAME}/__init__.py does not set __version__"
 

@@ -39,7 +39,7 @@ def filled(message: Any, fields: Fields) -> Any:
             value = array.array("d", value.tobytes())
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             kind = message.get_fields_and_field_types()[name]
-            made = class_of(kind.removeprefix("sequence<").rstrip(">"))
-            value = [filled(made(), each) for each in value]
+            element = class_of(kind.removeprefix("sequence<").rstrip(">"))
+            value = [filled(element(), each) for each in value]
         setattr(message, name, value)
     return message

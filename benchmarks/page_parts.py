@@ -21,6 +21,11 @@ def table(head: list[str], rows: list[list[str]]) -> str:
     return "\n".join("| " + " | ".join(line) + " |" for line in lines)
 
 
+def folded(title: str, rows: str) -> str:
+    """Return a table behind a title that opens it."""
+    return f"<details><summary>{title}</summary>\n\n{rows}\n\n</details>"
+
+
 def sentence(parts: list[str]) -> str:
     """Of parts that begin in lower case."""
     text = "; ".join(parts)

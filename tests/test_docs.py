@@ -3,6 +3,8 @@
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -215,6 +217,15 @@ def test_readme_is_short_and_leads_to_every_part() -> None:
     for page in (*DOCS.glob("howto/*.md"), *DOCS.glob("tutorials/*.md")):
         if page.stem not in ("index", "effect-cost"):
             assert f"]({page.relative_to(ROOT)}" in text, page
+
+
+def test_reference_pages_are_current() -> None:
+    """After a change of a help text, key, effect, metric or parameter write them again."""
+    script = "docs/extensions/from_code.py"
+    checked = subprocess.run(
+        [sys.executable, script, "--check"], cwd=ROOT, capture_output=True, text=True
+    )
+    assert checked.returncode == 0, f"{checked.stdout}{checked.stderr}run {script}"
 
 
 def test_every_effect_has_a_row_in_the_table_of_effects() -> None:

@@ -58,8 +58,8 @@ def net_unbalance(trajectory: Trajectory, scene: Scene) -> np.ndarray:
     """
     moments = np.array(scene.balls.masses) * scene.race.radius
     own = scene.eccentric_mass * scene.rotor.eccentricity
-    left: np.ndarray = np.abs(own + resultant(moments, trajectory.ball_angles)) / scene.total_mass
-    return left
+    net: np.ndarray = np.abs(own + resultant(moments, trajectory.ball_angles)) / scene.total_mass
+    return net
 
 
 def _known(value: float) -> float | None:

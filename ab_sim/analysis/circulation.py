@@ -93,7 +93,7 @@ def circulation_of(
         psi: spindle angle at these times [rad], same shape.
         theta: ball angles at these times, unwrapped [rad], shape (runs, balls, 4).
     """
-    found: list[Circulation | None] = [None] * len(time)
+    circulations: list[Circulation | None] = [None] * len(time)
     lasts = np.diff(time, axis=1)
     goes_on = np.all(lasts > 0.0, axis=1)
     turns = np.diff(theta, axis=2) / (2.0 * math.pi)
@@ -108,5 +108,5 @@ def circulation_of(
         angles = theta[run, balls]
         spindle = float(psi[run, 3] - psi[run, 0]) / whole
         speeds = spindle + (angles[:, 3] - angles[:, 0]) / whole
-        found[run] = Circulation(tuple(balls.tolist()), tuple(speeds.tolist()), spindle)
-    return found
+        circulations[run] = Circulation(tuple(balls.tolist()), tuple(speeds.tolist()), spindle)
+    return circulations

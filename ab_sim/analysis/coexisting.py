@@ -107,8 +107,8 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
         return CoexistingCirculation(speed, why_not(scene))
     some = np.linspace(drive.balls, 1, min(drive.balls, MOST_NUMBERS))
     numbers = tuple(int(round(x)) for x in some)
-    found = [_confirmed(scene, drive, speed, count) for count in numbers]
-    states = tuple(each for each in found if each is not None)
+    bunches = [_confirmed(scene, drive, speed, count) for count in numbers]
+    states = tuple(each for each in bunches if each is not None)
     all_circulate = bool(states) and states[0].bunch.count == drive.balls
     elsewhere = () if all_circulate else tuple(reach_over_speed(drive, drive.balls))
     return CoexistingCirculation(speed, None, numbers, states, elsewhere)
@@ -136,12 +136,12 @@ def _exact(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
     """Return the exact solution without friction; None if none is found near the bunch."""
     effects = {name: effect for name, effect in scene.effects.items() if name not in LEFT_OUT}
     try:
-        found = circulating_solution(scene.model_copy(update={"effects": effects}), bunch)
+        solution = circulating_solution(scene.model_copy(update={"effects": effects}), bunch)
     except SceneError:
         return None  # a turn of the spindle takes too many steps
-    if found is None or abs(found.speed - bunch.speed) > NEAR * abs(bunch.speed):
+    if solution is None or abs(solution.speed - bunch.speed) > NEAR * abs(bunch.speed):
         return None
-    return found
+    return solution
 
 
 def _about(value: float, found: list[Reach]) -> Reach | None:

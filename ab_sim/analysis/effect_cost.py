@@ -221,9 +221,9 @@ def _with(scene: Scene, effects: Sequence[str], sensors: Sequence[str], stepper:
     for section, names in (("effects", effects), ("sensors", sensors)):
         raw[section] = {name: raw[section][name] for name in raw[section] if name in names}
     raw["solver"] = {**raw["solver"], "stepper": stepper}
-    made = check_scene(raw, scene.name)
-    choose_stepper(made, system_of(made))
-    return made
+    changed = check_scene(raw, scene.name)
+    choose_stepper(changed, system_of(changed))
+    return changed
 
 
 class _Runner:

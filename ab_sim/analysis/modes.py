@@ -286,11 +286,11 @@ def _creeping(values: np.ndarray, shapes: np.ndarray) -> Iterator[tuple[Pair, np
 
 def _equal(values: np.ndarray, among: np.ndarray) -> list[np.ndarray]:
     """Return groups of indices of eigenvalues that are equal within rounding."""
-    scale, groups, left = np.abs(values).max(), [], list(among)
-    while left:
-        near = [k for k in left if abs(values[k] - values[left[0]]) <= EQUAL * scale]
+    scale, groups, remaining = np.abs(values).max(), [], list(among)
+    while remaining:
+        near = [k for k in remaining if abs(values[k] - values[remaining[0]]) <= EQUAL * scale]
         groups.append(np.array(near))
-        left = [k for k in left if k not in near]
+        remaining = [k for k in remaining if k not in near]
     return groups
 
 
@@ -301,12 +301,12 @@ def _orthogonal(shapes: np.ndarray) -> np.ndarray | None:
 
 
 def _whirling(about: Linearised) -> np.ndarray:
-    """Return H of the whirl q^H H q / q^H diag(M) q, shape (n, n)."""
-    found = np.zeros(about.mass.shape, complex)
+    """Return the matrix H of a mode's mean whirl, q^H H q / q^H diag(M) q, shape (n, n)."""
+    matrix = np.zeros(about.mass.shape, complex)
     for x, y in about.across:
-        found[x, y] = 1j * np.sqrt(about.mass[x, x] * about.mass[y, y])
-        found[y, x] = -found[x, y]
-    return found
+        matrix[x, y] = 1j * np.sqrt(about.mass[x, x] * about.mass[y, y])
+        matrix[y, x] = -matrix[x, y]
+    return matrix
 
 
 def _mode(about: Linearised, pair: Pair, q: np.ndarray, speed: float) -> Mode:

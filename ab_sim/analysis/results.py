@@ -46,10 +46,10 @@ class Results:
 
     def of(self, scene: Scene, **numbers: Any) -> Result:
         """Return the function's result after a JSON round trip, cached or computed."""
-        found = self.find(scene, **numbers)
-        if found is None:
-            found = self.keep(self._function(scene, **numbers), scene, **numbers)
-        return found
+        cached = self.find(scene, **numbers)
+        if cached is None:
+            cached = self.keep(self._function(scene, **numbers), scene, **numbers)
+        return cached
 
     def find(self, scene: Scene, **numbers: Any) -> Result | None:
         """Return the stored result; None if there is none or its digest does not match."""

@@ -76,10 +76,10 @@ def _cubic(
 
 
 def _value(coefficients: Sequence[np.ndarray] | np.ndarray, at: np.ndarray) -> np.ndarray:
-    found = np.zeros(at.shape)
+    values = np.zeros(at.shape)
     for coefficient in reversed(coefficients):
-        found = found * at + coefficient
-    return found
+        values = values * at + coefficient
+    return values
 
 
 def _falling_zero(coefficients: np.ndarray) -> np.ndarray:

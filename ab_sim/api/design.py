@@ -321,10 +321,10 @@ def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Varia
 
 
 def _range(key: str, given: str | Sequence[object]) -> Range:
-    found = _variable(key, given, True)
-    if not isinstance(found, Range):
+    variable = _variable(key, given, True)
+    if not isinstance(variable, Range):
         raise InputError(f"{key}: {short(given)}: must be a range, from where to where")
-    return found
+    return variable
 
 
 def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:

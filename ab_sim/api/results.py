@@ -45,13 +45,15 @@ class BranchesOverSpeed(Presented):
         return dict(self.over_speed.report())
 
     def _facts(self) -> dict[str, str]:
-        found = self.over_speed
-        unstable = ", ".join(f"{low:.4g} to {high:.4g}" for low, high in found.without_stable_state)
+        over_speed = self.over_speed
+        unstable = ", ".join(
+            f"{low:.4g} to {high:.4g}" for low, high in over_speed.without_stable_state
+        )
         return {
             "scene": self.scene.name,
-            "speeds": ends(*found.speeds, "rad/s"),
-            "branches": str(len(found.intervals)),
-            "folds": str(len(found.folds)),
+            "speeds": ends(*over_speed.speeds, "rad/s"),
+            "branches": str(len(over_speed.intervals)),
+            "folds": str(len(over_speed.folds)),
             "nothing stable": f"{unstable} rad/s" if unstable else "nowhere",
         }
 

@@ -84,8 +84,8 @@ def loaded_files() -> tuple[str, ...]:
 
 
 def _found_elsewhere(name: str, path: Path) -> bool:
-    found = importlib.util.find_spec(name)
-    return found is not None and (found.origin is None or Path(found.origin).resolve() != path)
+    spec = importlib.util.find_spec(name)
+    return spec is not None and (spec.origin is None or Path(spec.origin).resolve() != path)
 
 
 def _import(name: str, path: Path) -> None:

@@ -58,8 +58,8 @@ class Presented:
         raise NotImplementedError
 
     def __repr__(self) -> str:
-        said = ", ".join(f"{name} {value}" for name, value in self._facts().items())
-        return f"<{type(self).__name__}: {said}>"
+        facts = ", ".join(f"{name} {value}" for name, value in self._facts().items())
+        return f"<{type(self).__name__}: {facts}>"
 
     def _repr_html_(self) -> str:
         head = "".join(

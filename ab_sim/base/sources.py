@@ -38,15 +38,15 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
         NotOfSources: a module has no source file, or the file was changed after this process began
             and may differ from the imported version.
     """
-    found: dict[str, ModuleSource] = {}
+    by_module: dict[str, ModuleSource] = {}
     own = frozenset(module.partition(".")[0] for module in modules)
     ahead = sorted(set(modules))
     while ahead:
         module = ahead.pop()
-        if module not in found:
-            found[module] = _source(module)
+        if module not in by_module:
+            by_module[module] = _source(module)
             ahead += [name for name, version in _imported(module, own) if not version]
-    return dict(sorted(found.items()))
+    return dict(sorted(by_module.items()))
 
 
 def versions(modules: Iterable[str]) -> dict[str, str]:
@@ -68,15 +68,15 @@ def versions(modules: Iterable[str]) -> dict[str, str]:
 @functools.cache
 def _imported(module: str, own: frozenset[str]) -> tuple[tuple[str, str], ...]:
     """Return the modules that a module imports, with the versions of installed packages."""
-    found = []
+    names = []
     for name in sorted(_source(module).imports):
         top = name.partition(".")[0]
         if top in sys.stdlib_module_names:
             continue
         version = "" if top in own else _version(top)
         if version or _file(name):
-            found.append((name, version))
-    return tuple(found)
+            names.append((name, version))
+    return tuple(names)
 
 
 @functools.cache
@@ -92,10 +92,14 @@ def _version(package: str) -> str:
 def _named_as(package: str, file: Path) -> metadata.Distribution | None:
     """Return the distribution with a package's name, if the package belongs to it."""
     try:
-        found = metadata.distribution(package)
+        distribution = metadata.distribution(package)
     except metadata.PackageNotFoundError:
         return None
-    return found if Path(str(found.locate_file(package))).resolve() in file.parents else None
+    return (
+        distribution
+        if Path(str(distribution.locate_file(package))).resolve() in file.parents
+        else None
+    )
 
 
 def _recording(file: Path) -> metadata.Distribution | None:
@@ -111,12 +115,12 @@ def _recording(file: Path) -> metadata.Distribution | None:
 @functools.cache
 def _file(module: str) -> Path | None:
     try:
-        found = importlib.util.find_spec(module)
+        spec = importlib.util.find_spec(module)
     except (ImportError, ValueError):
         return None  # an object in a module, not a module
-    if found is None or not found.has_location or found.origin is None:
+    if spec is None or not spec.has_location or spec.origin is None:
         return None
-    return Path(found.origin).resolve()
+    return Path(spec.origin).resolve()
 
 
 def _source(module: str) -> ModuleSource:
@@ -144,7 +148,7 @@ def _read(module: str, path: Path) -> ModuleSource:
 
 def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    found: set[str] = set()
+    names: set[str] = set()
     ahead: list[ast.AST] = [ast.parse(content)]
     while ahead:
         node = ahead.pop()
@@ -152,14 +156,14 @@ def _imports(content: bytes, module: str, path: Path) -> frozenset[str]:
             ahead += node.orelse
             continue
         if isinstance(node, ast.Import):
-            found.update(alias.name for alias in node.names)
+            names.update(alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             base = "." * node.level + (node.module or "")
             base = importlib.util.resolve_name(base, package)
-            found.update((base, *(f"{base}.{alias.name}" for alias in node.names)))
+            names.update((base, *(f"{base}.{alias.name}" for alias in node.names)))
         for part in ("body", "orelse", "finalbody", "handlers", "cases"):
             ahead += getattr(node, part, [])
-    return frozenset(found)
+    return frozenset(names)
 
 
 @functools.cache

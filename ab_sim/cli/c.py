@@ -22,16 +22,16 @@ def c_command(given: COptions) -> Command:
         check_output(out, list(NAMES), "--out")
 
     def work(tell: Tell) -> Outcome:
-        sources, shown, written = sources_of(scene), [], []
+        sources, summary, written = sources_of(scene), [], []
         if fmu is not None:
-            made = write_fmu(sources, fmu, "--fmu")
-            binary = made.binary or "none: there is no C compiler (cc)"
+            fmu_report = write_fmu(sources, fmu, "--fmu")
+            binary = fmu_report.binary or "none: there is no C compiler (cc)"
             written.append(fmu)
-            shown.append(f"FMU of {len(made.variables)} variables; binary for {binary}")
+            summary.append(f"FMU of {len(fmu_report.variables)} variables; binary for {binary}")
         if out is not None:
             written += write_sources(sources, out, "--out")
-            shown.append(f"{scene.name} in C: begin with {out / 'README.md'}")
-        return Outcome(shown, written=written)
+            summary.append(f"{scene.name} in C: begin with {out / 'README.md'}")
+        return Outcome(summary, written=written)
 
     return Command(work, outputs=[(fmu, FMU, "--fmu")])
 

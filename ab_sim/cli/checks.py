@@ -108,9 +108,9 @@ def wanted_metrics(text: str | None) -> tuple[str, ...]:
 
     if text is None:
         return DEFAULT_METRICS
-    found = tuple(each.strip() for each in text.split(","))
-    metrics_named(found)
-    return found
+    names = tuple(each.strip() for each in text.split(","))
+    metrics_named(names)
+    return names
 
 
 def share_of(option: str, text: str, must: str) -> float:

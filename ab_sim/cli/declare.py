@@ -72,14 +72,14 @@ def described(text: str) -> tuple[str, dict[str, Described]]:
     """Split a docstring into the help and the entries of its ``Args`` section, by field."""
     help_, _, section = text.partition("\nArgs:\n")
     entries = re.split(r"\n(?=\S)", textwrap.dedent(section).strip()) if section else []
-    found = {}
+    descriptions = {}
     for entry in entries:
         head, _, words = " ".join(entry.split()).partition(": ")
         field, *rest = head.split()
         names = [word for word in rest if word.startswith("--")]
         metavar = " ".join(word for word in rest if word not in names) or None
-        found[field] = Described(names, metavar, words)
-    return help_.rstrip(), found
+        descriptions[field] = Described(names, metavar, words)
+    return help_.rstrip(), descriptions
 
 
 def _parameters(

@@ -51,20 +51,20 @@ def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
     def work(tell: Tell) -> Outcome:
         at = last_speed(scene) if given.speed is None else given.speed
         tell("at one speed", 0, 1)
-        found = equilibria_of(scene, at)
+        equilibria = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
         over_speed = kept_branches(scene, speeds_of_branches(scene, top), tell)
         beside = []
-        for k, state in enumerate(found.branches):
-            tell(f"beside {state.label}", k, len(found.branches))
+        for k, state in enumerate(equilibria.branches):
+            tell(f"beside {state.label}", k, len(equilibria.branches))
             beside.append(_beside(scene, at, state))
 
         tell("balls that circulate", 0, 1)
         circulation = coexisting_circulation(scene, at)
 
         def report() -> dict[str, Any]:
-            branches = [a.report() | b for a, b in zip(found.branches, beside, strict=True)]
-            return found.report() | {
+            branches = [a.report() | b for a, b in zip(equilibria.branches, beside, strict=True)]
+            return equilibria.report() | {
                 "branches": branches,
                 "over_speed": over_speed.report(),
                 "circulation": circulation.report(),
@@ -73,15 +73,19 @@ def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
             }
 
         def shown() -> Iterator[Table | str]:
-            yield equilibria_table(scene, found)
-            yield from (*_notes(found), *_beside_notes(found, beside), *_over_speed(over_speed))
-            stable = [state.label for state in found.stable]
+            yield equilibria_table(scene, equilibria)
+            yield from (
+                *_notes(equilibria),
+                *_beside_notes(equilibria, beside),
+                *_over_speed(over_speed),
+            )
+            stable = [state.label for state in equilibria.stable]
             yield from circulation_lines(circulation, scene.balls.count, stable)
             if other := _other_motions(scene):
                 yield f"{other}; where runs do end says:"
                 yield WholeLine(f"  {_command(scene, given.scene, given.change)}")
 
-        drawn = scene, found, over_speed
+        drawn = scene, equilibria, over_speed
         return Outcome(
             shown(), report, picture("ab_sim.show.figures.branches:branches_figure", *drawn)
         )
@@ -221,8 +225,8 @@ def _over_speed(found: OverSpeed) -> Iterator[str]:
 
 
 def _ranges(ranges: Sequence[tuple[float, float]]) -> str:
-    shown = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in ranges)
-    return f"{shown} rad/s" if shown else "nowhere"
+    text = ", ".join(f"{low:.6g} to {high:.6g}" for low, high in ranges)
+    return f"{text} rad/s" if text else "nowhere"
 
 
 def circulation_lines(
@@ -241,8 +245,8 @@ def circulation_lines(
         return
     if found.states:
         beside = "; ".join(f"{label}: stable" for label in stable)
-        said = f"coexisting with {beside}" if stable else "where no resting state is stable"
-        yield f"balls can also circulate, {said}:"
+        place = f"coexisting with {beside}" if stable else "where no resting state is stable"
+        yield f"balls can also circulate, {place}:"
         yield from (_line(each, balls) for each in found.states)
     else:
         yield f"no bunch of balls circulates at {found.speed:g} rad/s"
@@ -273,5 +277,5 @@ def _range(found: Reach, unit: str, what: str) -> str:
     unknown = [
         side for side, end in (("below", found.low_end), ("above", found.high_end)) if end == SWING
     ]
-    said = f"{what}{low}{high} {unit}" if low or high else f"{what} of any size"
-    return f"{said} (not known {' and '.join(unknown)})" if unknown else said
+    text = f"{what}{low}{high} {unit}" if low or high else f"{what} of any size"
+    return f"{text} (not known {' and '.join(unknown)})" if unknown else text

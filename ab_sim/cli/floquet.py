@@ -43,20 +43,20 @@ def floquet_command(given: FloquetOptions) -> Command:
     at = held_speed(scene) if speed is None else speed
 
     def work(_: Tell) -> Outcome:
-        found = solutions_of(scene, at, start)
-        followed = None if sweep is None else _follow(found, start, *sweep)
+        solutions = solutions_of(scene, at, start)
+        followed = None if sweep is None else _follow(solutions, start, *sweep)
 
         def report() -> dict[str, Any]:
-            first = found[0].report() if found else none_found(scene, at)
-            first["others"] = [other.report() for other in found[1:]]
+            first = solutions[0].report() if solutions else none_found(scene, at)
+            first["others"] = [other.report() for other in solutions[1:]]
             return first if followed is None else {**first, "followed": followed.report()}
 
         def shown() -> Iterator[Table | str]:
-            yield solutions_table(scene, at, found)
-            yield from _notes(scene, found)
+            yield solutions_table(scene, at, solutions)
+            yield from _notes(scene, solutions)
             yield from () if followed is None else _borders(followed)
 
-        return Outcome(shown(), report, _draw(scene, found, followed))
+        return Outcome(shown(), report, _draw(scene, solutions, followed))
 
     return Command(work)
 

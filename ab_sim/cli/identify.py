@@ -35,15 +35,17 @@ def identify_command(given: IdentifyOptions) -> Command:
 
     def work(tell: Tell) -> Outcome:
         recordings, held_out = read_files(files, scene)
-        found = run_identification(scene, recordings, question, held_out, tell, workers)
+        identification = run_identification(scene, recordings, question, held_out, tell, workers)
 
         def write_page(file: Path) -> None:
             from ab_sim.show.reports.identification import identification_page
 
-            identification_page(found, file)
+            identification_page(identification, file)
 
-        writes = {"--out": scene_writer(found.scene_text), "--html": write_page}
-        return Outcome(_shown(found), found.report, plotted(found), writes)
+        writes = {"--out": scene_writer(identification.scene_text), "--html": write_page}
+        return Outcome(
+            _shown(identification), identification.report, plotted(identification), writes
+        )
 
     outputs = ((given.out, SCENE, "--out"), (given.html, PAGE, "--html"))
     return Command(work, scene.name, "nothing was fitted yet", outputs)

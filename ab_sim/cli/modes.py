@@ -19,9 +19,9 @@ def modes_command(given: ModesOptions) -> Command:
     scene = load_scene(given.scene, given.change)
 
     def work(_: Tell) -> Outcome:
-        found = vibration_of(scene, given.speed)
-        draw = picture("ab_sim.show.figures.campbell:campbell_figure", found)
-        return Outcome(_shown(found), found.report, draw)
+        modes = vibration_of(scene, given.speed)
+        draw = picture("ab_sim.show.figures.campbell:campbell_figure", modes)
+        return Outcome(_shown(modes), modes.report, draw)
 
     return Command(work)
 

@@ -191,8 +191,8 @@ def _speed(text: str) -> float:
         speed = in_si(text, "rad/s") if has_unit(text) else float(text)
     except ValueError as error:
         must = "must be a number, in rad/s or with a unit, e.g. 150 or '1500 rpm'"
-        said = str(error) if has_unit(text) else must
-        raise InputError(f"SPEED {short(text)}: {said}") from error
+        reason = str(error) if has_unit(text) else must
+        raise InputError(f"SPEED {short(text)}: {reason}") from error
     if not math.isfinite(speed):
         raise InputError(f"SPEED {text}: must be a finite number")
     return speed
@@ -210,20 +210,22 @@ def list_command(given: ListOptions) -> None:
 
     with Caller(given.wait) as caller, people.status("listening"):
         health = caller.collect_health()
-        found, nobody = caller.nodes(), caller.no_nodes_text
+        nodes, nobody = caller.nodes(), caller.no_nodes_text
     known = {each.service_name for each in SERVICES}
     rows = 0
     table = Table("node", "is", "says", "can be asked to")
-    for node, offers in sorted(found.items()):
+    for node, offers in sorted(nodes.items()):
         if not (known & set(offers) or node in health):
             continue
         rows += 1
-        said = health.get(node)
+        values = health.get(node)
         can = [each.name for each in SERVICES if each.service_name in offers]
-        level = said.level.name if said is not None else "-"
-        table.add_row(node, level, said.message if said is not None else "-", ", ".join(can) or "-")
+        level = values.level.name if values is not None else "-"
+        table.add_row(
+            node, level, values.message if values is not None else "-", ", ".join(can) or "-"
+        )
     if not rows:
-        others = f"found {', '.join(sorted(found))}" if found else nobody
+        others = f"found {', '.join(sorted(nodes))}" if nodes else nobody
         raise InputError(f"no node that can be asked was found; {others}")
     PlainConsole().print(table)
 

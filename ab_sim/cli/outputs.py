@@ -90,7 +90,7 @@ def own_command() -> str:
     The path is for environments that are not activated, in which a shell would not find the name.
     """
     script = Path(sys.executable).with_name("ab-sim")
-    if (found := shutil.which("ab-sim")) and (not script.exists() or script.samefile(found)):
+    if (path := shutil.which("ab-sim")) and (not script.exists() or script.samefile(path)):
         return "ab-sim"
     if not script.exists():
         return f"{shlex.quote(sys.executable)} -m ab_sim"

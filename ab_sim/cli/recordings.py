@@ -95,11 +95,15 @@ def compare_command(given: CompareOptions) -> Command:
     def work(tell: Tell) -> Outcome:
         run = open_recording(recording)
         total = run.extent.rows
-        found = compare_recording(run, scene, progress=lambda done: tell("samples", done, total))
+        comparison = compare_recording(
+            run, scene, progress=lambda done: tell("samples", done, total)
+        )
         return Outcome(
-            [compare_table(found, recording.name), *found.notes],
-            lambda: {"recording": str(recording), **found.report()},
-            picture("ab_sim.show.reports.compare_picture:compare_picture", found, recording.name),
+            [compare_table(comparison, recording.name), *comparison.notes],
+            lambda: {"recording": str(recording), **comparison.report()},
+            picture(
+                "ab_sim.show.reports.compare_picture:compare_picture", comparison, recording.name
+            ),
         )
 
     return Command(work, f"{scene.name} as {recording.name}", "nothing was written")

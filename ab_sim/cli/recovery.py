@@ -29,9 +29,9 @@ def recovery_command(given: RecoveryOptions) -> Command:
     scene = load_scene(given.scene, given.change)
 
     def work(tell: Tell) -> Outcome:
-        found = recovery_over_drag(scene, values, tell)
-        draw = picture("ab_sim.show.figures.recovery:recovery_figure", found)
-        return Outcome(_shown(found), found.report, draw)
+        recovery = recovery_over_drag(scene, values, tell)
+        draw = picture("ab_sim.show.figures.recovery:recovery_figure", recovery)
+        return Outcome(_shown(recovery), recovery.report, draw)
 
     return Command(work, scene.name)
 

@@ -53,13 +53,13 @@ def robust_command(given: RobustOptions) -> Command:
         check_worst_folder(given.worst)
 
     def work(tell: Tell) -> Outcome:
-        found = run_spread(scene, tolerances, question, executors, tell)
-        shown = found.in_units(given.units)
+        result = run_spread(scene, tolerances, question, executors, tell)
+        spread = result.in_units(given.units)
         writes: dict[str, Write | None] = {
-            "--parquet": found.write, "--csv": found.write, "--worst": found.write_worst
+            "--parquet": result.write, "--csv": result.write, "--worst": result.write_worst
         }  # fmt: skip
-        lines = _shown(shown, given.scene, given.change)
-        return Outcome(lines, found.report, plotted(shown), writes)
+        lines = _shown(spread, given.scene, given.change)
+        return Outcome(lines, result.report, plotted(spread), writes)
 
     outputs: list[Output] = [
         (given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"),

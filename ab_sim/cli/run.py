@@ -137,10 +137,10 @@ def _believed(result: OfflineRun, display: Display) -> str:
     critical = f"{belief.critical_speed * unit.factor:.4g} +- {deviation:.2g} {unit.text}"
     if scene.critical_speed is not None:
         critical += f" (true: {scene.critical_speed * unit.factor:.4g})"
-    left = f"{abs(belief.net_unbalance) / length:.3g}"
-    left += f" +- {belief.net_unbalance_deviation / length:.2g} {symbol}"
+    estimate = f"{abs(belief.net_unbalance) / length:.3g}"
+    estimate += f" +- {belief.net_unbalance_deviation / length:.2g} {symbol}"
     true = net_unbalance(result.trajectory.last(1), scene)[0] / length
-    return f"critical speed {critical}, net unbalance {left} (true: {true:.3g})"
+    return f"critical speed {critical}, net unbalance {estimate} (true: {true:.3g})"
 
 
 def metrics_table(

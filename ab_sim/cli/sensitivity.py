@@ -26,11 +26,13 @@ def sensitivity_command(given: SensitivityOptions) -> Command:
     )
 
     def work(tell: Tell) -> Outcome:
-        found = metric_sensitivities(
+        sensitivities = metric_sensitivities(
             scene, keys, names, progress=lambda done, runs: tell("running", done, runs)
         )
-        judged = simulate_batch(found.scene, [{}], metrics=["settled"]).metrics["settled"]
-        return Outcome(_shown(found, bool(judged[0])), found.report, plotted(found))
+        judged = simulate_batch(sensitivities.scene, [{}], metrics=["settled"]).metrics["settled"]
+        return Outcome(
+            _shown(sensitivities, bool(judged[0])), sensitivities.report, plotted(sensitivities)
+        )
 
     return Command(work, scene.name)
 
@@ -57,8 +59,8 @@ def _shown(found: MetricSensitivities, settled: bool) -> Iterator[Table | str]:
         table.add_column("derivative", justify="right")
         table.add_column("% per %", justify="right")
         order = _order(found, i)
-        shown = [k for k in order if not found.has_no_influence[i, k] and _is_known(found, i, k)]
-        for k in shown:
+        keys = [k for k in order if not found.has_no_influence[i, k] and _is_known(found, i, k)]
+        for k in keys:
             own = found.key_units[k]
             percent = found.elasticities[i, k], found.elasticity_uncertainties[i, k]
             has_percent = found.values[k] and np.isfinite(percent[0])
@@ -69,8 +71,8 @@ def _shown(found: MetricSensitivities, settled: bool) -> Iterator[Table | str]:
                 with_uncertainty(*percent) if has_percent else "-",
             )
         yield table
-        at_zero = [f"{_derivative(found, i, k)} ({found.keys[k]})" for k in shown]
-        at_zero = [each for each, k in zip(at_zero, shown, strict=True) if not found.values[k]]
+        at_zero = [f"{_derivative(found, i, k)} ({found.keys[k]})" for k in keys]
+        at_zero = [each for each, k in zip(at_zero, keys, strict=True) if not found.values[k]]
         if at_zero:
             yield f"no percent of 0, so not in the picture; by derivative: {', '.join(at_zero)}"
         still = [found.keys[k] for k in order if found.has_no_influence[i, k]]

@@ -33,13 +33,13 @@ def size_command(given: SizeOptions) -> Command:
     specification = specification_of(texts)
 
     def work(tell: Tell) -> Outcome:
-        found = run_sizing(specification, Running(given.runs, given.seed, executors, tell))
+        sizing = run_sizing(specification, Running(given.runs, given.seed, executors, tell))
         return Outcome(
-            _shown(found),
-            found.report,
-            plotted(found),
-            {"--scene": scene_writer(found.scene_text) if found.found else None},
-            failure=sizing_failure(found) if found.chosen is None else None,
+            _shown(sizing),
+            sizing.report,
+            plotted(sizing),
+            {"--scene": scene_writer(sizing.scene_text) if sizing.found else None},
+            failure=sizing_failure(sizing) if sizing.chosen is None else None,
         )
 
     return Command(work, "size", KEPT, ((given.scene_file, SCENE, "--scene"),))

@@ -104,9 +104,9 @@ def _family_command(plane: Plane, coarse: int, key: str, values: tuple[float, ..
     members(plane, key, values)
 
     def work(tell: Tell) -> Outcome:
-        found = family(plane, key, values, coarse, processes(None), tell)
-        draw = picture("ab_sim.show.figures.stability_map:family_figure", found)
-        return Outcome([family_table(found)], found.report, draw)
+        maps = family(plane, key, values, coarse, processes(None), tell)
+        draw = picture("ab_sim.show.figures.stability_map:family_figure", maps)
+        return Outcome([family_table(maps)], maps.report, draw)
 
     return Command(work, plane.scene.name, KEPT)
 
@@ -116,9 +116,9 @@ def _basin_command(given: StabilityOptions, count: int) -> Command:
     scene = load_scene(given.scene, given.change)
 
     def work(tell: Tell) -> Outcome:
-        found = basins.basin(scene, count, processes(None), progress=tell)
-        draw = picture("ab_sim.show.figures.basin_map:basin_figure", found)
-        return Outcome([basin_table(found)], found.report, draw)
+        basin = basins.basin(scene, count, processes(None), progress=tell)
+        draw = picture("ab_sim.show.figures.basin_map:basin_figure", basin)
+        return Outcome([basin_table(basin)], basin.report, draw)
 
     return Command(work, scene.name, KEPT)
 

@@ -30,10 +30,10 @@ def sweep_command(given: SweepOptions) -> Command:
     metrics = wanted_metrics(given.metrics)
 
     def work(tell: Tell) -> Outcome:
-        found = run_sweep(scene, points, metrics, executor, tell)
-        shown = found.in_units(given.units)
-        writes = {"--parquet": found.write, "--csv": found.write}
-        return Outcome(_shown(shown), found.report, plotted(shown), writes)
+        sweep = run_sweep(scene, points, metrics, executor, tell)
+        table = sweep.in_units(given.units)
+        writes = {"--parquet": sweep.write, "--csv": sweep.write}
+        return Outcome(_shown(table), sweep.report, plotted(table), writes)
 
     outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
@@ -52,8 +52,8 @@ def _shown(found: Sweep) -> Iterator[Table | str]:
         best = None if judged.better is Better.NEITHER else found.best(judged.key)
         if best is not None:
             value = number(float(found.shown(judged.key)[best]))
-            said = f"best {found.titled(judged.key)}: {value} in run {best}"
-            yield f"{said}, {found[OUTCOME][best]}: {_where(found, best)}"
+            line = f"best {found.titled(judged.key)}: {value} in run {best}"
+            yield f"{line}, {found[OUTCOME][best]}: {_where(found, best)}"
     yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
     for outcome, reason in found.reasons.items():
         yield f"{outcome}, the first one: {reason}"

@@ -44,17 +44,17 @@ def tune_command(given: TuneOptions) -> Command:
     task = Task(scene, tuple(map(_range, given.vary)), standard, effort, spreading)
 
     def work(tell: Tell) -> Outcome:
-        found = run_tuning(task, executor, tell)
-        shown = found.in_units(given.units)
+        result = run_tuning(task, executor, tell)
+        tuning = result.in_units(given.units)
         return Outcome(
-            _shown(shown),
-            found.report,
-            plotted(shown),
+            _shown(tuning),
+            result.report,
+            plotted(tuning),
             {
-                "--scene": None if found.scene is None else scene_writer(found.scene_text),
-                "--parquet": found.runs.write,
+                "--scene": None if result.scene is None else scene_writer(result.scene_text),
+                "--parquet": result.runs.write,
             },
-            failure=_nothing_found(shown, given.scene) if shown.candidate is None else None,
+            failure=_nothing_found(tuning, given.scene) if tuning.candidate is None else None,
         )
 
     outputs = ((given.best_scene, SCENE, "--scene"), (given.parquet, PARQUET, "--parquet"))
@@ -62,10 +62,10 @@ def tune_command(given: TuneOptions) -> Command:
 
 
 def _range(text: str) -> Range:
-    found = variable_of(text)
-    if not isinstance(found, Range):
-        raise InputError(f"--vary {text}: must be a range, {found.key}=FROM..TO")
-    return found
+    variable = variable_of(text)
+    if not isinstance(variable, Range):
+        raise InputError(f"--vary {text}: must be a range, {variable.key}=FROM..TO")
+    return variable
 
 
 def _share(text: str) -> float:
@@ -82,10 +82,10 @@ def _share(text: str) -> float:
 def _shown(found: Tuning) -> Iterator[Table | str]:
     counts = ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
     inside, looked_at = int(found.scores.within.sum()), len(found.candidates)
-    said = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
+    line = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
     standard, draws = found.task.standard, found.task.spreading.draws
     if found.candidate is None:
-        yield said
+        yield line
         yield from _left_out(found)
         yield from map(functools.partial(_missed, found), near_misses(found))
         return
@@ -112,7 +112,7 @@ def _shown(found: Tuning) -> Iterator[Table | str]:
         yield f"  at {found.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
     if found.active:
         yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
-    yield said
+    yield line
     yield from _left_out(found)
 
 
@@ -125,28 +125,28 @@ def _left_out(found: Tuning) -> Iterator[str]:
 
 
 def _missed(found: Tuning, miss: NearMiss) -> str:
-    said = f"{miss.bound.text} holds for {miss.holds or 'none'} of {miss.settled} runs that settled"
+    line = f"{miss.bound.text} holds for {miss.holds or 'none'} of {miss.settled} runs that settled"
     if miss.nearest is None:
-        return said
+        return line
     row = found.candidates[miss.candidate].tolist()
     at = ", ".join(found.runs.setting(key, v) for key, v in zip(found.keys, row, strict=True))
     nearest = number(miss.nearest * found.runs.factor(miss.measure))
-    return f"{said}; the nearest: {found.runs.titled(miss.measure)} = {nearest} at {at}"
+    return f"{line}; the nearest: {found.runs.titled(miss.measure)} = {nearest} at {at}"
 
 
 def _nothing_found(found: Tuning, scene_name: str) -> str:
     task = found.task
     share = f"{100 * task.standard.share:g} % of the drives of no candidate have"
     drives = share if task.spreading.draws > 1 else "no run has"
-    said = f"nothing found: {drives} settled and kept all bounds; widen the ranges or the bounds"
+    message = f"nothing found: {drives} settled and kept all bounds; widen the ranges or the bounds"
     if len(found.candidates) >= task.effort.candidates:  # otherwise the search has ended by itself
-        said += ", or look at more (--runs)"
+        message += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
         command = f"{own_command()} equilibria {shlex.quote(scene_name)}"
-        said += f"; `{command}` says where friction holds balls"
-    return said
+        message += f"; `{command}` says where friction holds balls"
+    return message
 
 
 def _aim_text(metric: float | None, factor: float, inside: bool = True) -> str:
-    said = number(None if metric is None else metric * factor)
-    return said if inside else f"{said}, but it has not settled, or a bound does not hold"
+    value = number(None if metric is None else metric * factor)
+    return value if inside else f"{value}, but it has not settled, or a bound does not hold"

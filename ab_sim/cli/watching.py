@@ -135,15 +135,15 @@ def _display(scene: Scene, duration: float) -> Iterator[Show]:
         whirl = f"W/e {live.whirl / unit:5.1f}" if unit else f"W {1e3 * live.whirl:6.3f} mm"
         balls = [f"{math.degrees(in_one_turn(angle)):7.1f}" for angle in live.ball_angles[:4]]
         more = [] if len(live.ball_angles) <= len(balls) else ["..."]
-        told = ["balls", *balls, *more, "deg"] if balls else []
-        return " ".join([f"{live.speed:6.1f} rad/s  ", f"{whirl}  ", *told])
+        heading = ["balls", *balls, *more, "deg"] if balls else []
+        return " ".join([f"{live.speed:6.1f} rad/s  ", f"{whirl}  ", *heading])
 
-    said = [0]
+    count = [0]
 
     def tell(live: "LiveRun") -> None:
-        for at, status in live.statuses[said[0] :]:
+        for at, status in live.statuses[count[0] :]:
             console.print(f"{at:5.1f} s   {status}", soft_wrap=True)
-        said[0] = len(live.statuses)
+        count[0] = len(live.statuses)
 
     if not console.is_terminal:
         printed = [-1]

@@ -6,7 +6,8 @@ Along one axis the deck moves as
 
 with K the square of the critical speed, D = damping / mass, q the offset of the mass centre of
 rotor and balls on axes that turn with the rotor, psi, w and al the spindle's angle, speed and
-acceleration, the angle counted from the axis. The state is x, x', Re q, Im q, K, D and the sensor's
+acceleration, the angle counted from the axis. The filter is that of Jazwinski (1970), Stochastic
+Processes and Filtering Theory, chapter 8. The state is x, x', Re q, Im q, K, D and the sensor's
 offset; q, K, D and the offset are random walks. A reading is x + offset, or x'' + offset.
 
 For an accelerometer the state holds X = K x and X' instead, for which the equation has the same

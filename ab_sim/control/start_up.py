@@ -137,7 +137,7 @@ class StartUp:
         time : float
             Time by the caller's clock [s].
         why : str
-            Reason, for people.
+            Reason, as text.
         """
         if self.state not in (State.ABORTING, State.ABORTED):
             self._time = time

@@ -225,24 +225,24 @@ def _check(scene: Scene, count: int) -> None:
 
 def _ends(scene: Scene, count: int, points: Sequence[Point]) -> list[list[Any]]:
     """Return [name in ``NAMES``, residual unbalance, whirl] of each start."""
-    found: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]
+    ends: list[list[Any]] = [[NAMES[LEFT_OUT], None, None] for _ in points]
     variations = {}
     for k, point in enumerate(points):
         angles = _start(scene, count, point)
         if angles is not None:
             variations[k] = {"start.ball_angles": angles}
     if not variations:
-        return found
+        return ends
     steps = math.ceil(scene.duration / scene.solver.step)
     every = max(1, steps // SAMPLES)
     batch = simulate_batch(scene, list(variations.values()), every)
     for k, run in zip(variations, batch.runs, strict=True):
         if run.failure:
-            found[k] = [NAMES[DIVERGED], None, None]
+            ends[k] = [NAMES[DIVERGED], None, None]
             continue
         metrics = metrics_of(run.trajectory, run.scene, JUDGED_BY)
-        found[k] = [metrics.verdict, metrics.residual_unbalance, metrics.final_whirl]
-    return found
+        ends[k] = [metrics.verdict, metrics.residual_unbalance, metrics.final_whirl]
+    return ends
 
 
 def _start(scene: Scene, count: int, point: Point) -> list[float] | None:

@@ -82,10 +82,10 @@ def bound_of(text: str) -> Bound:
         InputError: the text has another form, the metric is unknown or no number, or the number
             cannot be read; the message states the allowed forms.
     """
-    found = _COMPARISON.fullmatch(text)
-    if found is None:
+    match = _COMPARISON.fullmatch(text)
+    if match is None:
         return _truth(text)
-    name, op, number = (part.strip() for part in found.groups())
+    name, op, number = (part.strip() for part in match.groups())
     if op not in _OPERATORS or not name or not number:
         raise InputError(f"bound {short(text)}: {FORMS}")
     metric = _compared(text, name)
@@ -115,7 +115,7 @@ def _compared(text: str, name: str) -> Metric[Any]:
 
 
 def _limit(text: str, metric: Metric[Any], number: str) -> float:
-    said = f"bound {short(text)}: {short(number)}"
+    place = f"bound {short(text)}: {short(number)}"
     try:
         if has_unit(number):
             if metric.unit in _WITHOUT_UNIT:
@@ -125,7 +125,7 @@ def _limit(text: str, metric: Metric[Any], number: str) -> float:
         limit = float(number)
     except ValueError as error:
         why = error if has_unit(number) else f"is no number; {FORMS}"
-        raise InputError(f"{said} {why}") from None
+        raise InputError(f"{place} {why}") from None
     if not math.isfinite(limit):
-        raise InputError(f"{said} must be a finite number")
+        raise InputError(f"{place} must be a finite number")
     return limit

@@ -155,12 +155,12 @@ class Cluster:
                 warnings.simplefilter("ignore")  # version warnings: compared by ab_sim
                 # Connect in a thread: another service at this address might never answer.
                 threading.Thread(target=connect, daemon=True).start()
-                found = self._first(made)
-            if isinstance(found, Exception):
+                client = self._first(made)
+            if isinstance(client, Exception):
                 raise ClusterUnusable(
-                    f"{self._address}: no Dask scheduler answers: {_reason(found)}"
-                ) from found
-            self._client = found
+                    f"{self._address}: no Dask scheduler answers: {_reason(client)}"
+                ) from client
+            self._client = client
             self._ends.callback(_take_leave, self._client)
         return self._client
 
@@ -192,11 +192,11 @@ class Cluster:
         """Remove and return the finished answers at the front of the queue."""
         from distributed import TimeoutError as Late
 
-        found: list[Answer] = []
+        answers: list[Answer] = []
         while flying and flying[0].status == "finished":
             with self._lost_with(client):
                 try:
-                    found.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
+                    answers.append(pickle.loads(flying[0].result(timeout=ARRIVES)))
                 except Late as error:
                     if flying[0].status != "finished":
                         break  # lost with its worker and computed again
@@ -205,8 +205,8 @@ class Cluster:
                         f"scheduler at {self._address} reach its workers? {KEPT}"
                     ) from error
             flying.popleft()
-        if found:
-            return found
+        if answers:
+            return answers
         if flying[0].status == "error":
             raise _failure(flying[0].exception())
         if flying[0].status == "cancelled":  # the connection broke

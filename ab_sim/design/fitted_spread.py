@@ -31,7 +31,7 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
     Raises:
         InputError: the file cannot be read or contains no fit; the message states why.
     """
-    said = f"spread from {path}"
+    origin = f"spread from {path}"
     try:
         check_regular(path)
         if path.stat().st_size > MOST_BYTES:
@@ -43,13 +43,14 @@ def fitted_tolerances(path: Path) -> list[Tolerance]:
         kept = [k for k, name in enumerate(names) if name in common]
         factor = _factor(covariance[np.ix_(kept, kept)])
     except OSError as error:
-        raise InputError(f"{said}: cannot be read: {error.strerror}") from error
+        raise InputError(f"{origin}: cannot be read: {error.strerror}") from error
     except (ValueError, KeyError, TypeError, IndexError) as error:
         raise InputError(
-            f"{said}: is not what `ab-sim identify --json` writes ({type(error).__name__}: {error})"
+            f"{origin}: is not what `ab-sim identify --json` writes "
+            f"({type(error).__name__}: {error})"
         ) from error
     if not kept:
-        raise InputError(f"{said}: nothing of the scene was fitted; there is nothing to spread")
+        raise InputError(f"{origin}: nothing of the scene was fitted; there is nothing to spread")
     return [
         tolerance
         for row, k in zip(factor, kept, strict=True)
@@ -68,8 +69,8 @@ def _factor(covariance: np.ndarray) -> np.ndarray:
         lower = np.linalg.cholesky(correlation + 1e-12 * np.eye(count))
     except np.linalg.LinAlgError as error:
         raise ValueError("its covariance is not positive definite") from error
-    found: np.ndarray = lower * sizes[:, None]
-    return found
+    factor: np.ndarray = lower * sizes[:, None]
+    return factor
 
 
 def _of_key(key: Any, row: np.ndarray, keys: list[Any]) -> list[Tolerance]:

@@ -112,8 +112,8 @@ def quantile_of(values: np.ndarray, p: float) -> QuantileOfMetric:
     """
     from scipy.stats import quantile_test
 
-    found: Any = quantile_test(values, p=p).confidence_interval(LEVEL)
-    low, high = (float(x) if math.isfinite(x) else None for x in (found.low, found.high))
+    interval: Any = quantile_test(values, p=p).confidence_interval(LEVEL)
+    low, high = (float(x) if math.isfinite(x) else None for x in (interval.low, interval.high))
     return QuantileOfMetric(p, float(np.quantile(values, p)), low, high)
 
 
@@ -154,14 +154,16 @@ def paired_difference(first: np.ndarray, second: np.ndarray) -> MeanInterval | N
     """
     from scipy.stats import t
 
-    found = first - second
-    found = found[np.isfinite(found)]
-    if len(found) < 2:
+    differences = first - second
+    differences = differences[np.isfinite(differences)]
+    if len(differences) < 2:
         return None
-    mean = float(np.mean(found))
-    reach = float(t.ppf(0.5 + LEVEL / 2.0, len(found) - 1) * np.std(found, ddof=1))
-    reach /= math.sqrt(len(found))
-    return MeanInterval(len(found), mean, mean - reach, mean + reach, quantile_of(found, 0.5))
+    mean = float(np.mean(differences))
+    reach = float(t.ppf(0.5 + LEVEL / 2.0, len(differences) - 1) * np.std(differences, ddof=1))
+    reach /= math.sqrt(len(differences))
+    return MeanInterval(
+        len(differences), mean, mean - reach, mean + reach, quantile_of(differences, 0.5)
+    )
 
 
 def _correlation(both: int, one: int, other: int, neither: int) -> float:

@@ -64,11 +64,11 @@ def metric_columns(keys: Iterable[str]) -> list[Metric[Any]]:
     Raises:
         InputError: a metric is unknown or no number; the message names it.
     """
-    found = metrics_named(keys)
-    for metric in found:
+    metrics = metrics_named(keys)
+    for metric in metrics:
         if not metric.scalar:
             raise InputError(f"metric {metric.key!r}: {metric.not_a_number}")
-    return found
+    return metrics
 
 
 def judged(job: Job, points: Sequence[Point]) -> pyarrow.Table:
@@ -123,8 +123,8 @@ def varied_scene(job: Job, values: Sequence[Any]) -> Scene:
         SceneError: it is invalid; the message names key, value and allowed range.
     """
     changes = dict(zip(job.keys, values, strict=True))
-    said = ", ".join(f"{key}={value}" for key, value in changes.items())
-    return changed_scene(job.scene, changes, said)
+    changed = ", ".join(f"{key}={value}" for key, value in changes.items())
+    return changed_scene(job.scene, changes, changed)
 
 
 class _Rows:

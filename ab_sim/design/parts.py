@@ -103,8 +103,8 @@ class Parts:
         if not self._complained:
             self._complained = True
             reason = error.strerror or errno.errorcode.get(error.errno or 0, "")
-            said = f"{self._folder}: what is done cannot be kept there: {reason}"
-            logging.getLogger("ab_sim").warning(visible(said))
+            message = f"{self._folder}: what is done cannot be kept there: {reason}"
+            logging.getLogger("ab_sim").warning(visible(message))
 
 
 def _digest(content: bytes) -> str:
@@ -117,10 +117,10 @@ def _read(file: Path, schema: pyarrow.Schema) -> pyarrow.Table | None:
         content = file.read_bytes()
         if _digest(content) != file.stem:
             return None
-        found = parquet.read_table(pyarrow.BufferReader(content))
+        table = parquet.read_table(pyarrow.BufferReader(content))
     except (OSError, pyarrow.ArrowException):
         return None
-    return found if found.schema.equals(schema) else None
+    return table if table.schema.equals(schema) else None
 
 
 def _once(rows: pyarrow.Table) -> pyarrow.Table:

@@ -164,9 +164,9 @@ def _grid(variables: Sequence[Variable]) -> GridPoints:
                 f"{each.key}: from {each.low:g} to {each.high:g}, but how many values? Write "
                 f"{each.key}={each.low:g}..{each.high:g}:COUNT, or ask for a design"
             )
-    found = GridPoints(tuple(each for each in variables if isinstance(each, ListedValues)))
-    _check_count(len(found))
-    return found
+    grid = GridPoints(tuple(each for each in variables if isinstance(each, ListedValues)))
+    _check_count(len(grid))
+    return grid
 
 
 def _check_count(count: int) -> None:

@@ -133,15 +133,15 @@ def answer(modules: frozenset[str], fingerprint: str, work: bytes) -> bytes:
 
 def _modules_in(pickled: bytes) -> set[str]:
     """Return the modules of classes and functions in a pickle."""
-    found: set[str] = set()
+    modules: set[str] = set()
 
     class Seen(pickle.Unpickler):
         def find_class(self, module: str, name: str) -> Any:
-            found.add(module)
+            modules.add(module)
             return super().find_class(module, name)
 
     Seen(io.BytesIO(pickled)).load()
-    return found
+    return modules
 
 
 def _versions(module: str) -> set[str]:

@@ -92,8 +92,8 @@ def best_of(scores: Scores) -> int | None:
 
 def metric_values(table: pyarrow.Table, metric: str) -> np.ndarray:
     """Return the values of a column, NaN for null."""
-    found: np.ndarray = table[metric].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
-    return found
+    values: np.ndarray = table[metric].cast(pyarrow.float64()).to_numpy(zero_copy_only=False)
+    return values
 
 
 def joined(scores: Sequence[Scores]) -> Scores:
@@ -107,8 +107,8 @@ def _count(share: float, draws: int) -> int:
 
 def _reached(values: np.ndarray, share: float) -> np.ndarray:
     """Return the largest value among the best ``share`` of each row."""
-    found: np.ndarray = np.sort(values, axis=1)[:, _count(share, values.shape[1]) - 1]
-    return found
+    quantiles: np.ndarray = np.sort(values, axis=1)[:, _count(share, values.shape[1]) - 1]
+    return quantiles
 
 
 def _mean(worst: np.ndarray) -> np.ndarray:

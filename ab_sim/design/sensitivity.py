@@ -45,9 +45,9 @@ def sobol_of(
     if np.ptp(np.concatenate([a, b])) == 0.0:
         return ()
     values: Any = {"f_A": a[None], "f_B": b[None], "f_AB": exchanged[:, None]}
-    found = sobol_indices(func=values, n=len(a))
+    indices = sobol_indices(func=values, n=len(a))
     low, high = _intervals(a, b, exchanged)
-    firsts, totals = np.atleast_2d(found.first_order)[0], np.atleast_2d(found.total_order)[0]
+    firsts, totals = np.atleast_2d(indices.first_order)[0], np.atleast_2d(indices.total_order)[0]
     return tuple(
         SobolIndex(
             factor,
@@ -82,7 +82,7 @@ def _intervals(
             return np.nan_to_num(np.stack([first, total]) / variance, posinf=0.0, neginf=0.0)
 
     size = len(a) * (2 + len(exchanged))
-    found = bootstrap(
+    intervals = bootstrap(
         (np.arange(len(a)),),
         statistic,
         n_resamples=RESAMPLES,
@@ -92,4 +92,4 @@ def _intervals(
         confidence_level=LEVEL,
         rng=np.random.default_rng(0),
     ).confidence_interval
-    return np.asarray(found.low), np.asarray(found.high)
+    return np.asarray(intervals.low), np.asarray(intervals.high)

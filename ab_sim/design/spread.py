@@ -212,15 +212,15 @@ class Spread(Presented):
         }
 
     def _facts(self) -> dict[str, str]:
-        said = {
+        facts = {
             "scene": self.scene.name,
             "runs": str(self.share.runs),
             "balanced": share_text(self.share),
             "criterion": " and ".join(map(str, self.criterion)),
         }
         if self.against is not None:
-            said["of " + self.against.runs.scene.name] = share_text(self.against.share)
-        return said
+            facts["of " + self.against.runs.scene.name] = share_text(self.against.share)
+        return facts
 
     def _columns(self) -> Columns:
         table = self.runs.table

@@ -194,7 +194,7 @@ class _Study:
         with StudyRuns(job, points.report(), self._executor()) as study:
             rows = study.rows(points, range(len(points)), self._tell)
             study.join(rows)
-        found: dict[str, tuple[SobolIndex, ...]] = {}
+        by_metric: dict[str, tuple[SobolIndex, ...]] = {}
         missing: dict[str, str] = {}
         numbers = {BALANCED: (balanced.astype(float), self._balanced(rows).astype(float))}
         numbers |= {name: (runs[name], _column(rows, name)) for name in _numbers(job.metrics)}
@@ -205,23 +205,23 @@ class _Study:
                 missing[name] = f"{without} of {len(whole)} runs have no value"
             else:
                 exchanged = mixed.reshape(pairs, -1).T
-                found[name] = sobol_of(
+                by_metric[name] = sobol_of(
                     own[: 2 * pairs : 2], own[1 : 2 * pairs : 2], exchanged, drawn.factors
                 )
-                if not found[name]:
-                    del found[name]
+                if not by_metric[name]:
+                    del by_metric[name]
                     missing[name] = "it does not vary"
-        return SobolIndices(pairs, len(points), found, missing)
+        return SobolIndices(pairs, len(points), by_metric, missing)
 
     def _executor(self) -> AbstractContextManager[Executor] | None:
         return None if self._executors is None else self._executors()
 
     def _balanced(self, rows: pyarrow.Table) -> np.ndarray:
         """Return a mask of rows that have settled and satisfy the criterion."""
-        found = has_settled(rows[OUTCOME].to_pylist())
+        settled = has_settled(rows[OUTCOME].to_pylist())
         for bound in self._question.criterion:
-            found &= bound.holds(_column(rows, bound.metric))
-        return found
+            settled &= bound.holds(_column(rows, bound.metric))
+        return settled
 
 
 def _column(rows: pyarrow.Table, name: str) -> np.ndarray:
@@ -264,9 +264,11 @@ def _worst(
 def _difference(
     runs: Sweep, balanced: np.ndarray, others: Sweep, also: np.ndarray
 ) -> DesignDifference:
-    found: dict[str, MeanInterval] = {}
+    differences: dict[str, MeanInterval] = {}
     for name in _numbers(runs.metrics):
         difference = paired_difference(runs[name], others[name])
         if difference is not None:
-            found[name] = difference
-    return DesignDifference(others, also, share_of(also), paired_shares(balanced, also), found)
+            differences[name] = difference
+    return DesignDifference(
+        others, also, share_of(also), paired_shares(balanced, also), differences
+    )

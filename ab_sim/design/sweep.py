@@ -80,8 +80,8 @@ class Sweep(Presented):
         column = self.table[name]
         if pyarrow.types.is_boolean(column.type) and column.null_count:
             column = column.cast(pyarrow.float64())
-        found: np.ndarray = column.to_numpy(zero_copy_only=False)
-        return found
+        values: np.ndarray = column.to_numpy(zero_copy_only=False)
+        return values
 
     @property
     def _names(self) -> str:
@@ -97,11 +97,11 @@ class Sweep(Presented):
     def reasons(self) -> dict[str, str]:
         """Reason of the first failure and of the first abort, by outcome."""
         outcomes, why = (self.table[name].to_pylist() for name in (OUTCOME, FAILURE))
-        found: dict[str, str] = {}
+        texts: dict[str, str] = {}
         for outcome, reason in zip(outcomes, why, strict=True):
             if reason:
-                found.setdefault(outcome, reason)
-        return found
+                texts.setdefault(outcome, reason)
+        return texts
 
     @property
     def shape(self) -> tuple[int, ...] | None:
@@ -117,8 +117,8 @@ class Sweep(Presented):
         """
         for run in dict.fromkeys([0, len(self.table) // 2, len(self.table) - 1]):
             with suppress(SceneError):
-                if said := together_at_start(self.scene_of(run)):
-                    return said
+                if reason := together_at_start(self.scene_of(run)):
+                    return reason
         return ""
 
     def unit(self, name: str) -> str | None:
@@ -140,8 +140,8 @@ class Sweep(Presented):
 
     def factor(self, name: str) -> float:
         """Return the factor from a column's values to the displayed unit."""
-        shown = self._shown_unit(name)
-        return 1.0 if shown is None else shown.factor
+        unit = self._shown_unit(name)
+        return 1.0 if unit is None else unit.factor
 
     def shown(self, name: str) -> np.ndarray:
         """Return a column in its displayed unit."""
@@ -150,8 +150,8 @@ class Sweep(Presented):
 
     def titled(self, name: str) -> str:
         """Return a column's name with its displayed unit."""
-        shown = self._shown_unit(name)
-        return titled(name, self.unit(name) if shown is None else shown.text)
+        unit = self._shown_unit(name)
+        return titled(name, self.unit(name) if unit is None else unit.text)
 
     def setting(self, key: str, value: float | str) -> str:
         """Return ``KEY=VALUE`` in the displayed unit; the unit is added if it is not SI.
@@ -161,17 +161,17 @@ class Sweep(Presented):
         """
         if isinstance(value, str):
             return f"{key}={value}"
-        shown = self._shown_unit(key)
-        said = number(value) if shown is None else number(value * shown.factor, shown.text)
-        return f"{key}={said}"
+        unit = self._shown_unit(key)
+        text = number(value) if unit is None else number(value * unit.factor, unit.text)
+        return f"{key}={text}"
 
     def _shown_unit(self, name: str) -> ShownUnit | None:
         """Return the displayed unit of a column; None for its own."""
         return self.shown_units.get(self.unit(name) or "")
 
     def _about(self, name: str, what: bytes) -> str | None:
-        found: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
-        return None if found is None else found.decode()
+        entry: bytes | None = (self.table.schema.field(name).metadata or {}).get(what)
+        return None if entry is None else entry.decode()
 
     def best(self, metric: str) -> int | None:
         """Return the index of the settled run with a metric's best value; None if none.
@@ -269,24 +269,24 @@ class Sweep(Presented):
             )
             for name in (*self.metrics, OUTCOME)
         }
-        found = Dataset(variables, coordinates, {"scene": self.scene.name})
+        dataset = Dataset(variables, coordinates, {"scene": self.scene.name})
         for name in (*self.keys, *self.metrics):
-            found[name].attrs["units"] = self.unit(name) or ""
-        return found
+            dataset[name].attrs["units"] = self.unit(name) or ""
+        return dataset
 
     def _facts(self) -> dict[str, str]:
-        said = {"scene": self.scene.name, "runs": str(len(self.table))}
+        facts = {"scene": self.scene.name, "runs": str(len(self.table))}
         if self.shape is not None:
-            said["grid"] = " x ".join(map(str, self.shape))
-        said |= {name: str(count) for name, count in self.outcomes.items()}
+            facts["grid"] = " x ".join(map(str, self.shape))
+        facts |= {name: str(count) for name, count in self.outcomes.items()}
         for metric in self.metrics:
             if metric_columns([metric])[0].better is not Better.NEITHER:
                 run = self.best(metric)
                 if run is not None:
                     unit = self.unit(metric) or ""
                     best = float(self[metric][run])
-                    said[f"best {metric}"] = f"{number(best, unit.replace('1', ''))} in run {run}"
-        return said
+                    facts[f"best {metric}"] = f"{number(best, unit.replace('1', ''))} in run {run}"
+        return facts
 
     def _columns(self) -> Columns:
         return {
@@ -359,14 +359,14 @@ def table_of(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:
         else field
         for field in table.schema
     ]
-    said = {
+    metadata = {
         "scene": job.scene.as_mapping(),
         "keys": list(job.keys),
         "metrics": list(job.metrics),
         "points": points.report(),
         "version": ab_sim.__version__,
     }
-    return table.cast(pyarrow.schema(fields, {ABOUT: json.dumps(said, allow_nan=False)}))
+    return table.cast(pyarrow.schema(fields, {ABOUT: json.dumps(metadata, allow_nan=False)}))
 
 
 def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table:

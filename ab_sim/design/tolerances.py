@@ -193,21 +193,21 @@ class _Reader:
 
     def _limits(self, options: _Options, what: str) -> tuple[float, float]:
         """Return the limits of the drawn quantity: a value, or a deviation."""
-        found = []
+        limits = []
         for given, missing in ((options.low, -math.inf), (options.high, math.inf)):
             if given is None:
-                found.append(missing)
+                limits.append(missing)
             elif what == FACTOR:
                 if not given.endswith("%"):
                     raise self.error(
                         f"{short(given)}: low and high limit the deviation here, e.g. low=-10%"
                     )
-                found.append(self._plain(given.removesuffix("%")) / 100.0)
+                limits.append(self._plain(given.removesuffix("%")) / 100.0)
             else:
-                found.append(self._number(given))
-        if found[0] >= found[1]:
+                limits.append(self._number(given))
+        if limits[0] >= limits[1]:
             raise self.error("low must be below high")
-        return found[0], found[1]
+        return limits[0], limits[1]
 
     def _check_takes_numbers(self) -> None:
         if self._about.range.startswith("whole"):
@@ -216,16 +216,16 @@ class _Reader:
             raise self.error("takes no numbers; write discrete:V,V,...")
 
     def _share(self, given: str) -> float:
-        found = self._plain(given.removesuffix("%").strip()) / 100.0
-        if found <= 0.0:
+        share = self._plain(given.removesuffix("%").strip()) / 100.0
+        if share <= 0.0:
             raise self.error(f"{short(given)} must be above 0")
-        return found
+        return share
 
     def _positive(self, given: str) -> float:
-        found = self._number(given)
-        if found <= 0.0:
+        number = self._number(given)
+        if number <= 0.0:
             raise self.error(f"{short(given)} must be above 0")
-        return found
+        return number
 
     def _with_last_unit(self, parts: list[str]) -> list[str]:
         try:
@@ -243,20 +243,20 @@ class _Reader:
 
     def _plain(self, given: str) -> float:
         try:
-            found = float(given)
+            number = float(given)
         except ValueError:
             raise self.error(f"{short(given)} is no number; {FORMS}") from None
-        if not math.isfinite(found):
+        if not math.isfinite(number):
             raise self.error(f"{short(given)} must be a finite number")
-        return found
+        return number
 
     def _listed(self, given: str) -> tuple[Any, ...]:
         try:
-            found = read_yaml(f"[{given}]")
+            values = read_yaml(f"[{given}]")
         except ValueError as error:
             raise self.error(f"its values: {error}") from error
-        if not isinstance(found, list) or not found:
+        if not isinstance(values, list) or not values:
             raise self.error(FORMS)
         if self._unit in NO_UNIT:
-            return tuple(found)
-        return tuple(self._number(each) if isinstance(each, str) else each for each in found)
+            return tuple(values)
+        return tuple(self._number(each) if isinstance(each, str) else each for each in values)

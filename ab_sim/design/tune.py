@@ -163,19 +163,19 @@ class Tuning(Presented):
         """Ends of ranges, and bounds, that limit the best; it may be better beyond."""
         if self.candidate is None:
             return []
-        found = []
+        names = []
         for each in self.task.ranges:
             value = self.values[each.key]
             for end in (each.low, each.high):
                 if abs(value - end) <= AT_A_BOUND * (each.high - each.low):
-                    found.append(f"{each.key}={end:g}")
+                    names.append(f"{each.key}={end:g}")
         if self.task.spreading.draws > 1:
-            return found
+            return names
         for bound in self.task.standard.bounds:
             value = float(self.runs[bound.metric][self.candidate])
             if bound.is_number and abs(value - bound.limit) <= AT_A_BOUND * abs(bound.limit):
-                found.append(str(bound))
-        return found
+                names.append(str(bound))
+        return names
 
     def scene_text(self) -> str:
         """Return the best scene's file with a header on its origin; empty without one."""
@@ -217,11 +217,11 @@ class Tuning(Presented):
         }
 
     def _facts(self) -> dict[str, str]:
-        said = {"scene": self.runs.scene.name, "runs": str(len(self.runs.table))}
+        facts = {"scene": self.runs.scene.name, "runs": str(len(self.runs.table))}
         if self.candidate is None:
-            return said | {"found": "nothing"}
+            return facts | {"found": "nothing"}
         values = {key: number(value) for key, value in self.values.items()}
-        return said | {str(self.task.standard.aim): number(self.best)} | values
+        return facts | {str(self.task.standard.aim): number(self.best)} | values
 
     def _columns(self) -> Columns:
         return {

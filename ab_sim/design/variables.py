@@ -102,14 +102,14 @@ def range_(key: str, low: float, high: float, log: bool = False) -> Range:
         InputError: an end is not allowed; the message names key, value and allowed range.
     """
     whole = _takes_whole_numbers(key)
-    said = f"{key}: from {exact(low)} to {exact(high)}"
+    text = f"{key}: from {exact(low)} to {exact(high)}"
     largest = sys.float_info.max  # an int may be larger
     if not -largest <= low < high <= largest:
-        raise InputError(f"{said}: must be two finite numbers, the lower one first")
+        raise InputError(f"{text}: must be two finite numbers, the lower one first")
     if log and low <= 0:
-        raise InputError(f"{said}: must be above 0 for logarithmic steps")
+        raise InputError(f"{text}: must be above 0 for logarithmic steps")
     if whole and not (float(low).is_integer() and float(high).is_integer()):
-        raise InputError(f"{said}: must be whole numbers")
+        raise InputError(f"{text}: must be whole numbers")
     return Range(key, float(low), float(high), log, whole)
 
 
@@ -141,15 +141,15 @@ def values(key: str, given: Sequence[Any]) -> ListedValues:
     unit = scene_keys(key)[0].unit
     if not 1 <= len(given) <= MOST:
         raise InputError(f"{key}: {len(given)} values: must be from 1 to {MOST}")
-    found = tuple(_plain(key, unit, value) for value in given)
+    numbers = tuple(_plain(key, unit, value) for value in given)
     seen: set[str] = set()
-    for value in found:
+    for value in numbers:
         if not _fits(value):
             raise InputError(f"{key}: {short(value)}: must be finite, and whole numbers of 64 bits")
-        if (said := repr(value)) in seen:
+        if (text := repr(value)) in seen:
             raise InputError(f"{key}: {short(value)} is given twice")
-        seen.add(said)
-    return ListedValues(key, found)
+        seen.add(text)
+    return ListedValues(key, numbers)
 
 
 def _fits(value: Any) -> bool:
@@ -210,9 +210,9 @@ def _count(text: str, part: str) -> int:
 
 def _listed(text: str, given: str) -> list[Any]:
     try:
-        found = read_yaml(given if given.startswith("[") else f"[{given}]")
+        numbers = read_yaml(given if given.startswith("[") else f"[{given}]")
     except ValueError as error:
         raise InputError(f"{short(text)}: its values: {error}") from error
-    if not isinstance(found, list):
+    if not isinstance(numbers, list):
         raise InputError(f"{short(text)}: {FORMS}")
-    return found
+    return numbers

@@ -196,8 +196,8 @@ class _Progress:
         self._newest = [*self._newest[-20:], (time.monotonic(), self._done)]
         (then, before), (now, done) = self._newest[0], self._newest[-1]
         rate = (done - before) / max(now - then, 1e-9)
-        left = (self._runs - self._done) / rate
-        self._say(f"{rate:.3g} runs/s, {_time_text(left)} left")
+        remaining = (self._runs - self._done) / rate
+        self._say(f"{rate:.3g} runs/s, {_time_text(remaining)} left")
 
     def _say(self, what: str) -> None:
         self._said = what

@@ -109,10 +109,10 @@ class AdaptiveRun:
         rows, at = taken(run, self._per_sample), run.channels.index
         steps = rows[:, 0].astype(np.int64)
         first = at(f"{self._sensor}_1")
-        said = self._faults.said(self._sensor, rows[:, first : first + 2].T, steps)
+        readings = self._faults.said(self._sensor, rows[:, first : first + 2].T, steps)
         speed = self._faults.said(SPINDLE, rows[:, at("speed")], steps)
-        shown = np.column_stack((rows[:, at("angle")], speed, said.T))
-        for step, row in zip(steps.tolist(), shown.tolist(), strict=True):
+        columns = np.column_stack((rows[:, at("angle")], speed, readings.T))
+        for step, row in zip(steps.tolist(), columns.tolist(), strict=True):
             if not self._faults.silent(step) & self._heard:
                 self.controller.sample(stamp(step, self._step_ns), *row)
 

@@ -80,8 +80,8 @@ def _balance(scene: Scene) -> dict[str, Any] | None:
     if len({*scene.balls.races}) > 1:
         return {"left_out": "the balls run in several planes"}
     moments = [mass * scene.race.radius for mass in scene.balls.masses]
-    found = balance_of(_unbalance(scene), moments)
-    return None if found is None else _listed(found)
+    balance = balance_of(_unbalance(scene), moments)
+    return None if balance is None else _listed(balance)
 
 
 def _alone(scene: Scene) -> dict[str, Any]:

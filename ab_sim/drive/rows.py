@@ -154,7 +154,7 @@ class RowReader:
 
 
 def _turned(c: float, s: float, vector: np.ndarray) -> np.ndarray:
-    """Return a vector's first two components on axes turned by an angle of that cosine and sine.
+    """Return a vector's first two components on turned axes, given the angle's cosine and sine.
 
     Without BLAS, whose kernels round differently.
     """

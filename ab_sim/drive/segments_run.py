@@ -80,8 +80,8 @@ class SegmentsRun:
         own = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
         columns = [run.channels.index(channel) for channel in own if channel in run.channels]
         steps = rows[:, 0].astype(np.int64)
-        steps, said = self._faults.sampled(name, steps, rows[:, columns])
-        for step, vector in zip(steps.tolist(), said.tolist(), strict=True):
+        steps, readings = self._faults.sampled(name, steps, rows[:, columns])
+        for step, vector in zip(steps.tolist(), readings.tolist(), strict=True):
             now = stamp(step, self._step_ns)
             self._course.receive(now, name, step * self._step_ns, vector)
 

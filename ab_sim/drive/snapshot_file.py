@@ -85,8 +85,8 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
         check_bounds(snapshot, scene)
         return snapshot, dict(kept["beside"])
     except NOT_AS_WRITTEN as error:
-        said = short(error)
-        raise InputError(f"snapshot {path}: holds no state of a drive: {said}") from error
+        reason = short(error)
+        raise InputError(f"snapshot {path}: holds no state of a drive: {reason}") from error
 
 
 def _digest(run: str) -> str:

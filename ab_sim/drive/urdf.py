@@ -158,12 +158,12 @@ def _link(
     """Add a link and the joint that it hangs on; the joint has the link's name by default."""
     link = Xml.SubElement(robot, "link", name=name)
     if parent:
-        made = Xml.SubElement(robot, "joint", name=joint or name, type=kind)
-        Xml.SubElement(made, "parent", link=parent)
-        Xml.SubElement(made, "child", link=name)
-        Xml.SubElement(made, "origin", xyz=_text(place), rpy=_text(_ORIGIN))
+        element = Xml.SubElement(robot, "joint", name=joint or name, type=kind)
+        Xml.SubElement(element, "parent", link=parent)
+        Xml.SubElement(element, "child", link=name)
+        Xml.SubElement(element, "origin", xyz=_text(place), rpy=_text(_ORIGIN))
         if kind == "continuous":
-            Xml.SubElement(made, "axis", xyz="0 0 1")
+            Xml.SubElement(element, "axis", xyz="0 0 1")
     return link
 
 

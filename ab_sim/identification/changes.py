@@ -48,7 +48,7 @@ def changes_in(
     """
     good = [measured for k, measured in enumerate(problem.recordings) if white[k]]
     common = [j for j in held if j < len(problem.common)]
-    found = []
+    changes = []
     others = [measured for k, measured in enumerate(problem.recordings) if not white[k]]
     for measured in sorted(others, key=lambda each: each.with_balls):
         # A recording without balls may have been spoiled in the joint fit with another one.
@@ -63,9 +63,9 @@ def changes_in(
                 if time is None:
                     good.append(measured)
                 else:
-                    found.append(Departure(measured.name, time))
+                    changes.append(Departure(measured.name, time))
                 break
-    return tuple(found)
+    return tuple(changes)
 
 
 def _part(problem: Problem, good: Sequence[Measured], measured: Measured, until: float) -> Problem:

@@ -152,15 +152,15 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
     Raises:
         InputError: see ``check_time``.
     """
-    turned, said = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
-    whole = float(said.sum())
+    turned, expected = np.diff(angle), 0.5 * (speed[1:] + speed[:-1]) * np.diff(time)
+    whole = float(expected.sum())
     ratio = float(turned.sum()) / whole if whole else math.inf
     # A wrong unit gives a constant ratio over the whole recording. A sensor that drifts or
     # saturates agrees at first and deviates later.
-    parts = np.array_split(np.arange(len(said)), PARTS)
+    parts = np.array_split(np.arange(len(expected)), PARTS)
     lasts = np.array([float(time[rows[-1] + 1] - time[rows[0]]) for rows in parts])
-    off = np.array([float((turned - said)[rows].sum()) for rows in parts]) / lasts
-    speeds = np.array([float(said[rows].sum()) for rows in parts]) / lasts
+    off = np.array([float((turned - expected)[rows].sum()) for rows in parts]) / lasts
+    speeds = np.array([float(expected[rows].sum()) for rows in parts]) / lasts
     scale = float(off @ speeds) / float(speeds @ speeds)
     most = APART * float(np.max(np.abs(speed)))
     if (np.abs(off - scale * speeds) > most).any() and (np.abs(off) > most).any():
@@ -316,14 +316,14 @@ def check_sense(angle: np.ndarray, whirl: np.ndarray, with_balls: bool, name: st
     strength, factor = _best_factor(centred, angle, window)
     if strength < 0.3 or abs(factor - 1.0) < TURNS_OFF:
         return Sense()
-    said = (
+    message = (
         f"the vibration follows {factor:.3g} times the spindle's speed, where an unbalance follows "
         "it once"
     )
     if with_balls and CIRCULATING < factor < 1.0:
-        return Sense(note=f"{said}: balls circulate, or the sampling rate is wrong")
+        return Sense(note=f"{message}: balls circulate, or the sampling rate is wrong")
     return Sense(
-        doubt=f"{name}: {said}, and no fit explains that; see whether the sampling rate and the "
+        doubt=f"{name}: {message}, and no fit explains that; see whether the sampling rate and the "
         "unit of the speed (rad/s, rpm, Hz) are right"
     )
 

@@ -54,8 +54,8 @@ def whitening_of(measured: Measured) -> np.ndarray | None:
     taps = np.fft.irfft(np.exp(np.fft.rfft(folded)))[:half]
     tails = np.sqrt(np.cumsum(taps[::-1] ** 2)[::-1])
     count = int(np.argmax(tails < LEFT_OUT * tails[0])) or half
-    found: np.ndarray = taps[: min(count, MOST_TAPS)]
-    return found if len(found) > 1 else None
+    filter_taps: np.ndarray = taps[: min(count, MOST_TAPS)]
+    return filter_taps if len(filter_taps) > 1 else None
 
 
 def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
@@ -67,9 +67,9 @@ def whitened(taps: np.ndarray | None, signals: np.ndarray) -> np.ndarray:
     """
     if taps is None:
         return signals
-    found: np.ndarray = lfilter(taps, np.ones(1), signals, axis=-2)
-    found[..., : len(taps) - 1, :] = np.nan
-    return found
+    filtered: np.ndarray = lfilter(taps, np.ones(1), signals, axis=-2)
+    filtered[..., : len(taps) - 1, :] = np.nan
+    return filtered
 
 
 def _covariance(sensor: Sampled, step: float, every: int) -> np.ndarray:

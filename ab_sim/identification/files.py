@@ -54,7 +54,7 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
     mappings = _mappings(files, paths)
     bare = len(files.recordings)
     outside = bare + len(files.without_balls)
-    found = []
+    recordings = []
     for k, (path, mapping) in enumerate(zip(paths, mappings, strict=True)):
         balls = False if bare <= k < outside else None
         measured = measured_of(path, scene, mapping, files.signal, balls)
@@ -64,16 +64,16 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
             raise InputError(
                 f"{measured.name}: trial mass = {mass} kg: must be at least 0, below {MOST_MASS:g}"
             )
-        found.append(replace(measured, free=free, trial_mass=mass))
-    check_names(found)
-    names = [each.name for each in found]
+        recordings.append(replace(measured, free=free, trial_mass=mass))
+    check_names(recordings)
+    names = [each.name for each in recordings]
     for name in files.trial_masses:
         if name not in names:
             raise InputError(
                 f"trial mass {name}: there is no such recording{nearest(name, names)}; there are "
                 + ", ".join(names)
             )
-    return found[:outside], found[outside:]
+    return recordings[:outside], recordings[outside:]
 
 
 def _mappings(files: Files, paths: Sequence[Path]) -> list[ColumnMapping | None]:
@@ -99,10 +99,10 @@ def trial_masses_of(texts: Sequence[str]) -> dict[str, float]:
     Raises:
         InputError: the text has another form.
     """
-    found = {}
+    masses = {}
     for text in texts:
         name, equals, mass = (part.strip() for part in text.partition("="))
         if not (name and equals and mass):
             raise InputError(f"--trial-mass {short(text)}: must be NAME=MASS, e.g. 'run-2=5 g'")
-        found[Path(name).stem] = number_of(mass, "kg", f"--trial-mass {short(text)}")
-    return found
+        masses[Path(name).stem] = number_of(mass, "kg", f"--trial-mass {short(text)}")
+    return masses

@@ -164,8 +164,8 @@ class RecordedDrive:
         """Return signals on the sensor's axes, shape (steps, axes)."""
         sensor, deck = self.measured.sensor, run.system.deck_model
         first = taken.channels.index(type(deck).CHANNELS[0])
-        shown = taken.samples[:, first : first + len(type(deck).CHANNELS)]
-        across = self._felt(run, shown)
+        motion = taken.samples[:, first : first + len(type(deck).CHANNELS)]
+        across = self._felt(run, motion)
         if sensor is not None:
             pickup = low_pass_alone(sensor, self.step)
             start = start_state(run.scene, run.system)[layout_of(run.system).deck]

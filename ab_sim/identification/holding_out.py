@@ -36,16 +36,16 @@ def held_out(
             for each, value in zip(problem.common, common, strict=True)
         ]
         other = Problem(problem.scene, changed, recordings, noise)
-        found = StagedFit(other, range(count), seed, tell, workers).run()
-        shown = [other.simulated(k, found.values) for k in range(len(recordings))]
+        fit = StagedFit(other, range(count), seed, tell, workers).run()
+        simulated = [other.simulated(k, fit.values) for k in range(len(recordings))]
         comparisons = [
             RecordingFit(measured, each, True)
-            for measured, each in zip(recordings, shown, strict=True)
+            for measured, each in zip(recordings, simulated, strict=True)
             if each is not None
         ]
         problem.runs += other.runs
-        shares.append(_share(comparisons) if len(comparisons) == len(shown) else np.inf)
-    judged = whiteness_over(other, found.values)
+        shares.append(_share(comparisons) if len(comparisons) == len(simulated) else np.inf)
+    judged = whiteness_over(other, fit.values)
     return HeldOut(shares[0], shares[1], total_z(judged)), comparisons
 
 

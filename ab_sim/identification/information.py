@@ -40,8 +40,8 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
 
 
 def _r(matrices: np.ndarray) -> np.ndarray:
-    found: np.ndarray = np.linalg.qr(matrices, mode="r")  # type: ignore[assignment]
-    return found
+    factor: np.ndarray = np.linalg.qr(matrices, mode="r")  # type: ignore[assignment]
+    return factor
 
 
 def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
@@ -71,8 +71,8 @@ def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:
     size, singular, rows = _decomposed(derivatives)
     half = (rows / np.maximum(singular, ROUNDING * singular[:1])[:, None]).T / size[:, None]
     half = half[:, np.abs(half).max(axis=0) <= most]
-    found: np.ndarray = half @ half.T
-    return found
+    covariance: np.ndarray = half @ half.T
+    return covariance
 
 
 def deviations_of(derivatives: np.ndarray) -> np.ndarray:
@@ -81,17 +81,17 @@ def deviations_of(derivatives: np.ndarray) -> np.ndarray:
     Args:
         derivatives: see ``covariance_of``.
     """
-    found = np.full(derivatives.shape[1], np.inf)
+    deviations = np.full(derivatives.shape[1], np.inf)
     used = np.linalg.norm(derivatives, axis=0) > 0.0
     if not used.any():
-        return found
+        return deviations
     size, singular, rows = _decomposed(derivatives[:, used])
     good = singular > ROUNDING * singular[0]
     variance = ((rows[good] / singular[good, None]) ** 2).sum(axis=0)
     # A parameter with a component along an unidentifiable direction is unknown.
     part = (rows[~good] ** 2).sum(axis=0)
-    found[used] = np.where(part > ROUNDING, np.inf, np.sqrt(variance) / size)
-    return found
+    deviations[used] = np.where(part > ROUNDING, np.inf, np.sqrt(variance) / size)
+    return deviations
 
 
 def _decomposed(derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

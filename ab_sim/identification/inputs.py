@@ -139,13 +139,13 @@ class _Reader:
         cut: tuple[str, ...] = ()
         if mapping.keyphasor is not None:
             angle = self._angle_from(mapping.keyphasor, time)
-            known = np.isfinite(angle)
+            finite = np.isfinite(angle)
             cut = (
-                f"{int((~known).sum())} samples before the first pulse and after the last one of "
+                f"{int((~finite).sum())} samples before the first pulse and after the last one of "
                 "the keyphasor left out",
             )
-            time, signals, angle = time[known], signals[known], angle[known]
-            speed = None if speed is None else speed[known]
+            time, signals, angle = time[finite], signals[finite], angle[finite]
+            speed = None if speed is None else speed[finite]
         own, step = self._run(time)
         time = time - (0.0 if own else time[0])
         schedule = self._schedule(time, speed, angle)
@@ -157,8 +157,8 @@ class _Reader:
         ]
         there = np.isfinite(signals).all(axis=1)
         balls = mapping.balls if with_balls is None else with_balls
-        if with_balls is None and (known := self._table.description.get("balls")) is not None:
-            balls = bool(known)
+        if with_balls is None and (finite := self._table.description.get("balls")) is not None:
+            balls = bool(finite)
         sense = check_sense(turned[there], _whirl_of(signals[there], axes), balls, name)
         remarks.append(sense.note)
         sensor = self._sensor()
@@ -268,10 +268,10 @@ class _Reader:
             ]
             kind = next((kind_of_unit(unit) for unit in units if unit), None)
         if kind is None:
-            said = self._mapping.signals[0]
-            unit = said.unit or self._table.units.get(said.column)
+            signal = self._mapping.signals[0]
+            unit = signal.unit or self._table.units.get(signal.column)
             raise InputError(
-                f"{self._name}: signals.0 ({said.column}): "
+                f"{self._name}: signals.0 ({signal.column}): "
                 + (f"unit {unit!r} is neither of a displacement nor of an acceleration"
                    if unit else "has no unit")
                 + "; say so: {unit: mm} or {unit: m/s^2}"
@@ -290,8 +290,8 @@ class _Reader:
         """Return the spindle's angle; NaN outside the range of pulses."""
         reading = self._table.column(asked.column, "keyphasor")
         check_finite(time, reading, "keyphasor", self._name)
-        said = f"{self._name}: keyphasor.angle"
-        first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", said)
+        place = f"{self._name}: keyphasor.angle"
+        first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", place)
         return first + angle_from_pulses(time, reading, asked.per_turn, self._name)
 
     def _optional(self, asked: ColumnOf | None, si: str, said: str) -> np.ndarray | None:
@@ -316,16 +316,18 @@ class _Reader:
         return first <= RUN_BEGINS and abs(time[0] - first * step) < 1e-9, step
 
     def _axes(self) -> tuple[float, ...]:
-        found = []
+        axes = []
         turned = 0.0
         sensor = self._sensor()
         if sensor is not None:
             turned = sensor.axis_angle
         for k, each in enumerate(self._mapping.signals):
-            said = f"{self._name}: signals.{k}.direction"
-            given = each.direction
-            found.append(turned + AXES[k] if given is None else number_of(given, "rad", said))
-        return tuple(found)
+            place = f"{self._name}: signals.{k}.direction"
+            direction = each.direction
+            axes.append(
+                turned + AXES[k] if direction is None else number_of(direction, "rad", place)
+            )
+        return tuple(axes)
 
     def _sensor(self) -> Sampled | None:
         asked = self._mapping.sensor
@@ -336,11 +338,12 @@ class _Reader:
             try:
                 return kind.model_validate(asked)
             except ValidationError as error:
-                found = error.errors(include_url=False)[0]
-                key = ".".join(map(str, ("sensor", *found["loc"])))
+                error_entry = error.errors(include_url=False)[0]
+                key = ".".join(map(str, ("sensor", *error_entry["loc"])))
                 near = nearest(key.partition(".")[2], kind.model_fields)
                 raise InputError(
-                    f"{self._name}: {key} = {short(found['input'])}: {found['msg']}{near}"
+                    f"{self._name}: {key} = {short(error_entry['input'])}: "
+                    f"{error_entry['msg']}{near}"
                 ) from None
         recorded = self._table.description.get("scene") or {}
         for section, known in SENSORS.items():

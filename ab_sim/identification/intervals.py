@@ -87,8 +87,8 @@ class Intervals(NamedTuple):
     def correlation(self) -> np.ndarray:
         """Correlation matrix of the free parameters."""
         sizes = np.sqrt(np.diag(self.covariance))
-        found: np.ndarray = self.covariance / np.outer(sizes, sizes)
-        return found
+        matrix: np.ndarray = self.covariance / np.outer(sizes, sizes)
+        return matrix
 
 
 def intervals_of(
@@ -187,7 +187,7 @@ def _skews(
 ) -> dict[int, float]:  # fmt: skip
     """Return relative deviations of the rise at the ends of the intervals from a parabola."""
     best = problem.cost(values)
-    found = {}
+    skews = {}
     for j, step in zip(free, reaches.tolist(), strict=True):
         rises = [
             2.0
@@ -195,8 +195,8 @@ def _skews(
             / (variance * reach**2)
             for way in (-1.0, 1.0)
         ]
-        found[j] = max(abs(rise - 1.0) for rise in rises)
-    return found
+        skews[j] = max(abs(rise - 1.0) for rise in rises)
+    return skews
 
 
 def _end(
@@ -221,8 +221,8 @@ def _end(
         alone = begin.copy()
         alone[j] = place
         along = _moved(problem, begin, free, followed, j, place - float(begin[j]))
-        found = minimise(problem, min(along, alone, key=problem.cost), others, PROFILE_STEPS)
-        return max(2.0 * (found.cost - best), 0.0), found.values
+        fit = minimise(problem, min(along, alone, key=problem.cost), others, PROFILE_STEPS)
+        return max(2.0 * (fit.cost - best), 0.0), fit.values
 
     def end_between(near: float, less: float, far: float, more: float) -> float:
         for _ in range(PROFILE_POINTS):
@@ -244,13 +244,13 @@ def _end(
         place = at + way * step
         if (bound - place) * way <= 0.0:
             place = bound
-        found, now = look(place, now)
-        points.append((place, found))
-        if found >= rise:
-            return end_between(at, seen, place, found), points
+        fit, now = look(place, now)
+        points.append((place, fit))
+        if fit >= rise:
+            return end_between(at, seen, place, fit), points
         if place == bound:
             return way * np.inf, points
-        at, seen, step = place, found, 2.0 * step
+        at, seen, step = place, fit, 2.0 * step
     return way * np.inf, points
 
 

@@ -82,5 +82,5 @@ def _pulse_times(time: np.ndarray, reading: np.ndarray) -> np.ndarray:
     rising = np.flatnonzero((level[:-1] < MIDDLE) & (level[1:] >= MIDDLE))
     before = rising[np.searchsorted(rising, begins) - 1]
     share = (MIDDLE - level[before]) / (level[before + 1] - level[before])
-    found: np.ndarray = time[before] + share * (time[before + 1] - time[before])
-    return found
+    times: np.ndarray = time[before] + share * (time[before + 1] - time[before])
+    return times

@@ -83,7 +83,7 @@ def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()
     left = beyond(jacobian[:, : len(own)], jacobian[:, len(own) :])
     names = [problem.parameters[j].name for j in wanted]
     singular = np.linalg.svd(left, compute_uv=False)
-    found: list[OpenDirection] = []
+    directions: list[OpenDirection] = []
     held: list[int] = []
     columns = list(range(len(wanted)))
     while columns:
@@ -95,13 +95,13 @@ def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()
         deviation = np.inf if nothing else 1.0 / float(sizes[-1])
         parts = _parts([names[k] for k in columns], rows[-1])
         chosen = _chosen(parts)
-        found.append(
+        directions.append(
             OpenDirection(tuple(parts), deviation, _words(parts, nothing), _advice(parts), chosen)
         )
         k = names.index(chosen)
         held.append(wanted[k])
         columns.remove(k)
-    return Knowledge(tuple(names), tuple(singular.tolist()), tuple(found), tuple(held))
+    return Knowledge(tuple(names), tuple(singular.tolist()), tuple(directions), tuple(held))
 
 
 def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: None) -> Knowledge:

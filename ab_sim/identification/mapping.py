@@ -189,15 +189,15 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, said: str) -
     """
     output, slash, measured = sensitivity.rpartition("/")
     number, _, output_unit = output.strip().partition(" ")
-    told = f"{said}.sensitivity = {short(sensitivity)}"
+    place = f"{said}.sensitivity = {short(sensitivity)}"
     try:
         size = float(number)
     except ValueError:
         size = 0.0
     if not slash or not output_unit or not math.isfinite(size) or size == 0.0:
-        raise InputError(f"{told}: must be such as 100 mV/g_0 or 8 mV/um, and not 0")
-    per = factor_of(measured.strip(), si, told)
-    return per / size * (1.0 if unit is None else factor_of(unit, output_unit.strip(), told))
+        raise InputError(f"{place}: must be such as 100 mV/g_0 or 8 mV/um, and not 0")
+    per = factor_of(measured.strip(), si, place)
+    return per / size * (1.0 if unit is None else factor_of(unit, output_unit.strip(), place))
 
 
 def factor_of(unit: str | None, si: str, said: str) -> float:

@@ -78,25 +78,25 @@ def tried_effects(
     # Iterate the fit without an effect first, so that this gain is not credited to an effect.
     without = minimise(problem, values, free, TRIAL_STEPS)
     before = _z(problem, without.values)
-    found = []
+    trials = []
     for done, name in enumerate(names):
         tell(f"tried with {name}", done, len(names))
         try:
             trial = _trial(problem, without.values, name)
-            found.append(_tried(problem, without, free, name, trial, before))
+            trials.append(_tried(problem, without, free, name, trial, before))
         except AbSimError as error:
             reason = str(error).splitlines()[0]
-            found.append(TriedEffect(name, 0.0, 0.0, before, {}, reason))
+            trials.append(TriedEffect(name, 0.0, 0.0, before, {}, reason))
     for number, measured in enumerate(problem.recordings):
         if white[number]:
             continue
         for nuisance in NUISANCES:
             if nuisance not in measured.free:
                 tell(f"tried with {nuisance} of {measured.name}", len(names), len(names))
-                found.append(_freed(problem, without, free, number, nuisance, before))
+                trials.append(_freed(problem, without, free, number, nuisance, before))
     count = math.log(sum(measured.count for measured in problem.recordings))
     # Bayesian information criterion: every additional parameter must pay for itself.
-    return tuple(sorted(found, key=lambda each: len(each.values) * count - each.drop))
+    return tuple(sorted(trials, key=lambda each: len(each.values) * count - each.drop))
 
 
 def _freed(
@@ -220,8 +220,8 @@ def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
 
 
 def _least(about: dict[str, Any]) -> float:
-    found: float = about.get("minimum", about.get("exclusiveMinimum", -np.inf))
-    return found
+    least: float = about.get("minimum", about.get("exclusiveMinimum", -np.inf))
+    return least
 
 
 def _with_effect(scene: Scene, name: str, parameters: dict[str, float]) -> Scene:

@@ -187,17 +187,17 @@ def bounds_of(texts: Sequence[str]) -> dict[str, tuple[float, float]]:
     Raises:
         InputError: the text has another form.
     """
-    found: dict[str, tuple[float, float]] = {}
+    bounds: dict[str, tuple[float, float]] = {}
     for text in texts:
         key = text.partition("=")[0].strip()
         whole = key.rstrip("0123456789").rstrip(".") if key[-1:].isdecimal() else key
         read = variable_of(f"{whole}={text.partition('=')[2]}")
         if not isinstance(read, Range) or read.log:
             raise InputError(f"--bounds {short(text)}: must be KEY=LOW..HIGH")
-        if key in found:
+        if key in bounds:
             raise InputError(f"--bounds {key}: is given twice")
-        found[key] = (read.low, read.high)
-    return found
+        bounds[key] = (read.low, read.high)
+    return bounds
 
 
 def encoder_zero(recordings: Sequence[Measured]) -> list[FitParameter]:
@@ -239,40 +239,40 @@ def own_parameters(scene: Scene, measured: Measured, number: int) -> list[FitPar
             number, nuisance, axis,
         )  # fmt: skip
 
-    found = []
+    parameters = []
     balls = scene.balls.count if measured.with_balls else 0
     for ball in range(balls):
         angle = 2.0 * math.pi * ball / max(balls, 1)
-        found.append(
+        parameters.append(
             own(f"start angle of ball {ball}", "rad", angle, 1.0, np.inf, KeyPlace(ANGLES, (ball,)))
         )
     if not measured.at_rest:
         top = max(measured.schedule.top_speed, 1.0)
         for ball in range(balls):
             place = KeyPlace(RATES, (ball,))
-            found.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
+            parameters.append(own(f"start rate of ball {ball}", "rad/s", 0.0, 1.0, top, place))
         length = scene.whirl_unit[0]
         # A single signal does not determine the start across its axis, which stays 0.
         across = [(abs(math.cos(axis)), abs(math.sin(axis))) for axis in measured.axes]
         seen = (0, 1) if len(across) > 1 else (int(across[0][1] > across[0][0]),)
         for axis in seen:
             place, name = KeyPlace(POSITION, (axis,)), "xy"[axis]
-            found.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
+            parameters.append(own(f"start {name}", "m", 0.0, length, np.inf, place))
         for axis in seen:
             name = "xy"[axis]
             place = KeyPlace(VELOCITY, (axis,))
             scale = length * top
-            found.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
+            parameters.append(own(f"start v{name}", "m/s", 0.0, scale, np.inf, place))
     if DISC_ANGLE in measured.free and not measured.angle_known:
         angle = measured.schedule.angle(0.0)
-        found.append(own("disc angle", "rad", angle, 1.0, np.inf, KeyPlace("start.angle")))
+        parameters.append(own("disc angle", "rad", angle, 1.0, np.inf, KeyPlace("start.angle")))
     if GAIN in measured.free:
-        found.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
+        parameters.append(own(GAIN, "1", 1.0, 1.0, 0.95, None, GAIN))
     if BIAS in measured.free:
         for axis in range(measured.signals.shape[1]):
             what = f"{BIAS} {axis + 1}"
-            found.append(own(what, measured.unit, 0.0, measured.rms, np.inf, None, BIAS, axis))
+            parameters.append(own(what, measured.unit, 0.0, measured.rms, np.inf, None, BIAS, axis))
     if DELAY in measured.free:
         between = float(np.median(np.diff(measured.time)))
-        found.append(own(DELAY, "s", measured.delay, between, 50 * between, None, DELAY))
-    return found
+        parameters.append(own(DELAY, "s", measured.delay, between, 50 * between, None, DELAY))
+    return parameters

@@ -93,16 +93,16 @@ class Problem:
 
     def with_noise(self, noise: Sequence[float]) -> "Problem":
         """Return the problem with other standard deviations of the noise."""
-        found = Problem.__new__(Problem)
-        vars(found).update(vars(self), noise=tuple(noise))
-        return found
+        problem = Problem.__new__(Problem)
+        vars(problem).update(vars(self), noise=tuple(noise))
+        return problem
 
     def residuals(self, values: np.ndarray) -> np.ndarray:
         """Return residuals of all measured values in units of noise, shape (numbers,)."""
-        found = []
+        parts = []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
-            found.append(self.left(k, values)[there] / noise)
-        return np.concatenate(found)
+            parts.append(self.left(k, values)[there] / noise)
+        return np.concatenate(parts)
 
     def cost(self, values: np.ndarray) -> float:
         """Return half the sum of squares of the residuals."""
@@ -166,8 +166,8 @@ class Problem:
         measured = self.recordings[number].signals
         if signals is None:
             return BEYOND * whitened(self._taps[number], measured)
-        shown = self._shown(number, signals, values)
-        return whitened(self._taps[number], measured - shown)
+        simulated = self._shown(number, signals, values)
+        return whitened(self._taps[number], measured - simulated)
 
     def simulated(
         self, number: int, values: np.ndarray, also: Mapping[str, Any] | None = None
@@ -184,21 +184,21 @@ class Problem:
 
     def scene_values(self, values: np.ndarray, number: int | None = None) -> dict[str, Any]:
         """Return the scene's values by dotted key, for a recording or for the common parameters."""
-        found: dict[str, Any] = {}
+        by_key: dict[str, Any] = {}
         if number is not None:
             measured = self.recordings[number]
             balls = self.scene.balls.count if measured.with_balls else 0
             if balls:
-                found[ANGLES] = [0.0] * balls
+                by_key[ANGLES] = [0.0] * balls
                 if not measured.at_rest:
-                    found[RATES] = [0.0] * balls
+                    by_key[RATES] = [0.0] * balls
             if not measured.at_rest:
-                found[POSITION], found[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
+                by_key[POSITION], by_key[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
         for each, value in zip(self.parameters, values.tolist(), strict=True):
             if each.place is not None and each.belongs_to(number):
                 base = 0.0 if number is None else each.bases.get(number, 0.0)
-                each.place.put(found, base + value, self.scene)
-        return found
+                each.place.put(by_key, base + value, self.scene)
+        return by_key
 
     def _signals(
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool = True,
@@ -248,17 +248,17 @@ class Problem:
         """Return the derivatives of the signals by parameters, each of shape (samples, axes)."""
         gains = self._own(number, GAIN, values)
         gain, derivatives = (gains[0] if gains else 1.0), iter(signals.derivatives)
-        found = []
+        columns = []
         for j in own:
             each = self.parameters[j]
             if each.place is not None:
-                found.append(gain * next(derivatives))
+                columns.append(gain * next(derivatives))
             elif each.nuisance == GAIN:
-                found.append(signals.values)
+                columns.append(signals.values)
             elif each.nuisance == DELAY:
-                found.append(-gain * signals.slope)
+                columns.append(-gain * signals.slope)
             else:
                 column = np.zeros(signals.values.shape)
                 column[:, each.axis] = 1.0
-                found.append(column)
-        return found
+                columns.append(column)
+        return columns

@@ -105,7 +105,7 @@ def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
     trial = TRIAL * scene.total_mass
     ramp, slow = _ramp(top, RAMP), _ramp(top, SLOW)
     to = f"to {top:.4g} rad/s in"
-    found = [
+    standards = [
         _Standard("ramp", f"run up {to} {RAMP:g} s", ramp),
         _Standard("slow ramp", f"run up {to} {SLOW:g} s", slow),
         _Standard(
@@ -123,10 +123,10 @@ def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
     ]  # fmt: skip
     if scene.balls.count:
         words = f"take the balls out, run up {to} {RAMP:g} s"
-        found.append(_Standard("ramp without balls", words, ramp, with_balls=False))
+        standards.append(_Standard("ramp without balls", words, ramp, with_balls=False))
     else:
-        found = [each._replace(with_balls=False) for each in found]
-    return found
+        standards = [each._replace(with_balls=False) for each in standards]
+    return standards
 
 
 def _ramp(top: float, duration: float) -> tuple[tuple[float, Ramp], ...]:

@@ -146,7 +146,7 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
         left: residuals, shape (samples, axes), NaN where nothing was measured.
         time: times of the samples [s].
     """
-    found = []
+    signs = []
     for axis, column in enumerate(left.T):
         there = np.isfinite(column)
         at, values = time[there], column[there]
@@ -154,8 +154,8 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
         rest = values - slope * at - level
         drift = float(slope * (at[-1] - at[0]))
         if abs(drift) > DRIFT * float(rest.std()):
-            found.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor?")
-    return tuple(found)
+            signs.append(f"axis {axis + 1} drifts by {drift:.3g}: does its sensor?")
+    return tuple(signs)
 
 
 def noises_of(recordings: Sequence[Measured]) -> list[float]:
@@ -199,12 +199,12 @@ def noise_of(signals: np.ndarray) -> float:
     Args:
         signals: signals, shape (samples, axes), NaN for missing samples.
     """
-    found = []
+    levels = []
     for column in signals.T:
         values = column[np.isfinite(column)]
         window = np.hanning(len(values))
         power = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2 / (window @ window)
         upper = power[3 * len(power) // 4 : -1]
         # The median of an exponential distribution is ln 2 times its mean.
-        found.append(float(np.median(upper)) / math.log(2.0))
-    return math.sqrt(float(np.mean(found)))
+        levels.append(float(np.median(upper)) / math.log(2.0))
+    return math.sqrt(float(np.mean(levels)))

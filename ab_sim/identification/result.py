@@ -35,8 +35,8 @@ class RecordingFit(NamedTuple):
     @property
     def residuals(self) -> np.ndarray:
         """Measured less simulated."""
-        found: np.ndarray = self.measured.signals - self.simulated
-        return found
+        differences: np.ndarray = self.measured.signals - self.simulated
+        return differences
 
 
 class TriedEffect(NamedTuple):

@@ -136,9 +136,9 @@ class _Work:
             intervals = intervals_of(problem, values, free, lambda *_: None, profiles=False)
         intervals = _marked(intervals, problem, held)
         comparisons = [
-            RecordingFit(measured, shown, False)
+            RecordingFit(measured, simulated, False)
             for k, measured in enumerate(problem.recordings)
-            if (shown := problem.simulated(k, values)) is not None
+            if (simulated := problem.simulated(k, values)) is not None
         ]
         whiteness = whiteness_over(problem, values)
         misfits = misfits_of(problem, values, whiteness)
@@ -225,10 +225,10 @@ class _Work:
     def _check_sizes(self) -> None:
         """Refuse signals whose magnitude is far from the scene's: their unit is wrong."""
         for k, measured in enumerate(self._recordings):
-            shown = self._problem.simulated(k, self._problem.start)
-            if shown is None:
+            simulated = self._problem.simulated(k, self._problem.start)
+            if simulated is None:
                 continue
-            size = float(np.sqrt(np.mean((shown - shown.mean(axis=0)) ** 2)))
+            size = float(np.sqrt(np.mean((simulated - simulated.mean(axis=0)) ** 2)))
             ratio = measured.rms / size if size > 0.0 else 1.0
             if not 1.0 / FAR_OFF < ratio < FAR_OFF:
                 raise InputError(
@@ -242,14 +242,14 @@ class _Work:
 
     def _left(self, problem: Problem, values: np.ndarray) -> list[float]:
         """Return the standard deviation of each recording's residuals."""
-        found = []
+        parts = []
         for k, measured in enumerate(problem.recordings):
             left = problem.left(k, values)
             # Limit the influence of outliers by a robust estimate.
             spread = float(np.nanmedian(np.abs(left))) / 0.6745
             rms = float(np.sqrt(np.nanmean(left**2)))
-            found.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
-        return found
+            parts.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
+        return parts
 
 
 def _check_doubts(problem: Problem, values: np.ndarray) -> None:
@@ -260,8 +260,8 @@ def _check_doubts(problem: Problem, values: np.ndarray) -> None:
     """
     for k, measured in enumerate(problem.recordings):
         if measured.doubt:
-            shown = problem.simulated(k, values)
-            residuals = measured.signals if shown is None else measured.signals - shown
+            simulated = problem.simulated(k, values)
+            residuals = measured.signals if simulated is None else measured.signals - simulated
             if float(np.sqrt(np.nanmean(residuals**2))) > UNEXPLAINED * measured.rms:
                 raise InputError(measured.doubt)
 

@@ -39,8 +39,8 @@ def spikes_in(values: np.ndarray) -> np.ndarray:
     # The third largest deviation nearby is not part of a spike of up to two samples.
     usual = np.partition(around, -3, axis=1)[:, -3]
     tall = off > max(TALL * float(middle.std()), 1e-300)
-    found: np.ndarray = rows[tall & (off > SPIKE * usual)]
-    return found
+    spikes: np.ndarray = rows[tall & (off > SPIKE * usual)]
+    return spikes
 
 
 class _Repeats(NamedTuple):

@@ -79,8 +79,8 @@ def _refined(time: np.ndarray, values: np.ndarray, degree: int, knots: np.ndarra
 
     def left(places: np.ndarray) -> np.ndarray:
         whole = np.concatenate([knots[:1], places, knots[-1:]])
-        found: np.ndarray = _spline(some, of, whole, degree)(some) - of
-        return found
+        refined: np.ndarray = _spline(some, of, whole, degree)(some) - of
+        return refined
 
     held = reach <= between
     low, high = inner - np.where(held, between, reach), inner + np.where(held, between, reach)
@@ -119,7 +119,7 @@ def _lines(
     time: np.ndarray, speed: np.ndarray, tolerance: float
 ) -> list[tuple[float, float, int, int]]:
     """Return intercept and slope of the straight pieces, with their first and last sample."""
-    found, first = [], 0
+    lines, first = [], 0
     while first < len(time):
         reach, far = min(first + FEWEST, len(time)), len(time)
         step = FEWEST
@@ -134,9 +134,9 @@ def _lines(
             good = _line(time, speed, first, middle)[2] <= tolerance
             low, high = (middle, high) if good else (low, middle)
         begin, slope, _ = _line(time, speed, first, low)
-        found.append((begin, slope, first, low - 1))
+        lines.append((begin, slope, first, low - 1))
         first = low
-    return found
+    return lines
 
 
 def _line(time: np.ndarray, speed: np.ndarray, i: int, j: int) -> tuple[float, float, float]:

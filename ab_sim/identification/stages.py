@@ -1,4 +1,14 @@
-"""Staged least-squares fit: recordings without balls, start angles, then all parameters."""
+"""Staged least-squares fit: recordings without balls, start angles, then all parameters.
+
+A direct fit of everything fails: the balls' start angles are unknown, and over a whole run the sum
+of squares has many local minima in them. So the stages add unknowns one by one. Recordings without
+balls determine rotor and suspension, which then stay fixed. The start angles follow from many
+random starts (a Latin hypercube) on the beginning of a recording; the best of them continue on
+longer parts. The last stage frees all parameters, with a robust loss.
+
+Each minimisation is SciPy's trust-region method for bounds (Branch, Coleman and Li, 1999, SIAM J.
+Sci. Comput. 21, 1-23), the robust loss that of Huber (1964, Ann. Math. Statist. 35, 73-101).
+"""
 
 import math
 from collections.abc import Callable, Sequence
@@ -82,9 +92,9 @@ def minimise(
     high = np.array([problem.parameters[j].high for j in free]) / scales
 
     def whole(scaled: np.ndarray) -> np.ndarray:
-        found = values.copy()
-        found[free] = scaled * scales
-        return found
+        values_of_all = values.copy()
+        values_of_all[free] = scaled * scales
+        return values_of_all
 
     start = np.clip(values[free] / scales, low, high)
     inside = np.where(np.isfinite(high - low), 1e-9 * (high - low), 0.0)
@@ -130,9 +140,9 @@ class _Points:
 
     def jacobian(self, scaled: np.ndarray) -> np.ndarray:
         """Return the derivatives of the residuals."""
-        found = self._at(scaled, True)[1]
-        assert found is not None
-        return found
+        derivatives = self._at(scaled, True)[1]
+        assert derivatives is not None
+        return derivatives
 
     def short(self, scaled: np.ndarray) -> np.ndarray:
         """Return a short residual vector with the same sum of squares.
@@ -153,16 +163,16 @@ class _Points:
 
     def _at(self, scaled: np.ndarray, both: bool) -> tuple[np.ndarray, np.ndarray | None]:
         key, values = scaled.tobytes(), self._whole(scaled)
-        found = self._known.get(key)
-        if found is None or (both and found[1] is None):
-            found = (
+        point = self._known.get(key)
+        if point is None or (both and point[1] is None):
+            point = (
                 self._problem.both(values, self._free, self._central)
                 if both
                 else (self._problem.residuals(values), None)
             )
-            self._known = {**dict(list(self._known.items())[-1:]), key: found}
-            self._seen(values, 0.5 * sum_of_squares(found[0]))
-        return found
+            self._known = {**dict(list(self._known.items())[-1:]), key: point}
+            self._seen(values, 0.5 * sum_of_squares(point[0]))
+        return point
 
 
 class StagedFit:
@@ -200,9 +210,9 @@ class StagedFit:
             self._with_balls(k, settled)
             settled |= {j for j, each in enumerate(problem.parameters) if each.belongs_to(k)}
         free = [j for j in range(len(problem.parameters)) if j not in self._held]
-        found = minimise(problem, self.best, free, LAST_STEPS, seen=self._keep)
-        self.best = found.values
-        return found
+        fit = minimise(problem, self.best, free, LAST_STEPS, seen=self._keep)
+        self.best = fit.values
+        return fit
 
     def _keep(self, values: np.ndarray, cost: float) -> None:
         if cost < self._least:
@@ -251,8 +261,8 @@ class StagedFit:
         self.best[places] = best.values
         jacobian = part.derivatives(best.values, felt)
         whole.runs += part.runs
-        known = deviations_of(jacobian) < SETTLED
-        return {places[j] for j, good in zip(felt, known, strict=True) if good}
+        settled = deviations_of(jacobian) < SETTLED
+        return {places[j] for j, good in zip(felt, settled, strict=True) if good}
 
     def _with_balls(self, number: int, settled: set[int]) -> None:
         """Search a recording's start angles, and the parameters of balls that are not settled."""
@@ -269,17 +279,17 @@ class StagedFit:
             for horizon, keep in HORIZONS:
                 part = whole.part([number], horizon)
                 what = f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %"
-                starts, found = tried[:keep], list[Fitted]()
+                starts, fits = tried[:keep], list[Fitted]()
                 self._tell(what, 0, len(starts))
                 for each, runs in self._workers.each(partial(_searched, part, free), starts, 1):
-                    found.append(each)
+                    fits.append(each)
                     whole.runs += runs
-                    self._tell(what, len(found), len(starts))
-                found.sort(key=lambda each: each.cost)
-                tried = [each.values for each in _distinct(found)]
+                    self._tell(what, len(fits), len(starts))
+                fits.sort(key=lambda each: each.cost)
+                tried = [each.values for each in _distinct(fits)]
                 if not bests:
                     self.best[places] = tried[0]
-            bests.append(found[0])
+            bests.append(fits[0])
             self.best[places] = min(bests, key=lambda each: each.cost).values
             if _settled(part, bests):
                 return
@@ -292,13 +302,13 @@ class StagedFit:
         if not free:
             return [start.copy()] * count
         shares = qmc.LatinHypercube(len(free), rng=np.random.default_rng([self._seed, stream]))
-        found = []
+        starts = []
         for row in shares.random(count):
             values = start.copy()
             for j, share in zip(free, row.tolist(), strict=True):
                 values[j] = _between(part, j, float(start[j]), share)
-            found.append(values)
-        return found
+            starts.append(values)
+        return starts
 
 
 def _settled(part: Problem, bests: Sequence[Fitted]) -> bool:
@@ -313,8 +323,8 @@ def _settled(part: Problem, bests: Sequence[Fitted]) -> bool:
 def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[Fitted, int]:
     """Return the result of a search from a start, and its number of runs."""
     before = part.runs
-    found = minimise(part, values, free, SEARCH_STEPS)
-    return found, part.runs - before
+    fit = minimise(part, values, free, SEARCH_STEPS)
+    return fit, part.runs - before
 
 
 def _between(part: Problem, j: int, now: float, share: float) -> float:
@@ -333,7 +343,7 @@ def _between(part: Problem, j: int, now: float, share: float) -> float:
 
 
 def _places(whole: Problem, part: Problem) -> list[int]:
-    """Return the indices in the whole of a part's parameters."""
+    """Return the indices of some parameters among all parameters of the problem."""
     return [whole.names.index(name) for name in part.names]
 
 

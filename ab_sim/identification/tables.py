@@ -66,13 +66,13 @@ class Table:
                 f"{self.name}: {said}: there is no column {name!r}{near}; it has "
                 + ", ".join(self.columns)
             )
-        found = self.columns[name]
-        if found.dtype.kind in "mM":
-            since = found - found[0] if found.dtype.kind == "M" else found
+        values = self.columns[name]
+        if values.dtype.kind in "mM":
+            since = values - values[0] if values.dtype.kind == "M" else values
             return since / np.timedelta64(1, "s")
-        if found.dtype.kind not in "fiu":
-            raise InputError(f"{self.name}: {said}: the column {name!r} {_contents(found)}")
-        return found.astype(float)
+        if values.dtype.kind not in "fiu":
+            raise InputError(f"{self.name}: {said}: the column {name!r} {_contents(values)}")
+        return values.astype(float)
 
     def unit_of(self, name: str, written: str | None) -> str | None:
         """Return the unit of the numbers that ``column`` returns.
@@ -84,8 +84,8 @@ class Table:
         Raises:
             InputError: the mapping gives another unit than the column has.
         """
-        found = self.columns.get(name)
-        if found is None or found.dtype.kind not in "mM":
+        unit = self.columns.get(name)
+        if unit is None or unit.dtype.kind not in "mM":
             return self.units.get(name) if written is None else written
         if written not in (None, "s"):
             raise InputError(
@@ -251,8 +251,8 @@ def _of_arrow(read: pa.Table, name: str, notes: tuple[str, ...] = ()) -> Table:
         written = (field.metadata or {}).get(b"unit", b"").decode() or None
         units[title] = head[2].strip() if head else written
         columns[title] = _plain(column).to_numpy(zero_copy_only=False)
-    said = (read.schema.metadata or {}).get(b"ab_sim")
-    return Table(name, columns, units, json.loads(said) if said else {}, notes)
+    metadata = (read.schema.metadata or {}).get(b"ab_sim")
+    return Table(name, columns, units, json.loads(metadata) if metadata else {}, notes)
 
 
 def _plain(column: pa.ChunkedArray) -> pa.ChunkedArray:

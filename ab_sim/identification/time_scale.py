@@ -51,7 +51,7 @@ def tried_scales(
     """
     before, cost = total_z(whiteness_over(problem, values)), problem.cost(values)
     free = [j for j in range(len(problem.parameters)) if j not in held]
-    found = []
+    scales = []
     for number, measured in enumerate(problem.recordings):
         # Times in a recording of ab_sim are those of its steps, hence exact.
         if white[number] or measured.angle_known or measured.step is not None:
@@ -91,13 +91,13 @@ def tried_scales(
         drop = 2.0 * (cost - ends[best].cost)
         better = before > 0.0 and drop > 0.0
         explains = (before - max(after, 0.0)) / before if better else 0.0
-        found.append(
+        scales.append(
             TriedEffect(
                 name, min(max(explains, 0.0), 1.0), drop, after, {name: 1.0 + best},
                 nuisance=TIME_SCALE,
             )
         )  # fmt: skip
-    return tuple(sorted(found, key=lambda each: -each.drop))
+    return tuple(sorted(scales, key=lambda each: -each.drop))
 
 
 def _drift(measured: Measured) -> tuple[float, float]:

@@ -87,12 +87,12 @@ def misfits_of(
         whiteness: whiteness of each recording's residuals.
     """
     noises = noises_of(problem.recordings)
-    found = []
+    misfits = []
     for k, (white, noise) in enumerate(zip(whiteness, noises, strict=True)):
-        shown, measured = problem.simulated(k, values), problem.recordings[k].signals
-        factor = 1.0 if shown is None else _steady_factor(measured, shown)
-        found.append(Misfit(white.recording, white.rms / noise, white.share, factor))
-    return tuple(found)
+        simulated, measured = problem.simulated(k, values), problem.recordings[k].signals
+        factor = 1.0 if simulated is None else _steady_factor(measured, simulated)
+        misfits.append(Misfit(white.recording, white.rms / noise, white.share, factor))
+    return tuple(misfits)
 
 
 def _steady_factor(measured: np.ndarray, shown: np.ndarray) -> float:

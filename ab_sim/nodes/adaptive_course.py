@@ -33,7 +33,7 @@ class AdaptiveCourse:
 
     @property
     def words(self) -> str:
-        """Present action, for people; see ``Course``."""
+        """Present action, as text; see ``Course``."""
         state, text = self._start_up.state, self._text
         return text.removeprefix(f"{state.text}: ") if state in SAID_TWICE else text
 

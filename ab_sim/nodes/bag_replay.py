@@ -62,11 +62,13 @@ class BagReplay(BaseNode):
         for name in chosen(bag, namespace):
             topic = bag.topics[name]
             try:
-                made: Any = class_of(topic.type)
+                message_class: Any = class_of(topic.type)
             except ImportError as error:
                 self.left_out[name] = f"{topic.type} is not installed ({error})"
                 continue
-            self._topics[name] = self.create_publisher(made, name, _profile(name, topic.qos))
+            self._topics[name] = self.create_publisher(
+                message_class, name, _profile(name, topic.qos)
+            )
         if not self._topics:
             raise InputError(f"{bag.path}: nothing to replay: {self.left_out or 'no topics'}")
         self.offer_switch(PAUSE, self.pause)

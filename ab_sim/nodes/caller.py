@@ -224,17 +224,17 @@ class Caller:
         return f"there is no node at all on ROS_DOMAIN_ID {domain}, {DISCOVERY_RANGE} {reach}"
 
     def _not_offered_text(self, node: str, service: str) -> str:
-        found = self.nodes()
-        said = f"nobody offers {node}/{service} (waited {self._timeout:g} s); "
-        if not found:
-            return said + f"{self.no_nodes_text}: is it running?"
-        if node in found:
-            return said + f"{node} is there, and offers " + ", ".join(_own(found[node]))
+        nodes = self.nodes()
+        text = f"nobody offers {node}/{service} (waited {self._timeout:g} s); "
+        if not nodes:
+            return text + f"{self.no_nodes_text}: is it running?"
+        if node in nodes:
+            return text + f"{node} is there, and offers " + ", ".join(_own(nodes[node]))
         asked = service in PARAMETERS
-        able = [name for name, offers in found.items() if service in offers and not asked]
+        able = [name for name, offers in nodes.items() if service in offers and not asked]
         if able:
-            return said + f"{', '.join(able)} would: --namespace and --node say whom you mean"
-        return said + f"found {', '.join(found)}; --namespace and --node say whom you mean"
+            return text + f"{', '.join(able)} would: --namespace and --node say whom you mean"
+        return text + f"found {', '.join(nodes)}; --namespace and --node say whom you mean"
 
     def _until(self, condition: Callable[[], Any], seconds: float) -> bool:
         end = time.monotonic() + seconds

@@ -299,7 +299,7 @@ class CommandPath:
 
     def state(self) -> dict[str, Any]:
         """Return the state for a snapshot, as JSON-able values without counts."""
-        told = self._last_order
+        order = self._last_order
         return {
             "bus": [[command.due, _values(command.wanted)] for command in self._bus],
             "draws": self._draws,
@@ -308,7 +308,7 @@ class CommandPath:
             "trajectory": None if self._trajectory is None else _values(self._trajectory),
             "silent": self.silent,
             "stopped": self.stopped,
-            "told": told if isinstance(told, SpeedOrder) else None,
+            "told": order if isinstance(order, SpeedOrder) else None,
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
@@ -471,11 +471,11 @@ def _wanted(values: Any) -> float | TimedSpeeds:
 
 def _timed(values: Any) -> TimedSpeeds:
     start, ramps, final_speed, (ahead, first) = values
-    made = [
+    commands = [
         (finite(duration), Ramp(finite(begin), finite(slope))) for duration, begin, slope in ramps
     ]
     start = None if start is None else whole(start)
-    timed = TimedSpeeds.of(start, made, finite(final_speed), (finite(ahead), finite(first)))
-    if min(ahead, *(duration for duration, _ in made), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
+    timed = TimedSpeeds.of(start, commands, finite(final_speed), (finite(ahead), finite(first)))
+    if min(ahead, *(duration for duration, _ in commands), 0.0) < 0.0 or timed.lasts > LATEST / 1e9:
         raise ValueError("a part of its trajectory lasts less than 0 s, or too long")
     return timed

@@ -182,20 +182,20 @@ class PendingCommands:
         """
         self._sources = self._count_sources()
         before = self._wrong_type
-        found = {
+        publishers = {
             tuple(info.endpoint_gid): (topic, info)
             for topic in TOPICS[: len(self._subscriptions)]
             for info in self._publishers_of(topic)
             if info.topic_type != topic.type_name
         }
-        nameless = {gid for gid, (_, info) in found.items() if info.node_name == NAMELESS}
+        nameless = {gid for gid, (_, info) in publishers.items() if info.node_name == NAMELESS}
         self._wrong_type = {
             gid: (
                 f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
                 f"on {self._node.resolve_topic_name(topic.name)} and is not heard: commands are "
                 f"{topic.type_name}"
             )
-            for gid, (topic, info) in found.items()
+            for gid, (topic, info) in publishers.items()
             if gid not in nameless - self._nameless
         }
         self._nameless = nameless

@@ -41,8 +41,8 @@ class DiagnosticsPublisher:
             logged: whether the text is in the log already.
         """
         name = self._node.get_fully_qualified_name()
-        shown = {**values, PARAMETERS: changed_parameters(self._node)}
-        health = Health(name, self._task, level, text, shown, hardware, time_ns)
+        entries = {**values, PARAMETERS: changed_parameters(self._node)}
+        health = Health(name, self._task, level, text, entries, hardware, time_ns)
         self._topic.publish(topics.DIAGNOSTICS.message(health))
         before, self._level = self._level, level
         if level is not before and not logged:

@@ -286,13 +286,13 @@ def recording_file(path: str) -> Path:
     Raises:
         InputError: the file is not an .rrd file, or cannot be written.
     """
-    file, said = path_of(path), "parameter path ="
-    check_ending(file, RECORDING, said)
+    file, origin = path_of(path), "parameter path ="
+    check_ending(file, RECORDING, origin)
     try:
         file.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{said} {file}: its folder cannot be made: {error.strerror}") from error
-    check_writable(file, said, replaced=False)
+        raise InputError(f"{origin} {file}: its folder cannot be made: {error.strerror}") from error
+    check_writable(file, origin, replaced=False)
     return file
 
 
@@ -302,14 +302,16 @@ def recording_folder(path: str) -> Path:
     Raises:
         InputError: the folder cannot be written, or a file has its name.
     """
-    folder, said = path_of(path), "parameter bag ="
-    check_folder(folder, said)
+    folder, origin = path_of(path), "parameter bag ="
+    check_folder(folder, origin)
     try:
         folder.parent.mkdir(parents=True, exist_ok=True)
     except OSError as error:
-        raise InputError(f"{said} {folder}: its folder cannot be made: {error.strerror}") from error
+        raise InputError(
+            f"{origin} {folder}: its folder cannot be made: {error.strerror}"
+        ) from error
     if not os.access(folder.parent, os.W_OK):
-        raise InputError(f"{said} {folder}: cannot be written; choose another place")
+        raise InputError(f"{origin} {folder}: cannot be written; choose another place")
     return folder
 
 

@@ -216,15 +216,15 @@ class RecordedFiles:
         assert self._description is not None
         path = self._shown_folder / name
         try:
-            shown = Recording(path, description=self._description, index=False, shown=True)
+            recording = Recording(path, description=self._description, index=False, shown=True)
             if channels := self._description.get("channels"):
-                shown.lay_out(channels, SCALARS)
+                recording.lay_out(channels, SCALARS)
         except RecordingError as error:
             self._logger.warning(f"nothing to watch: {error}")
             return
         for name, state in self._states.items():
-            shown.state(name, self._time, state)
-        self._shown = shown
+            recording.state(name, self._time, state)
+        self._shown = recording
         self._shown_until.clear()
         self._viewer.feed(path)
 

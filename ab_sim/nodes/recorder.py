@@ -105,11 +105,13 @@ class Recorder(BaseNode):
         kept = self._kept_file(path, view, bag, values["keep"])
         self._viewer = self._start_viewer(view, values["web_port"])
         self._for_now = contextlib.ExitStack()
-        shown = self._folder_for_now()
+        folder = self._folder_for_now()
         file = kept or (None if self._viewer is None else self._folder_for_now() / "live.rrd")
         decimated = {name: values[name] for name in ("every", "around")}
         drives = functools.partial(topics.BLOCK.publishers, self)
-        self._files = RecordedFiles(file, self._viewer, shown, self.get_logger(), drives, decimated)
+        self._files = RecordedFiles(
+            file, self._viewer, folder, self.get_logger(), drives, decimated
+        )
         self._description: dict[str, Any] | None = None
         self._time = 0.0
         self._levels: dict[str, Level] = {}

@@ -101,8 +101,8 @@ class SpeedCaller(Caller):
     def _no_drive_text(self, node: str, healths: list[Health]) -> str:
         if healths:
             return f"{node} takes no commands; it says: {healths[-1].message}"
-        found = self.nodes()
-        there = f"found {', '.join(sorted(found))}" if found else self.no_nodes_text
+        nodes = self.nodes()
+        there = f"found {', '.join(sorted(nodes))}" if nodes else self.no_nodes_text
         return (
             f"there is no drive {node} (waited {self._timeout:g} s); {there}; start one, or say "
             "whom you mean by --namespace and --node"

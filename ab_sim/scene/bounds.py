@@ -72,20 +72,20 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
 
 
 def _bounds(annotation: Any, more: Iterable[Any] = ()) -> Bounds | None:
-    found: dict[str, float] = {}
+    limits: dict[str, float] = {}
     for each in (*_metadata(annotation), *more):
         match each:
             case Ge():
-                found["least"] = max(found.get("least", -math.inf), float(each.ge))  # type: ignore[arg-type]
+                limits["least"] = max(limits.get("least", -math.inf), float(each.ge))  # type: ignore[arg-type]
             case Gt():
-                found["above"] = max(found.get("above", -math.inf), float(each.gt))  # type: ignore[arg-type]
+                limits["above"] = max(limits.get("above", -math.inf), float(each.gt))  # type: ignore[arg-type]
             case Le():
-                found["most"] = min(found.get("most", math.inf), float(each.le))  # type: ignore[arg-type]
+                limits["most"] = min(limits.get("most", math.inf), float(each.le))  # type: ignore[arg-type]
             case Lt():
-                found["below"] = min(found.get("below", math.inf), float(each.lt))  # type: ignore[arg-type]
+                limits["below"] = min(limits.get("below", math.inf), float(each.lt))  # type: ignore[arg-type]
             case _ if not _is_of_any_number(each):
                 return None
-    return Bounds(**found)
+    return Bounds(**limits)
 
 
 def _metadata(annotation: Any) -> Iterator[Any]:
@@ -95,9 +95,9 @@ def _metadata(annotation: Any) -> Iterator[Any]:
     """
     origin = get_origin(annotation)
     if origin is Annotated:
-        inner, *said = get_args(annotation)
+        inner, *metadata = get_args(annotation)
         yield from _metadata(inner)
-        for each in said:
+        for each in metadata:
             yield from each.metadata if isinstance(each, FieldInfo) else (each,)
     elif origin in (Union, UnionType):
         others = [kind for kind in get_args(annotation) if kind is not NoneType]

@@ -48,14 +48,14 @@ def all_parsed(changes: Iterable[str]) -> list[Change]:
 
 def _parsed(change: str) -> Change:
     key, equals, text = change.partition("=")
-    said = f"change {short(change)}"
+    origin = f"change {short(change)}"
     if not equals or not all(part.strip() for part in key.split(".")):
-        raise SceneError(f"{said}: must be key=value, e.g. balls.mass=0.002")
+        raise SceneError(f"{origin}: must be key=value, e.g. balls.mass=0.002")
     try:
         value = read_yaml(text)
     except ValueError as error:
-        raise SceneError(f"{said}: the value {error}") from error
-    return Change(key.strip(), REMOVED if text.strip() == "" else value, said)
+        raise SceneError(f"{origin}: the value {error}") from error
+    return Change(key.strip(), REMOVED if text.strip() == "" else value, origin)
 
 
 def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:

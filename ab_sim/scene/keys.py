@@ -65,9 +65,9 @@ def _near(section: str, rows: list[SceneKey]) -> str:
     keys = list(dict.fromkeys(row.key for row in rows))
     alike = difflib.get_close_matches(section, keys, n=3, cutoff=0.75)
     elsewhere = [key for key in keys if key.rpartition(".")[2] == section.rpartition(".")[2]]
-    found = list(dict.fromkeys((*alike, *elsewhere)))[:5]
-    if found:
-        return f"; did you mean {' or '.join(map(repr, found))}?"
+    candidates = list(dict.fromkeys((*alike, *elsewhere)))[:5]
+    if candidates:
+        return f"; did you mean {' or '.join(map(repr, candidates))}?"
     return f"; its sections are: {', '.join(key for key in keys if '.' not in key)}"
 
 
@@ -100,12 +100,12 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
         yield _section_row(key, schema, needed)._replace(range=_range(schema, choices))
         yield from _below(f"{key}.{ENTRY}", entry, sections)
     else:
-        said, unit = schema.get("description", ""), schema.get("unit", NONE)
+        meaning, unit = schema.get("description", ""), schema.get("unit", NONE)
         default = REQUIRED if needed else _default(schema.get("default"))
-        yield SceneKey(key, unit, _range(schema, choices), default, said)
+        yield SceneKey(key, unit, _range(schema, choices), default, meaning)
         lists = [each for each in (schema, *choices) if each.get("type") == "array"]
         for entry in lists[:1]:
-            yield SceneKey(f"{key}.{ENTRY}", unit, _range(_entry(entry), []), NONE, said)
+            yield SceneKey(f"{key}.{ENTRY}", unit, _range(_entry(entry), []), NONE, meaning)
 
 
 def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:

@@ -66,11 +66,11 @@ def _effect(effect: type[Any]) -> Schema:
     parameters = effect_parameters(effect)
     needed = [name for name, schema in parameters.items() if "default" not in schema]
     section = _section(parameters, needed)
-    said = inspect.cleandoc(effect.__doc__ or "")
-    said += f"\n\nEquation: {effect.equation}\n\nSource: {effect.source}"
+    text = inspect.cleandoc(effect.__doc__ or "")
+    text += f"\n\nEquation: {effect.equation}\n\nSource: {effect.source}"
     if needed:
-        return {"description": said, **section}
-    return {"description": said, "anyOf": [section, {"type": "null"}]}
+        return {"description": text, **section}
+    return {"description": text, "anyOf": [section, {"type": "null"}]}
 
 
 def _entry(sections: Schema) -> Schema:
@@ -153,10 +153,10 @@ def parts_of(schema: Any) -> list[Schema]:
         return [part for each in schema for part in parts_of(each)]
     if not isinstance(schema, dict):
         return []
-    found = [schema]
+    parts = [schema]
     for keyword, value in schema.items():
         if keyword in ("properties", "$defs"):
-            found += [part for each in value.values() for part in parts_of(each)]
+            parts += [part for each in value.values() for part in parts_of(each)]
         elif keyword not in ("default", "enum", "const"):
-            found += parts_of(value)
-    return found
+            parts += parts_of(value)
+    return parts

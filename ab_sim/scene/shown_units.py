@@ -32,7 +32,7 @@ def shown_units(text: str) -> ShownUnits:
         InputError: a text is not a unit of scenes' and metrics' quantities, or two measure the
             same.
     """
-    found: ShownUnits = {}
+    units_shown: ShownUnits = {}
     for written in map(str.strip, text.split(",") if text.strip() else []):
         try:
             unit = si_unit(written)
@@ -46,13 +46,13 @@ def shown_units(text: str) -> ShownUnits:
                     kind.name.removeprefix("a ").removeprefix("an ") for kind in KINDS.values()
                 )
             )
-        if unit in found:
+        if unit in units_shown:
             raise InputError(
-                f"units {short(text)}: {found[unit].text} and {written} both show "
+                f"units {short(text)}: {units_shown[unit].text} and {written} both show "
                 f"{KINDS[unit].name}; give one of them"
             )
-        found[unit] = ShownUnit(written, 1.0 / in_si(f"1 {written}", unit))
+        units_shown[unit] = ShownUnit(written, 1.0 / in_si(f"1 {written}", unit))
     for own, (unit, factor) in METRICS_OWN.items():
-        if unit in found:
-            found[own] = found[unit]._replace(factor=factor * found[unit].factor)
-    return found
+        if unit in units_shown:
+            units_shown[own] = units_shown[unit]._replace(factor=factor * units_shown[unit].factor)
+    return units_shown

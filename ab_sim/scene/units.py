@@ -124,10 +124,10 @@ def in_si(text: str, unit: str) -> float:
     """
     if unit in NO_UNIT:
         raise ValueError("must be a number without unit")
-    found = _TEXT.fullmatch(text.strip()) if len(text) <= MOST else None
-    if found is None:
+    match = _TEXT.fullmatch(text.strip()) if len(text) <= MOST else None
+    if match is None:
         raise ValueError(f"must be a number, in {unit} or with a unit{_example(unit)}")
-    number, written = found.groups()
+    number, written = match.groups()
     with _many_digits():
         try:
             with _MAKING:  # two registries would not accept each other's units
@@ -190,9 +190,9 @@ def _misfit(given: Any, unit: str) -> str:
     root = _root(given)
     alike = next((known for known in KINDS if _root(_units(known)) == root), None)
     if alike is not None:
-        said = f"is {KINDS[alike].name} [{alike}], {_must_be(unit)}"
+        message = f"is {KINDS[alike].name} [{alike}], {_must_be(unit)}"
         note = _NOTES.get((alike, unit))
-        return f"{said}; {note}" if note else said
+        return f"{message}; {note}" if note else message
     base = f"{_registry().get_base_units(given)[1]:~C}".replace("**", "^").replace("*", " ")
     return f"is in [{base}], {_must_be(unit)}" if base else f"has no dimension, {_must_be(unit)}"
 

@@ -151,40 +151,40 @@ class _Statements:
 
     def _kept(self) -> set[int]:
         """Return the numbers of per-ball nodes that need an array, for a later round or a sum."""
-        found = set()
+        kept = set()
         for x in self._nodes:
             for arg in self._args(x):
                 later = self._round[x.number] > self._round[arg.number]
                 if arg.each and (later or x.op == "total"):
-                    found.add(arg.number)
-        return found
+                    kept.add(arg.number)
+        return kept
 
     def lines(self) -> list[str]:
         """Return all lines: in each round first its scalars, then its loop; scalar roots last."""
-        found: list[str] = []
+        texts: list[str] = []
         last = max(self._round.values(), default=0)
         for turn in range(last + 1):
             nodes = [x for x in self._nodes if self._round[x.number] == turn]
             for x in nodes:
                 if not x.each:
-                    found += self._computed(x)
+                    texts += self._computed(x)
             loop: list[str] = []
             for x in nodes:
                 if x.each:
                     if x.number in self._columns and not self._at_hand(x):
                         kind = "int" if x.op in _COMPARISONS else "double"
-                        found.append(f"{kind} t{x.number}[{BALLS}];")
+                        texts.append(f"{kind} t{x.number}[{BALLS}];")
                     loop += self._computed(x)
             for store in self._stores:
                 if (store.each or store.root.each) and self._round[store.root.number] == turn:
                     loop.append(self._stored(store))
             if loop:
                 body = [f"    {line}" for line in loop]
-                found += [f"for (int i = 0; i < {BALLS}; i++) {{", *body, "}"]
+                texts += [f"for (int i = 0; i < {BALLS}; i++) {{", *body, "}"]
         for store in self._stores:
             if not (store.each or store.root.each):
-                found.append(self._stored(store))
-        return found
+                texts.append(self._stored(store))
+        return texts
 
     def _stored(self, store: Store) -> str:
         text = self._of(store.root)

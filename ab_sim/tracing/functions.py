@@ -88,10 +88,11 @@ def added_up(parts: Sequence[Any], add: Any) -> Any:
 
 def halved(parts: Sequence[Any], add: Any) -> Any:
     """Return a sum, by adding the second half to the first until one element remains."""
-    left = list(parts)
-    while len(left) > 1:
-        half = 1 << (len(left) - 1).bit_length() - 1
-        left = [
-            add(a, left[half + k]) if half + k < len(left) else a for k, a in enumerate(left[:half])
+    remaining = list(parts)
+    while len(remaining) > 1:
+        half = 1 << (len(remaining) - 1).bit_length() - 1
+        remaining = [
+            add(a, remaining[half + k]) if half + k < len(remaining) else a
+            for k, a in enumerate(remaining[:half])
         ]
-    return left[0]
+    return remaining[0]

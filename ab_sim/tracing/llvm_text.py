@@ -74,9 +74,9 @@ class Function:
 
     def put(self, text: str) -> str:
         """Append a line that computes a value, and return the value's name."""
-        made = self.new()
-        self.lines.append(f"{made} = {text}")
-        return made
+        name = self.new()
+        self.lines.append(f"{name} = {text}")
+        return name
 
     def load(self, place: MemorySlot, first: int, width: int) -> str:
         """Append a load and return its value's name.
@@ -92,11 +92,11 @@ class Function:
             return self.put(f"load {kind(lanes)}, ptr {pointer}, align 8")
         if place.stride == 1 or width == 1:
             return self.put(f"load {kind(width)}, ptr {self._pointer(place, first)}, align 8")
-        made = "poison"
+        vector = "poison"
         for k in range(width):
             one = self.put(f"load double, ptr {self._pointer(place, first + k)}, align 8")
-            made = self.put(f"insertelement {kind(width)} {made}, double {one}, i32 {k}")
-        return made
+            vector = self.put(f"insertelement {kind(width)} {vector}, double {one}, i32 {k}")
+        return vector
 
     def store(self, value: str, place: MemorySlot, first: int, width: int) -> None:
         """Append a store of a value in the layout that ``load`` reads."""
@@ -228,11 +228,11 @@ class Body:
                 return self._bound[x.payload]
             place = self.places[x.payload]
         if place is not None:
-            made, first = [], 0
+            values, first = [], 0
             for width in self._widths(x):
-                made.append(into.load(place, first, width))
+                values.append(into.load(place, first, width))
                 first += 1 if into.shape.lanes > 1 else width
-            return made
+            return values
         if x.op == "total":
             return [self._total(x.args[0])]
         if x.op == "rows":
@@ -290,7 +290,7 @@ class Body:
         into, shape, matrix = self._into, self._into.shape, self.places[ROWS]
         widths, n = shape.widths(True), shape.balls
         each = [self._operand(x, k, width) for k, width in enumerate(widths)]
-        found: list[str] = []
+        texts: list[str] = []
         for j in range(n):
             if shape.lanes > 1:
                 factors = [each[j]] * n
@@ -300,16 +300,16 @@ class Body:
                 if widths[group] > 1:
                     one = into.put(f"extractelement {kind(widths[group])} {one}, i32 {at}")
                 factors = [one if w == 1 else into.widened(one, w) for w in widths]
-            first, made = 0, []
+            first, rows = 0, []
             for k, width in enumerate(widths):
                 column = into.load(matrix, j * n + first, width)
                 if j == 0:
-                    made.append(self._operation("mul", width, (column, factors[k])))
+                    rows.append(self._operation("mul", width, (column, factors[k])))
                 else:
-                    made.append(self._operation("fma", width, (column, factors[k], found[k])))
+                    rows.append(self._operation("fma", width, (column, factors[k], texts[k])))
                 first += 1 if shape.lanes > 1 else width
-            found = made
-        return found
+            texts = rows
+        return texts
 
     def _halved(self, value: str, width: int) -> str:
         while width > 1:
@@ -359,15 +359,15 @@ def border(roots: Sequence[Expression], level: int) -> list[Expression]:
     Constants and inputs are left out, as they are available anyway. A comparison is not a number
     that can be stored; the nodes that it compares are returned instead.
     """
-    found: dict[int, Expression] = {}
+    by_number: dict[int, Expression] = {}
     ahead = [root for root in roots if root.level <= level]
     ahead += [arg for x in reached(roots) if x.level > level for arg in x.args]
     while ahead:
         x = ahead.pop()
-        if x.level > level or x.op in ("const", "input") or x.number in found:
+        if x.level > level or x.op in ("const", "input") or x.number in by_number:
             continue
         if x.op in ("lt", "le"):
             ahead += x.args
         else:
-            found[x.number] = x
-    return [found[number] for number in sorted(found)]
+            by_number[x.number] = x
+    return [by_number[number] for number in sorted(by_number)]

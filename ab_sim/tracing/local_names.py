@@ -36,14 +36,14 @@ def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, lis
         or of a field of a named tuple that was constructed, in the order of the nodes' creation.
         Inputs and constants are left out; of several nodes with one name, the first is returned.
     """
-    found: dict[str, Named] = {}
+    by_name: dict[str, Named] = {}
 
     def look(frame: FrameType, event: str, _: Any) -> None:
         if event != "return" or frame.f_globals.get("__name__", "").startswith(_OWN):
             return
         for name, value in frame.f_locals.items():
             if isinstance(value, Expression) and value.op not in ("input", "const"):
-                found.setdefault(name, Named(name, value))
+                by_name.setdefault(name, Named(name, value))
 
     before = sys.getprofile()
     sys.setprofile(look)
@@ -51,4 +51,4 @@ def with_local_names(formula: Callable[..., T], *arguments: Any) -> tuple[T, lis
         result = formula(*arguments)
     finally:
         sys.setprofile(before)
-    return result, sorted(found.values(), key=lambda one: one.node.number)
+    return result, sorted(by_name.values(), key=lambda one: one.node.number)

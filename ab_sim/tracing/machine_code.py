@@ -77,10 +77,10 @@ class MachineCode:
         Raises:
             KeyError: there is no function of that name.
         """
-        found: int = self._engine.get_function_address(name)
-        if not found:
+        value: int = self._engine.get_function_address(name)
+        if not value:
             raise KeyError(name)
-        return found
+        return value
 
 
 def processor_features() -> str:

@@ -42,8 +42,8 @@ def python_function(
         "nan": math.nan,
     }
     exec(python_text(roots, names), scope)
-    made: Callable[..., list[float]] = scope["evaluate"]
-    return made
+    evaluate: Callable[..., list[float]] = scope["evaluate"]
+    return evaluate
 
 
 def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:

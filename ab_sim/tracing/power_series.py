@@ -112,11 +112,11 @@ def _turning(of: PowerSeries, x: Expression, k: int) -> Expression:
 
     From (cos u)' = -u' sin u and (sin u)' = u' cos u, whose coefficient k - 1 is a Cauchy product.
     """
-    angle, found = x.args[0], lifted(x.graph, 0.0)
+    angle, coefficient = x.args[0], lifted(x.graph, 0.0)
     other, sign = (angle.sin(), -1.0) if x.op == "cos" else (angle.cos(), 1.0)
     for j in sorted(range(k), key=lambda j: max(j, k - 1 - j)):
-        found = found + of.change(angle, j) * of.coefficient(other, k - 1 - j)
-    return found * (sign / k)
+        coefficient = coefficient + of.change(angle, j) * of.coefficient(other, k - 1 - j)
+    return coefficient * (sign / k)
 
 
 _RULES: dict[str, Callable[[PowerSeries, Expression, int], Expression]] = {

@@ -2,9 +2,7 @@
 
 from typing import Any
 
-from page_parts import conditions, sentence, table
-
-from beside.turns import VERDICT
+from page_parts import conditions, folded, sentence, table
 
 HIDDEN = ", compiled loop"
 """End of the name of a method that users do not call."""
@@ -35,10 +33,10 @@ def peers_part(report: dict[str, Any], limited: dict[str, Any]) -> dict[str, Any
         "peers_known": ", ".join(
             f"{one['uncertainty']['angle']:.0e} rad ({name})" for name, one in known
         ),
-        "peers_table": table(head, _rows(report["at"], limited["at"])),
+        "peers_table": folded("All methods", table(head, _rows(report["at"], limited["at"]))),
         "peers_verdict": _verdict(report["at"]),
-        "peers_batch_table": table(
-            head, _rows(report["batch"]["at"], limited["batch"]["at"], True)
+        "peers_batch_table": folded(
+            "All methods", table(head, _rows(report["batch"]["at"], limited["batch"]["at"], True))
         ),
         "peers_batch_verdict": _verdict(report["batch"]["at"]),
         "peers_cases": table(["case", *(f"{one} rad" for one in errors)], cases),
@@ -80,8 +78,7 @@ def _verdict(results: list[dict[str, Any]]) -> str:
     """Return the best other program's time over ours, as a sentence."""
     return sentence([
         f"at {result['error']:g} rad {result['best_peer']} takes {result['ratio']['median']:.2f} "
-        f"times as long as `{result['ours'].partition(',')[0]}` (goal: {result['goal']:g}, "
-        f"{VERDICT[result['met']]})"
+        f"times as long as `{result['ours'].partition(',')[0]}`"
         for result in results
         if result["ours"] and result["best_peer"]
     ])  # fmt: skip

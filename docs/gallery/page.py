@@ -2,16 +2,19 @@
 
 import re
 from collections.abc import Iterator
+from html import escape
 from typing import Any, NamedTuple
 
 import ab_sim
 from ab_sim.base.conventions import NOTATION
 
 Cell = str | float | None
+LONGEST_OPEN = 6
+"""Largest number of rows of a table that a page does not fold."""
 
 
 class Table(NamedTuple):
-    """Values beside each other, as a rule ours beside the published ones."""
+    """A table of values, usually ours next to the published ones."""
 
     title: str
     columns: tuple[str, ...]
@@ -101,14 +104,23 @@ class Paper(NamedTuple):
         for section in self.shown or self.sections:
             parts += [f"## {section.heading}", *section.text]
             for table in (table for table in section.tables if table.on_page):
-                parts += [f"**{table.title}**", "\n".join(_lines(table))]
+                parts += _shown(table)
             for picture in section.pictures:
                 parts += [f"![{picture.short}]({picture.file})", f"*{picture.caption}*"]
         return "\n\n".join(parts) + "\n"
 
 
+def _shown(table: Table) -> list[str]:
+    """Return a table's title and rows; long tables are folded."""
+    rows = "\n".join(_lines(table))
+    if len(table.rows) <= LONGEST_OPEN:
+        return [f"**{table.title}**", rows]
+    summary = f"<summary>{escape(table.title)} ({len(table.rows)} rows)</summary>"
+    return [f"<details>{summary}", rows, "</details>"]
+
+
 def _lines(table: Table) -> Iterator[str]:
-    """The rows of a table in Markdown; a bar would end a cell."""
+    """Yield the rows of a table in Markdown, with escaped bars."""
     rows = [list(table.columns), ["---"] * len(table.columns), *table.texts()]
     for row in rows:
         yield "| " + " | ".join(cell.replace("|", "\\|") for cell in row) + " |"

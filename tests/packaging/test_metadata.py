@@ -87,6 +87,9 @@ def test_the_citation_names_the_version_and_the_sources() -> None:
     citation = yaml.safe_load((ROOT / "CITATION.cff").read_text())
     assert (citation["cff-version"], citation["title"]) == ("1.2.0", "ab_sim")
     assert citation["version"] == ab_sim.__version__
+    released = f"{citation['version']} ({citation['date-released']})"
+    heading = (ROOT / "CHANGELOG.rst").read_text().splitlines()[4:6]
+    assert heading == [released, "-" * len(released)]
     assert citation["license"] == PACKAGE.findtext("license")
     assert citation["authors"][0]["email"] == PACKAGE.find("maintainer").get("email")
     assert {source["title"].lower() for source in citation["references"]} == {

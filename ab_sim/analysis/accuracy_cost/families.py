@@ -91,9 +91,9 @@ def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterat
 def _longest(scene: Scene, stepper: str, step: float) -> float:
     """Return the longest step that a stepper may take in a scene [s]."""
     for shorter in (step, *FINER):
-        made = with_solver(scene, stepper, shorter)
+        candidate = with_solver(scene, stepper, shorter)
         try:
-            return choose_stepper(made, system_of(made)).longest
+            return choose_stepper(candidate, system_of(candidate)).longest
         except SceneError:
             continue
     return 0.0

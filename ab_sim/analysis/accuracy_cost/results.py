@@ -211,10 +211,10 @@ def _median(row: SettingCost) -> float:
 
 def peer_versions() -> dict[str, str]:
     """Return the versions of the installed peers."""
-    found = {}
+    installed = {}
     for name in ("scipy", "scikit-sundae", "mujoco"):
         try:
-            found[name] = importlib.metadata.version(name)
+            installed[name] = importlib.metadata.version(name)
         except importlib.metadata.PackageNotFoundError:
             continue
-    return found
+    return installed

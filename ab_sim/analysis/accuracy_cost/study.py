@@ -209,12 +209,12 @@ class _Study:
             )  # fmt: skip
             self.failed.append(row)
             return ""
-        found = self._deviation(method.name, samples)
+        deviation = self._deviation(method.name, samples)
         energy = method.energy_error() if self.with_energy_balance else None
-        errors = RunErrors.of(found, self.reference.uncertainty, energy)
+        errors = RunErrors.of(deviation, self.reference.uncertainty, energy)
         self.candidates.append(_Candidate(method, errors, seconds, self.repeats))
         limit = self.reference.uncertainty
-        if found.angle <= NEAR * limit.angle and found.whirl <= NEAR * limit.whirl:
+        if deviation.angle <= NEAR * limit.angle and deviation.whirl <= NEAR * limit.whirl:
             return "its error is already as small as the reference can tell"
         if seconds > LONG_RUN:
             return f"a run already takes {seconds:.1f} s"

@@ -134,16 +134,16 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
     w = abs(speed)
     if w == 0.0:
         return []
-    found = []
+    stable_bunches = []
     for s in _roots(drive, w, count):
         D = _stiffness_at(drive, w, count, s)
         if D.imag <= 0.0:
             continue
         W = s * s * count * drive.ball_mass * drive.radius / abs(D)
-        found.append(
+        stable_bunches.append(
             CirculatingBunch(drive, speed, count, math.copysign(s, speed), W, cmath.phase(D))
         )
-    return found
+    return stable_bunches
 
 
 def stalled(
@@ -191,14 +191,14 @@ def _roots(drive: BunchDrive, w: float, count: int) -> list[float]:
     turning = np.asarray(slope.roots()).real * scale
     edges = np.unique(np.clip([1e-9 * w, *turning, (1.0 - 1e-9) * w], 1e-9 * w, (1.0 - 1e-9) * w))
     values = [_missed(drive, w, count, float(s)) for s in edges]
-    found = []
+    roots = []
     for k in range(len(edges) - 1):
         if values[k] * values[k + 1] < 0.0:
             ends = float(edges[k]), float(edges[k + 1])
-            found.append(
+            roots.append(
                 float(brentq(lambda s: _missed(drive, w, count, s), *ends, xtol=1e-13 * w))
             )
-    return found
+    return roots
 
 
 def _polynomial(drive: BunchDrive, w: float, count: int) -> Polynomial:

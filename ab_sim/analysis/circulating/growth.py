@@ -50,13 +50,13 @@ def growth_rates(drive: "BunchDrive", w: float, count: int, s: float, z: complex
     companion = np.zeros((2 * size, 2 * size))
     companion[:size, size:] = np.eye(size)
     companion[size:, :size], companion[size:, size:] = -inverse @ orders[2], -inverse @ orders[1]
-    found = np.linalg.eigvals(companion)
+    rates = np.linalg.eigvals(companion)
     # Rotating the whole motion is a shift in time, which neither grows nor decays: drop its zero.
-    found = np.delete(found, int(np.argmin(np.abs(found))))
+    rates = np.delete(rates, int(np.argmin(np.abs(rates))))
     pull = drive.ball_mass * s * s * z.real / drive.radius
     parting = np.roots([drive.rolling_mass, drive.drag, pull])
-    found = np.concatenate([found, *[parting] * (count - 1)])
-    return np.asarray(found[np.argsort(-found.real)], complex)
+    rates = np.concatenate([rates, *[parting] * (count - 1)])
+    return np.asarray(rates[np.argsort(-rates.real)], complex)
 
 
 def _equations(
@@ -67,7 +67,7 @@ def _equations(
     turned: Orders = 1.0, 2j * s, -s * s
     own = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
     swung = _swinging(drive, w, count, s)
-    found = []
+    equations = []
     for order in range(3):
         matrix = np.zeros((3, 3))
         matrix[:2, :2] = _plane(drive.mass * turned[order] + own[order] + swung[order])
@@ -75,8 +75,8 @@ def _equations(
         matrix[:2, 2] = count * m * bunch.real, count * m * bunch.imag
         matrix[2, :2] = m * _plane(-1j * turned[order])[0]
         matrix[2, 2] = (mu, cb, m * s * s * z.real / drive.radius)[order]
-        found.append(matrix)
-    return found[0], found[1], found[2]
+        equations.append(matrix)
+    return equations[0], equations[1], equations[2]
 
 
 def _swinging(drive: "BunchDrive", w: float, count: int, s: float) -> Orders:

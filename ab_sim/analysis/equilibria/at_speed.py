@@ -93,10 +93,10 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
         states = found_states(system, speed)
     else:
         states = resting_states(system, rotor, speed)
-    left = tuple(name for name in LEFT_OUT if name in scene.effects)
+    omitted = tuple(name for name in LEFT_OUT if name in scene.effects)
     two = any(state.label.endswith(WORST) for state in states)
     known = known_positions(rotor, len(system.balls)) if two else None
-    return Equilibria(scene.name, speed, tuple(states), left, rotor is None, known)
+    return Equilibria(scene.name, speed, tuple(states), omitted, rotor is None, known)
 
 
 def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
@@ -106,12 +106,12 @@ def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list
 
 def clustered_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:
     """Return states with W > 0: balls in line with the displacement, on its side or opposite."""
-    found = []
+    states = []
     for pattern in patterns_of(rotor):
         roots = radii(rotor, pattern.moment, speed)
         for rank in range(len(roots)):
-            found.append(clustered_state(system, rotor, speed, pattern, roots, rank))
-    return found
+            states.append(clustered_state(system, rotor, speed, pattern, roots, rank))
+    return states
 
 
 def clustered_state(

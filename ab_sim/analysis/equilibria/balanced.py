@@ -101,8 +101,8 @@ def _ends(
     draw = np.random.default_rng(0)
     starts = [] if middle is None else [middle]
     starts += _there(rotor, draw.uniform(-math.pi, math.pi, (max(2, STARTS // n), n)))
-    found = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
-    sound = [x for x in found if x is not None] or starts
+    extremes = [_extreme(rotor, start, sense) for start in starts for sense in (1.0, -1.0)]
+    sound = [x for x in extremes if x is not None] or starts
     sound.sort(key=lambda x: doubling(rotor, x))
     return starts, sound[0], sound[-1]
 
@@ -132,16 +132,16 @@ def _between(
     draw: np.random.Generator,
 ) -> list[np.ndarray]:
     """Return positions from ``low`` to ``high`` at evenly spaced levels of rho."""
-    found = [low]
+    angles = [low]
     levels = np.linspace(doubling(rotor, low), doubling(rotor, high), LEVELS)
     for level in levels[1:-1].tolist():
         # Perturb the starts: where rho is extreme its gradient vanishes, and Newton's method has no
         # direction.
-        near = [x + draw.normal(scale=0.05, size=len(x)) for x in (found[-1], high)]
+        near = [x + draw.normal(scale=0.05, size=len(x)) for x in (angles[-1], high)]
         tries = (_closed(rotor, start, level) for start in (*near, *starts))
         there = next((x for x in tries if x is not None), None)
-        found += [] if there is None else [there]
-    return [*found, high]
+        angles += [] if there is None else [there]
+    return [*angles, high]
 
 
 def doubling(rotor: ClosedFormRotor, theta: np.ndarray) -> float:
@@ -204,7 +204,7 @@ def _extreme(rotor: ClosedFormRotor, start: np.ndarray, sense: float) -> np.ndar
 
     closing: Any = {"type": "eq", "fun": miss, "jac": ways}
     options: Any = {"maxiter": 200, "ftol": 1e-14}
-    found = minimize(
+    minimum = minimize(
         square, start, jac=slope, method="SLSQP", constraints=[closing], options=options
     )
-    return _closed(rotor, found.x)
+    return _closed(rotor, minimum.x)

@@ -102,8 +102,8 @@ class EquilibriumCurve:
         z = self.z(start)
         first, length = z, STEP
         way = self.tangent(z, np.append(np.zeros(len(z) - 1), sense))
-        found = [start]
-        while len(found) < MOST_POINTS and length > 1e-9:
+        points = [start]
+        while len(points) < MOST_POINTS and length > 1e-9:
             there = self.corrected(z + length * way, way)
             after = None if there is None else self.tangent(there, way)
             # Reject the step if the corrector fails or the tangent turns by more than 18 degrees:
@@ -113,17 +113,17 @@ class EquilibriumCurve:
                 continue
             # The speed component of the tangent changed its sign: a fold lies within this step.
             if after[-1] * way[-1] < 0.0:
-                found.append(self.point(self._fold(z, way, length))._replace(fold=True))
+                points.append(self.point(self._fold(z, way, length))._replace(fold=True))
             z, way, length = there, after, min(1.4 * length, STEP)
             point = self.point(z)
             if not low <= point.speed <= high:
                 edge = low if point.speed < low else high
-                state = converged(self.system, edge, _between(found[-1], point, edge))
-                return found if state is None else [*found, CurvePoint(edge, state)]
-            found.append(point)
-            if len(found) > 5 and np.abs(z - first).max() < 0.5 * STEP:
-                return [*found, start]
-        return found
+                state = converged(self.system, edge, _between(points[-1], point, edge))
+                return points if state is None else [*points, CurvePoint(edge, state)]
+            points.append(point)
+            if len(points) > 5 and np.abs(z - first).max() < 0.5 * STEP:
+                return [*points, start]
+        return points
 
     def _fold(self, z: np.ndarray, way: np.ndarray, length: float) -> np.ndarray:
         def at(part: float) -> np.ndarray:
@@ -157,8 +157,8 @@ def state_along(system: System, part: list[CurvePoint], speed: float) -> np.ndar
     speeds = np.array([point.speed for point in part])
     k = int(np.clip(np.searchsorted(speeds, speed), 1, len(part) - 1))
     start = _between(part[k - 1], part[k], speed)
-    found = converged(system, speed, start)
-    return start if found is None else found
+    state = converged(system, speed, start)
+    return start if state is None else state
 
 
 def lies_on(parts: list[list[CurvePoint]], system: System, point: CurvePoint) -> bool:

@@ -78,12 +78,12 @@ def _least(growth: Growth, levels: np.ndarray, seen: np.ndarray) -> float:
         if k in (0, len(levels) - 1) and seen[k] <= at_ends[min(k, 1)]:
             continue  # the growth rises from this end: no interior minimum
         bounds = levels[max(k - 1, 0)], levels[min(k + 1, len(levels) - 1)]
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda x: float(growth(np.array([x]))[0]), bounds=bounds, method="bounded",
             options={"xatol": close},
         )  # fmt: skip
-        if found.fun < least:
-            rho, least = float(found.x), float(found.fun)
+        if minimum.fun < least:
+            rho, least = float(minimum.x), float(minimum.fun)
     return rho
 
 

@@ -117,7 +117,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
 
     For a continuum, return the first, the worst and the best of the states given.
     """
-    found: dict[str, list[RestingState]] = {}
+    by_label: dict[str, list[RestingState]] = {}
     kinds, n = kinds_of(system), len(system.balls)
     for state in states:
         u, theta = state[:2], in_one_turn(state[4 : 4 + n])
@@ -125,11 +125,11 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
         label = _label(system, speed, u, theta, lost)
         u = np.zeros(2) if label == "balanced" else u
         ways = None if lost else _assignments(theta, kinds)
-        found.setdefault(label, []).append(
+        by_label.setdefault(label, []).append(
             resting_state(system, speed, label, u, theta, lost, ways)
         )
     named = []
-    for label, alike in found.items():
+    for label, alike in by_label.items():
         if alike[0].structural_zeros:
             by_growth = sorted(alike, key=lambda each: each.lambda_max)
             named.append(alike[0])
@@ -185,10 +185,10 @@ def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool
         return False
     kinds = np.array(kinds_of(system))
     for kind in {*kinds.tolist()}:
-        left = list(np.exp(1j * two[4 : 4 + n][kinds == kind]))
+        remaining = list(np.exp(1j * two[4 : 4 + n][kinds == kind]))
         for place in np.exp(1j * one[4 : 4 + n][kinds == kind]):
-            near = int(np.argmin(np.abs(np.array(left) - place)))
-            if abs(left.pop(near) - place) > SAME:
+            near = int(np.argmin(np.abs(np.array(remaining) - place)))
+            if abs(remaining.pop(near) - place) > SAME:
                 return False
     return True
 
@@ -196,16 +196,16 @@ def same(system: System, speed: float, one: np.ndarray, two: np.ndarray) -> bool
 def _starts(system: System, speed: float) -> list[np.ndarray]:
     rotor: ClosedFormRotor = base_rotor_of(system)
     n = len(system.balls)
-    found = [state_of(system, speed, np.zeros(2), theta) for theta in positions(rotor)]
+    starts = [state_of(system, speed, np.zeros(2), theta) for theta in positions(rotor)]
     for pattern in patterns_of(rotor):
         for W in radii(rotor, pattern.moment, speed):
             phi = phase(rotor, pattern.moment, speed, W)
             u = W * np.array([math.cos(phi), math.sin(phi)])
             theta = np.array([phi if sign > 0 else phi + math.pi for sign in pattern.signs])
-            found.append(state_of(system, speed, u, theta))
+            starts.append(state_of(system, speed, u, theta))
     draw = np.random.default_rng(0)
     length = scales_of(system, speed).length
     for _ in range(STARTS * (n + 1)):
         u = length * 10.0 ** draw.uniform(-1.0, 1.5) * draw.normal(size=2)
-        found.append(state_of(system, speed, u, draw.uniform(-math.pi, math.pi, n)))
-    return found
+        starts.append(state_of(system, speed, u, draw.uniform(-math.pi, math.pi, n)))
+    return starts

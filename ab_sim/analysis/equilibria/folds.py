@@ -84,8 +84,8 @@ class _Curve(NamedTuple):
         a, b, c = self.at(np.asarray(aside))[0]
         with np.errstate(all="ignore"):
             q = -0.5 * (b + np.copysign(np.sqrt(b * b - 4.0 * a * c), b))
-            found = np.array([q / a, c / q])
-        return np.sort(np.where((found > 0.0) & np.isfinite(found), found, np.nan), axis=0)
+            squares = np.array([q / a, c / q])
+        return np.sort(np.where((squares > 0.0) & np.isfinite(squares), squares, np.nan), axis=0)
 
     def tilt(self, aside: Any, w: Any) -> Any:
         """Return dh/dphi."""

@@ -70,8 +70,8 @@ class BranchInterval:
         edges = [self.speeds[0], *(each.speed for each in self.crossings), self.speeds[-1]]
         middles = [0.5 * (a + b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
         near = [int(np.argmin(np.abs(self.speeds - x))) for x in middles]
-        found = zip(edges[:-1], edges[1:], near, strict=True)
-        return [(float(a), float(b)) for a, b, k in found if self.states[k].stable is stable]
+        ranges = zip(edges[:-1], edges[1:], near, strict=True)
+        return [(float(a), float(b)) for a, b, k in ranges if self.states[k].stable is stable]
 
 
 @dataclass(frozen=True)
@@ -161,14 +161,14 @@ def _others(
     whole: tuple[float, float], ranges: Sequence[tuple[float, float]]
 ) -> list[tuple[float, float]]:
     """Return the parts of ``whole`` that no range covers."""
-    left, reached = [], whole[0]
+    gaps, reached = [], whole[0]
     for low, high in sorted(ranges):
         if low > reached + SAME * abs(low):
-            left.append((float(reached), float(low)))
+            gaps.append((float(reached), float(low)))
         reached = max(reached, high)
     if whole[1] > reached + SAME * abs(reached):
-        left.append((float(reached), float(whole[1])))
-    return left
+        gaps.append((float(reached), float(whole[1])))
+    return gaps
 
 
 def interval_of(label: str, at: At, speeds: np.ndarray) -> BranchInterval:

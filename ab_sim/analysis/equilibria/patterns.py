@@ -86,10 +86,10 @@ def radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:
         return []
     if abs(abs(moment) - rotor.unbalance) <= BALANCED * rotor.unbalance:
         moment = math.copysign(rotor.unbalance, moment)
-    found = _linear_radii(rotor, moment, speed) if rotor.cubic_stiffness == 0.0 else None
-    if found is None:
-        found = list(_polished(rotor, moment, speed))
-    return sorted((W for W in found if W > 0.0 and math.isfinite(W)), reverse=True)
+    roots = _linear_radii(rotor, moment, speed) if rotor.cubic_stiffness == 0.0 else None
+    if roots is None:
+        roots = list(_polished(rotor, moment, speed))
+    return sorted((W for W in roots if W > 0.0 and math.isfinite(W)), reverse=True)
 
 
 def _linear_radii(rotor: ClosedFormRotor, moment: float, speed: float) -> list[float]:

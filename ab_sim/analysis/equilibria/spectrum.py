@@ -54,7 +54,7 @@ def spectrum_of(
     size, first = layout.size, layout.rates.start
     common = np.zeros((size, size - 2 * (len(theta) - len(groups))))
     common[layout.deck, layout.deck] = np.eye(layout.deck.stop)
-    found = []
+    modes = []
     for k, group in enumerate(groups):
         angles = layout.angles.start + np.array(group)
         rates = first + np.array(group)
@@ -65,9 +65,9 @@ def spectrum_of(
         if len(group) > 1:
             one, other = (np.array([angles[i], rates[i]]) for i in (0, 1))
             apart = jacobian[np.ix_(one, one)] - jacobian[np.ix_(one, other)]
-            found += [_eigenvalues(apart)] * (len(group) - 1)
-    found.append(_eigenvalues(common.T @ jacobian @ common))
-    return _sorted(found)
+            modes += [_eigenvalues(apart)] * (len(group) - 1)
+    modes.append(_eigenvalues(common.T @ jacobian @ common))
+    return _sorted(modes)
 
 
 def balanced_spectrum(

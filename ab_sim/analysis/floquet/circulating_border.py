@@ -92,21 +92,21 @@ def _located(
     """Locate the border between two solutions, where the largest modulus is 1."""
 
     def at(speed: float) -> CirculatingSolution:
-        found = _found(case, one, other, speed)
-        if found is None:
+        solution = _found(case, one, other, speed)
+        if solution is None:
             raise _LostBranch
-        return found
+        return solution
 
     try:
         ends = one.speed, other.speed
         xtol = DIGITS * abs(one.speed)
         speed = float(brentq(lambda s: at(s).largest - 1.0, *ends, xtol=xtol))
-        found = at(speed)
+        solution = at(speed)
         beside = at(speed * (1.0 - BESIDE)), at(speed * (1.0 + BESIDE))
     except _LostBranch:
         return None
     slope = math.log(beside[1].value / beside[0].value) / (2.0 * BESIDE)
-    return CirculationBorder(found.value, found.spindle_speed, speed, abs(slope) < FLAT_SLOPE)
+    return CirculationBorder(solution.value, solution.spindle_speed, speed, abs(slope) < FLAT_SLOPE)
 
 
 class _LostBranch(Exception):

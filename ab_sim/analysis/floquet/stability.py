@@ -151,13 +151,13 @@ def solutions_of(scene: Scene, speed: float | None = None, start: str = "") -> l
         SceneError, InputError: see ``TurnMap``; or the start is unknown.
     """
     turn = TurnMap(scene, held_speed(scene) if speed is None else speed)
-    found: list[Stability] = []
+    solutions: list[Stability] = []
     for name in _names(start, turn):
         orbit, _ = find_orbit(turn, (name,))
         one = None if orbit is None else judged(turn, orbit, name)
-        if one is not None and not any(_same(turn, one, other) for other in found):
-            found.append(one)
-    return found
+        if one is not None and not any(_same(turn, one, other) for other in solutions):
+            solutions.append(one)
+    return solutions
 
 
 def _names(start: str, turn: TurnMap) -> list[str]:
@@ -224,8 +224,10 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
 
 def multipliers_of(orbit: Orbit) -> np.ndarray:
     """Return the eigenvalues of the monodromy matrix by falling modulus."""
-    found = np.linalg.eigvals(orbit.monodromy).astype(complex)
-    return found[np.lexsort((-found.imag, -found.real, -np.round(np.abs(found), 12)))]
+    multipliers = np.linalg.eigvals(orbit.monodromy).astype(complex)
+    return multipliers[
+        np.lexsort((-multipliers.imag, -multipliers.real, -np.round(np.abs(multipliers), 12)))
+    ]
 
 
 def apart(ones: np.ndarray, others: np.ndarray) -> float:

@@ -71,17 +71,17 @@ def balanced_angles(turn: TurnMap) -> np.ndarray:
         return np.concatenate([sums.real, sums.imag]) / heavy.sum()
 
     spread = 2.0 * np.pi * (np.arange(n) + 0.5) / n
-    found = least_squares(left, spread, xtol=1e-15, ftol=1e-15, gtol=1e-15)
-    return np.asarray(found.x)
+    fit = least_squares(left, spread, xtol=1e-15, ftol=1e-15, gtol=1e-15)
+    return np.asarray(fit.x)
 
 
 def find_orbit(turn: TurnMap, names: Sequence[str]) -> tuple[Orbit | None, str]:
     """Return the first periodic solution found and the name of its start; None if none is found."""
     for name in names:
         try:
-            found = turn.shoot(STARTS[name](turn))
+            orbit = turn.shoot(STARTS[name](turn))
         except FloatingPointError:
             continue
-        if found is not None:
-            return found, name
+        if orbit is not None:
+            return orbit, name
     return None, ""

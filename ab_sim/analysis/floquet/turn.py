@@ -142,10 +142,10 @@ class TurnMap:
         own = self.layout.deck.stop
         tangent = self.system.deck_model.tangent(state[:own])
         balls = self.layout.size - own
-        found = np.zeros((own + balls, tangent.shape[1] + balls))
-        found[:own, : tangent.shape[1]] = tangent
-        found[own:, tangent.shape[1] :] = np.eye(balls)
-        return found
+        directions = np.zeros((own + balls, tangent.shape[1] + balls))
+        directions[:own, : tangent.shape[1]] = tangent
+        directions[own:, tangent.shape[1] :] = np.eye(balls)
+        return directions
 
     def shoot(self, guess: np.ndarray, steps: int | None = None) -> Orbit | None:
         """Return the periodic solution near a guess; None if Newton's method does not converge.

@@ -127,8 +127,8 @@ class Plane(NamedTuple):
             self.up.key: _plain(self.up.values[row]),
         }
         speed = values.pop(SPEED, self.speed)
-        said = ", ".join(f"{key} = {value!r}" for key, value in values.items())
-        changed = changed_scene(self.scene, values, f"map, at {said}") if values else self.scene
+        text = ", ".join(f"{key} = {value!r}" for key, value in values.items())
+        changed = changed_scene(self.scene, values, f"map, at {text}") if values else self.scene
         return changed, float(speed)
 
     def check(self) -> None:

@@ -46,24 +46,24 @@ def refined(
     """
     if coarse < 1 or coarse & (coarse - 1):
         raise ValueError(f"coarse = {coarse!r}: must be a power of two: 1, 2, 4, 8, ...")
-    found = Refined(np.full(shape, NOT_YET), np.zeros(shape, bool))
+    grid = Refined(np.full(shape, NOT_YET), np.zeros(shape, bool))
     before: list[np.ndarray] | None = None
     while coarse:
         lines = [_spaced(coarse, size) for size in shape]
         if before is None:
-            _compute(verdicts, found, np.ix_(*lines))
+            _compute(verdicts, grid, np.ix_(*lines))
         else:
             # A new line starts with the labels of the last known line before it.
             last = [
                 old[np.searchsorted(old, new, "right") - 1]
                 for old, new in zip(before, lines, strict=True)
             ]
-            known = found.computed[np.ix_(*lines)]
-            labels = np.where(known, found.labels[np.ix_(*lines)], found.labels[np.ix_(*last)])
-            found.labels[np.ix_(*lines)] = labels
-            _compute_borders(verdicts, found, np.ix_(*lines))
+            known = grid.computed[np.ix_(*lines)]
+            labels = np.where(known, grid.labels[np.ix_(*lines)], grid.labels[np.ix_(*last)])
+            grid.labels[np.ix_(*lines)] = labels
+            _compute_borders(verdicts, grid, np.ix_(*lines))
         before, coarse = lines, coarse // 2
-    return found
+    return grid
 
 
 def _spaced(spacing: int, size: int) -> np.ndarray:

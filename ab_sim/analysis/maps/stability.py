@@ -188,9 +188,9 @@ def stability_map(
             labels = functools.partial(each.each, functools.partial(circulation_at, plane))
             return beside.of(points, labels, "balls that circulate", tell)
 
-        found = refined(verdicts, plane.shape, coarse)
+        grid = refined(verdicts, plane.shape, coarse)
         circulating = refined(circulation, plane.shape, coarse).labels
-    return StabilityMap(plane, coarse, found.labels, found.computed, circulating)
+    return StabilityMap(plane, coarse, grid.labels, grid.computed, circulating)
 
 
 def label_at(plane: Plane, point: Point) -> int:

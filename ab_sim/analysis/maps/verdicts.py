@@ -71,8 +71,8 @@ def name_of(label: int) -> str:
     """Return a label in words."""
     if label == NO_STATE:
         return "no resting state"
-    found = [name for bit, name in NAMES.items() if label & bit]
-    return " + ".join(found) or "nothing stable"
+    names = [name for bit, name in NAMES.items() if label & bit]
+    return " + ".join(names) or "nothing stable"
 
 
 def verdict(scene: Scene, speed: float) -> int:
@@ -87,11 +87,11 @@ def verdict(scene: Scene, speed: float) -> int:
     rotor = rotor_of(system)
     if rotor is not None and speed != 0.0 and rotor.moments and rotor.unbalance:
         return _label(_verdicts(system, rotor, speed))
-    found = equilibria_of(scene, speed)
-    label = label_of(found.branches)
+    equilibria = equilibria_of(scene, speed)
+    label = label_of(equilibria.branches)
     # The numerical search does not cover all balanced positions, so stability at all of them cannot
     # be claimed.
-    only_best = found.by_numbers and scene.balls.count > 2 and label > 0 and label & EVERYWHERE
+    only_best = equilibria.by_numbers and scene.balls.count > 2 and label > 0 and label & EVERYWHERE
     return label & ~EVERYWHERE | SOMEWHERE if only_best else label
 
 
@@ -181,7 +181,9 @@ def _balanced(system: System, rotor: ClosedFormRotor, speed: float) -> Iterator[
 def _magnitudes(system: System, speed: float) -> np.ndarray:
     """Return the scales of the state variables."""
     layout: StateLayout = layout_of(system)
-    found = np.ones(layout.size)
-    found[layout.deck] = system.deck_model.scale(float(system.balls[0, RACE_RADIUS]), abs(speed))
-    found[layout.rates] = abs(speed)
-    return found
+    magnitudes = np.ones(layout.size)
+    magnitudes[layout.deck] = system.deck_model.scale(
+        float(system.balls[0, RACE_RADIUS]), abs(speed)
+    )
+    magnitudes[layout.rates] = abs(speed)
+    return magnitudes

@@ -235,8 +235,8 @@ class Metric(Generic[T]):
         if self.plain is _as_it_is and self.unit not in ("e", "mm/s"):
             return list(values)
         if self.unit == "e" and None not in values and np.all(eccentricities > 0.0):
-            found: list[Any] = (np.array(values, float) / eccentricities).tolist()
-            return found
+            reported: list[Any] = (np.array(values, float) / eccentricities).tolist()
+            return reported
         each = zip(values, eccentricities.tolist(), strict=True)
         return [self.as_reported(value, e) for value, e in each]
 
@@ -268,12 +268,12 @@ def described_metrics(name: str | None = None) -> list[MetricInWords]:
     Raises:
         InputError: the name is unknown; the message names the nearest, and all.
     """
-    found = [each for metric in reported_metrics() for each in metric.described()]
+    metrics = [each for metric in reported_metrics() for each in metric.described()]
     if name is None:
-        return found
-    named = [each for each in found if each.name == name]
+        return metrics
+    named = [each for each in metrics if each.name == name]
     if not named:
-        raise _unknown(name, [each.name for each in found])
+        raise _unknown(name, [each.name for each in metrics])
     return named
 
 

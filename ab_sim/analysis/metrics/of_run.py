@@ -66,8 +66,8 @@ def metrics_of(
         raise InputError("trajectory: has no samples; a run is judged by at least one")
     scene = as_scene(scene)
     runs = JudgedRuns([scene], len(trajectory))
-    found = metrics_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
-    return _of_the_first(found, scene)
+    columns = metrics_of_runs(runs, trajectory.channels, trajectory.samples[None], keys)
+    return _of_the_first(columns, scene)
 
 
 def metrics_of_pieces(

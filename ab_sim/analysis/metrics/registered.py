@@ -98,9 +98,9 @@ def register_metric(
         )
 
     def value(metrics: MetricValues) -> float | None:
-        found = metrics[key]
-        assert found is None or isinstance(found, int | float)
-        return found
+        registered = metrics[key]
+        assert registered is None or isinstance(registered, int | float)
+        return registered
 
     def add(kind: type[Own]) -> type[Own]:
         head = label or key.replace("_", " ")

@@ -42,10 +42,10 @@ def verdicts(
         circulates: whether a ball circulates on the race.
         can_balance: whether the scene has an unbalance and balls.
     """
-    found = np.where(settled, Verdict.NOT_BALANCED.value, Verdict.CHANGING.value)
-    found = np.where(within & ringing_down, Verdict.RINGING_DOWN.value, found)
-    found = np.where(within & settled, Verdict.BALANCED.value, found)
+    labels = np.where(settled, Verdict.NOT_BALANCED.value, Verdict.CHANGING.value)
+    labels = np.where(within & ringing_down, Verdict.RINGING_DOWN.value, labels)
+    labels = np.where(within & settled, Verdict.BALANCED.value, labels)
     without = np.where(settled, Verdict.SETTLED.value, Verdict.UNSETTLED.value)
-    found = np.where(can_balance, found, without)
-    names: list[str] = np.where(circulates, Verdict.CIRCULATES.value, found).tolist()
+    labels = np.where(can_balance, labels, without)
+    names: list[str] = np.where(circulates, Verdict.CIRCULATES.value, labels).tolist()
     return names

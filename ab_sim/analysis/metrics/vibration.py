@@ -92,7 +92,7 @@ def _sections(rate: float) -> np.ndarray:
     bands = [(LOWEST, np.array([1.0, -2.0, 1.0]))] if rate > 2.0 * LOWEST else []
     if rate > 2.0 * HIGHEST:
         bands.append((HIGHEST, np.array([1.0, 2.0, 1.0])))
-    found = []
+    sections = []
     for edge, zeros in bands:
         k = math.tan(math.pi * edge / rate)
         for pair in range(ORDER // 2):
@@ -100,8 +100,8 @@ def _sections(rate: float) -> np.ndarray:
             whole = 1.0 + damped + k * k
             gain = (1.0 if zeros[1] < 0.0 else k * k) / whole
             poles = 2.0 * (k * k - 1.0) / whole, (1.0 - damped + k * k) / whole
-            found.append([*(gain * zeros), *poles])
-    return np.array(found).reshape(-1, 5)
+            sections.append([*(gain * zeros), *poles])
+    return np.array(sections).reshape(-1, 5)
 
 
 def _at_rest(sections: np.ndarray, values: np.ndarray) -> np.ndarray:

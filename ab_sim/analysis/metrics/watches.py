@@ -324,8 +324,8 @@ class OncePerTurnWatch:
 
         There must be ``TURNS`` revolutions, and samples close enough to resolve them.
         """
-        shown = self._shown & (self._turned >= TURNS * TURN)
-        each = zip(self._sums.tolist(), shown.tolist(), strict=True)
+        valid = self._shown & (self._turned >= TURNS * TURN)
+        each = zip(self._sums.tolist(), valid.tolist(), strict=True)
         return [complex(*parts) if known else None for parts, known in each]
 
     @property

@@ -171,11 +171,11 @@ def recovery_over_drag(
     drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
     ways = [scene] if scene.balls.count == 1 else [scene, in_one_ball(scene)]
     work = [each for way in ways for each in (way, *(with_drag(way, drag) for drag in drags))]
-    found = []
+    recoveries = []
     for done, each in enumerate(work):
         if tell is not None:
             tell(_named(each), done, len(work))
-        found.append(kept_recovery(each, band))
+        recoveries.append(kept_recovery(each, band))
     several = 1 + len(drags)
     return RecoveryOverDrag(
         scene.name,
@@ -185,10 +185,10 @@ def recovery_over_drag(
         scene.balls.count,
         bool(never_part(scene)),
         drag,
-        found[0],
+        recoveries[0],
         tuple(drags),
-        tuple(found[1:several]),
-        tuple(found[several:]) or None,
+        tuple(recoveries[1:several]),
+        tuple(recoveries[several:]) or None,
     )
 
 

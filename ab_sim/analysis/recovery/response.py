@@ -101,11 +101,11 @@ def recover(scene: Scene, band: float = BAND) -> Recovery:
         state = nearest_state(scene, states, now.u, now.theta, band)
         # With friction, balls may rest outside the resting states of the smooth equations.
         rests = state is not None or (bool(states.left_out) and _rests(path, STILL * band))
-        found = _judge(change, path, state, rests, band)
-        if found.settling_time is not None or end >= LONGEST * scene.duration:
+        recovery = _judge(change, path, state, rests, band)
+        if recovery.settling_time is not None or end >= LONGEST * scene.duration:
             break
         end = min(2.0 * end, LONGEST * scene.duration)
-    return found._replace(rested_before=len(before) > 1 and _rests(before, band))
+    return recovery._replace(rested_before=len(before) > 1 and _rests(before, band))
 
 
 def speed_change_of(scene: Scene) -> SpeedChangeProfile:

@@ -217,7 +217,7 @@ def run_and_judge(
 def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[Any]]:
     """Return metrics of runs of one group from their samples; None for failed runs."""
     good = [at for at, run in enumerate(runs) if not run.failure]
-    found: dict[str, list[Any]] = {key: [] for key in keys}
+    columns: dict[str, list[Any]] = {key: [] for key in keys}
     largest = max((runs[at].trajectory.samples.size for at in good), default=1)
     each = max(1, _COPIED_AT_ONCE // largest)
     for begin in range(0, len(good), each):
@@ -227,8 +227,8 @@ def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[An
         alone = len(paths) == 1
         samples = paths[0].samples[None] if alone else np.stack([p.samples for p in paths])
         for key, values in _reported(judged, paths[0].channels, keys, samples).items():
-            found[key] += values
-    return {key: _spread(values, np.array(good, int), len(runs)) for key, values in found.items()}
+            columns[key] += values
+    return {key: _spread(values, np.array(good, int), len(runs)) for key, values in columns.items()}
 
 
 def _reported(
@@ -241,10 +241,10 @@ def _reported(
     """Return metrics as in reports."""
     if not len(runs):
         return {key: [] for key in keys}
-    found = metrics_of_runs(runs, channels, samples, keys, whirl)
+    metrics = metrics_of_runs(runs, channels, samples, keys, whirl)
     e = runs.numbers.eccentricity
     return {
-        metric.key: metric.all_as_reported(found[metric.key], e) for metric in metrics_named(keys)
+        metric.key: metric.all_as_reported(metrics[metric.key], e) for metric in metrics_named(keys)
     }
 
 

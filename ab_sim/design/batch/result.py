@@ -61,9 +61,9 @@ class Batch(Presented):
             facts["until"] = number(max(path["time"][-1] for path in kept), "s")
             facts["W at the end"] = ends(min(last), max(last), "m")
         for key, values in self.metrics.items():
-            known = values[np.isfinite(values)] if values.dtype == float else values[:0]
-            if len(known):
-                facts[key] = ends(known.min(), known.max(), "")
+            finite = values[np.isfinite(values)] if values.dtype == float else values[:0]
+            if len(finite):
+                facts[key] = ends(finite.min(), finite.max(), "")
         facts |= {"aborted": str(aborted)} if aborted else {}
         return facts | ({"diverged": str(failed)} if failed else {})
 

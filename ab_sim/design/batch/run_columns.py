@@ -102,7 +102,7 @@ class RunColumns:
     def _constants(self, rows: np.ndarray) -> np.ndarray:
         """Return the constants as in ``numbers_of``, shape (rows, constants)."""
         system, bodies = self.first.system, _taken(self._bodies, rows)
-        found = np.tile(numbers_of(system), (len(rows), 1))
+        constants = np.tile(numbers_of(system), (len(rows), 1))
         names = [name for name, _ in flattened((system.deck_model, system.effects), "")]
         deck = _deck(bodies, system.deck_model)
         parts = {f".0.{name}": value for name, value in deck._asdict().items()}
@@ -110,13 +110,13 @@ class RunColumns:
             parts |= {f".1.{k}.{name}": value for name, value in effect._asdict().items()}
         for name, value in parts.items():
             if isinstance(value, np.ndarray):
-                found[:, names.index(name)] = value
-        n, columns = len(system.balls), found[:, len(names) :]
+                constants[:, names.index(name)] = value
+        n, columns = len(system.balls), constants[:, len(names) :]
         for i in range(n):
             row = self._ball(bodies, i)
             for k, column in enumerate(FORMULA_COLUMNS):
                 columns[:, k * n + i] = row[column]
-        return found
+        return constants
 
     def _ball(self, bodies: _Bodies, ball: int) -> tuple[Any, ...]:
         scene = self.first.scene
@@ -138,10 +138,10 @@ class RunColumns:
             return np.broadcast_to(value, len(rows))
 
         def of_balls(values: list[Any]) -> np.ndarray:
-            found = np.empty((len(rows), len(values)))
+            numbers = np.empty((len(rows), len(values)))
             for ball, value in enumerate(values):
-                found[:, ball] = value
-            return found
+                numbers[:, ball] = value
+            return numbers
 
         most_unbalance, most_couple = map(column, limits_of(scene))
         angles = of_balls(list(start_angles(scene)))

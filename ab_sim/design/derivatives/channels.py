@@ -62,8 +62,10 @@ class Sensitivities(Presented):
             raise _not_among("channel", channel, self.channels)
         if key not in self.keys:
             raise _not_among("key", key, self.keys)
-        found: np.ndarray = self.derivatives[self.channels.index(channel), self.keys.index(key)]
-        return found
+        derivative: np.ndarray = self.derivatives[
+            self.channels.index(channel), self.keys.index(key)
+        ]
+        return derivative
 
     def _facts(self) -> dict[str, str]:
         return {
@@ -75,14 +77,14 @@ class Sensitivities(Presented):
         }
 
     def _columns(self) -> Columns:
-        found = {"time": Column("s", self.times)}
+        columns = {"time": Column("s", self.times)}
         for i, channel in enumerate(self.channels):
             for k, key in enumerate(self.keys):
                 unit = f"({unit_of(channel)})/({self.key_units[k]})"
                 name = f"{channel} by {key}"
-                found[name] = Column(unit, self.derivatives[i, k])
-                found[f"uncertainty of {name}"] = Column(unit, self.uncertainties[i, k])
-        return found
+                columns[name] = Column(unit, self.derivatives[i, k])
+                columns[f"uncertainty of {name}"] = Column(unit, self.uncertainties[i, k])
+        return columns
 
 
 def sensitivities(
@@ -199,7 +201,7 @@ def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[S
     if times is None:
         steps = math.ceil(drive.scene.duration / drive.step - 1e-9)
         return range(steps + 1), steps
-    found = []
+    indices = []
     for time in times:
         number = round(time / drive.step) if abs(time) <= sys.float_info.max else -1
         if number < 0 or abs(number * drive.step - time) > 1e-6 * drive.step:
@@ -207,10 +209,10 @@ def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[S
                 f"times: {exact(time)} s: must be a whole number of steps of {drive.step:g} s, "
                 "from 0 on"
             )
-        found.append(number)
-    if not found or any(b <= a for a, b in zip(found, found[1:], strict=False)):
+        indices.append(number)
+    if not indices or any(b <= a for a, b in zip(indices, indices[1:], strict=False)):
         raise InputError("times: must rise, and be at least one")
-    return found, found[-1]
+    return indices, indices[-1]
 
 
 def _not_among(what: str, name: str, known: Sequence[str]) -> InputError:

@@ -68,8 +68,8 @@ def differentiated(
     size = np.abs(here).max(axis=1)
     relative = noise.max(axis=1)[size > 0.0] / size[size > 0.0]
     share = np.clip(np.median(relative) ** (1 / 3), LEAST, MOST) if len(relative) else LEAST
-    found = np.full((len(keys), *here.shape), np.nan)
-    uncertain = np.full(found.shape, np.inf)
+    derivatives = np.full((len(keys), *here.shape), np.nan)
+    uncertain = np.full(derivatives.shape, np.inf)
     uncertain_keys = list(range(len(keys)))
     for factor in FACTORS:
         steps = {k: min(share * factor, MOST) * scale_of(keys[k]) for k in uncertain_keys}
@@ -81,13 +81,15 @@ def differentiated(
             possible = scenes[k][0] is not None, scenes[k][3] is not None
             derivative, uncertainty = _difference(here, four, step, noise, possible)
             better = uncertainty < uncertain[k]
-            found[k][better], uncertain[k][better] = derivative[better], uncertainty[better]
+            derivatives[k][better], uncertain[k][better] = derivative[better], uncertainty[better]
         uncertain_keys = [
-            k for k in steps if not _is_certain(found[k], uncertain[k], size / scale_of(keys[k]))
+            k
+            for k in steps
+            if not _is_certain(derivatives[k], uncertain[k], size / scale_of(keys[k]))
         ]
         if not uncertain_keys:
             break
-    return DerivativeEstimate(found.swapaxes(0, 1), uncertain.swapaxes(0, 1))
+    return DerivativeEstimate(derivatives.swapaxes(0, 1), uncertain.swapaxes(0, 1))
 
 
 def with_stepper(scene: Scene) -> Scene:
@@ -104,13 +106,13 @@ def with_stepper(scene: Scene) -> Scene:
 
 def prepared_runs(scenes: Sequence[Scene]) -> dict[int, PreparedRun]:
     """Return runs of scenes by their number, without those that cannot be run with their solver."""
-    found = {}
+    prepared = {}
     for number, scene in enumerate(scenes):
         try:
-            found[number] = PreparedRun(scene)
+            prepared[number] = PreparedRun(scene)
         except SceneError:
             continue
-    return found
+    return prepared
 
 
 def _difference(
@@ -164,13 +166,13 @@ def _is_certain(derivative: np.ndarray, uncertainty: np.ndarray, size: np.ndarra
 
 def _moved_both_ways(scene: Scene, key: RealKey, step: float) -> list[Scene | None]:
     """Return scenes with the key moved by h, h / 2, -h / 2, -h; None at a side that cannot be."""
-    found: list[Scene | None] = []
+    scenes: list[Scene | None] = []
     for moves in ((step, step / 2.0), (-step / 2.0, -step)):
         try:
-            found += [moved(scene, key.key, key.value + move) for move in moves]
+            scenes += [moved(scene, key.key, key.value + move) for move in moves]
         except SceneError:
-            found += [None, None]
-    return found
+            scenes += [None, None]
+    return scenes
 
 
 def _nearby(scene: Scene, keys: Sequence[RealKey]) -> list[Scene]:

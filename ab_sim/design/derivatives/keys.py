@@ -74,7 +74,7 @@ def real_keys(scene: Scene) -> list[RealKey]:
     One that stands for all balls, or all axes, is there as such; of lists there is each entry.
     """
     raw = scene.with_plain(MOVING)
-    found = [
+    keys = [
         RealKey(key, value, _unit(key.split(".")))
         for section in MOVING
         for key, value in _inside(section, raw.get(section))
@@ -83,8 +83,8 @@ def real_keys(scene: Scene) -> list[RealKey]:
     ]
     if scene.start.ball_angles is None:
         angles = enumerate(start_angles(scene))
-        found += [RealKey(f"{ANGLES}.{i}", angle, "rad") for i, angle in angles]
-    return found
+        keys += [RealKey(f"{ANGLES}.{i}", angle, "rad") for i, angle in angles]
+    return keys
 
 
 def checked_keys(scene: Scene, keys: Sequence[str]) -> list[RealKey]:

@@ -73,8 +73,8 @@ class MetricSensitivities(Presented):
     def _percents(self) -> np.ndarray:
         """Elasticity per derivative."""
         metrics = np.where(self.metric_values == 0.0, np.nan, self.metric_values)
-        found: np.ndarray = self.values / metrics[:, None]
-        return found
+        percents: np.ndarray = self.values / metrics[:, None]
+        return percents
 
     def unit(self, metric: int, key: int) -> str:
         """Return the unit of a derivative.
@@ -117,13 +117,13 @@ class MetricSensitivities(Presented):
         }
 
     def _columns(self) -> Columns:
-        found = {"key": Column(None, list(self.keys)), "value": Column(None, self.values)}
+        columns = {"key": Column(None, list(self.keys)), "value": Column(None, self.values)}
         for i, metric in enumerate(self.metrics):
             unit = f"{self.metric_units[i]} per unit of the key"
-            found[f"d {metric}"] = Column(unit, self.derivatives[i])
-            found[f"uncertainty of d {metric}"] = Column(unit, self.uncertainties[i])
-            found[f"elasticity of {metric}"] = Column("1", self.elasticities[i])
-        return found
+            columns[f"d {metric}"] = Column(unit, self.derivatives[i])
+            columns[f"uncertainty of d {metric}"] = Column(unit, self.uncertainties[i])
+            columns[f"elasticity of {metric}"] = Column("1", self.elasticities[i])
+        return columns
 
 
 def metric_sensitivities(
@@ -228,8 +228,8 @@ def _is_uncertain(
     """Return which derivatives, shape (metrics, keys), their uncertainty makes meaningless."""
     moves = uncertainties * [scale_of(key) for key in keys]
     large = moves > UNCERTAIN * np.abs(values[:, None])
-    found: np.ndarray = ~(uncertainties < np.abs(derivatives)) & large
-    return found
+    uncertain: np.ndarray = ~(uncertainties < np.abs(derivatives)) & large
+    return uncertain
 
 
 def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
@@ -238,8 +238,8 @@ def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
     Raises:
         InputError: there is no such metric, it is not a number, or it jumps between samples.
     """
-    found = metrics_named(names)
-    for metric in found:
+    metrics = metrics_named(names)
+    for metric in metrics:
         if metric.kind is not MetricKind.NUMBER:
             raise InputError(f"metric {metric.key!r}: is no number, and has no derivative")
         if metric.stepwise:
@@ -247,7 +247,7 @@ def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
                 f"metric {metric.key!r}: is the time of a sample, jumps from one to the next, and "
                 "has no derivative"
             )
-    return found
+    return metrics
 
 
 def _number(x: float) -> float | None:

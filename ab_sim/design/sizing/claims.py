@@ -79,15 +79,15 @@ def mass_claim(sized: SizedBalls, specification: DriveSpecification) -> SizingCl
     longer = scene.duration + 3.0 * specification.settle * (balls.mass / light) ** 2
     lighter = changed_scene(scene, {"balls.mass": light, "duration": longer}, scene.name)
     run = simulate_batch(lighter, [{}]).runs[0]
-    left = 1.0 - TOO_LIGHT
+    residual = 1.0 - TOO_LIGHT
     last = run.trajectory.ball_angles[-max(1, len(run.trajectory) // 10) :]
     moved = light * balls.path_radius * np.exp(1j * last).sum(axis=1)
     seen = float(np.sqrt(np.mean(np.abs(1.0 + moved / specification.largest_unbalance) ** 2)))
     return SizingClaim(
         f"balls with {TOO_LIGHT:g} of the unbalance are too light, and leave",
-        f"{left:.3f} of it",
+        f"{residual:.3f} of it",
         f"{seen:.3f} of it",
-        HOLDS if abs(seen - left) <= CLOSE else CONTRADICTED,
+        HOLDS if abs(seen - residual) <= CLOSE else CONTRADICTED,
     )
 
 
@@ -95,20 +95,20 @@ def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> 
     """Test the claims that a bunch persists just below the border's drag and stops just above."""
     balls = sized.balls
     assert balls is not None
-    found = []
+    claims = []
     for factor, stays in ((1.0 - BESIDE, True), (1.0 + BESIDE, False)):
         drag = factor * sized.border
         scene = scene_of(balls, specification, drag)
         where = f"at {factor:g} of the border, {drag:.3g} N s/m, a bunch that circulates"
-        said = "stays" if stays else "comes to rest"
+        prediction = "stays" if stays else "comes to rest"
         seen = bunch_stays(scene, specification.speed, sized.border * (1.0 - 1e-6))
         if seen is None:
             verdict, shown = UNDECIDED, "not known: it swings too far"
         else:
             verdict = HOLDS if seen == stays else CONTRADICTED
             shown = "stays" if seen else "comes to rest"
-        found.append(SizingClaim(where, said, shown, verdict))
-    return found
+        claims.append(SizingClaim(where, prediction, shown, verdict))
+    return claims
 
 
 def bunch_stays(scene: Scene, speed: float, border: float) -> bool | None:

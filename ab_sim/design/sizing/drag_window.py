@@ -107,18 +107,18 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     if least is None:
         return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
     most = largest_ball(count, specification)
-    found = [
+    candidates = [
         _with_window(balls_of(count, factor * least, specification), factor, specification)
         for factor in HEAVIER
         if factor * least <= most
     ]
-    if not found:
+    if not candidates:
         return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
-    widths = [0.0 if each.window is None else math.log(each.window.ratio) for each in found]
+    widths = [0.0 if each.window is None else math.log(each.window.ratio) for each in candidates]
     if not any(widths):
-        return max(found, key=lambda each: each.predicted)
+        return max(candidates, key=lambda each: each.predicted)
     wide = min(AS_WIDE * max(widths), math.log(ROOMY * least_ratio(specification)))
-    return next(each for each, width in zip(found, widths, strict=True) if width >= wide)
+    return next(each for each, width in zip(candidates, widths, strict=True) if width >= wide)
 
 
 def least_ratio(specification: DriveSpecification) -> float:
@@ -155,13 +155,13 @@ def known_borders(drive: BunchDrive, speed: float) -> dict[int, float]:
         drive: parameters of the drive.
         speed: spindle speed w [rad/s].
     """
-    found = {}
+    borders = {}
     start = drive._replace(drag=circulation_border(drive, speed))
     for count in range(1, drive.balls + 1):
         reaches = reach_over_drag(start, speed, count)
         if reaches:
-            found[count] = max(each.high for each in reaches)
-    return found
+            borders[count] = max(each.high for each in reaches)
+    return borders
 
 
 def _with_window(
@@ -218,9 +218,9 @@ class _Search:
                 low = self._edge(low, max(float(drags[first - 1]), floor))
             if k + 1 < len(drags):
                 high = self._edge(high, float(drags[k + 1]))
-            found = DragWindow(low, high, "too slow" if ends_below else "circulation")
-            if found.ratio >= LEAST_RATIO and (best is None or found.ratio > best.ratio):
-                best = found
+            result = DragWindow(low, high, "too slow" if ends_below else "circulation")
+            if result.ratio >= LEAST_RATIO and (best is None or result.ratio > best.ratio):
+                best = result
             k += 1
         return best
 

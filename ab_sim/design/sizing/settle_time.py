@@ -83,10 +83,10 @@ def balanced_places(balls: FittingBalls, specification: DriveSpecification) -> B
     small = 1e-3 * balls.count * moment**2 * np.eye(2)
     for _ in range(STEPS):
         reach = moment * np.exp(1j * theta)
-        left = reach.sum(axis=1) + unbalances
+        residual = reach.sum(axis=1) + unbalances
         ways = np.stack([-reach.imag, reach.real], axis=1)
         square = ways @ ways.transpose(0, 2, 1) + small
-        wanted = np.stack([left.real, left.imag], axis=1)[..., np.newaxis]
+        wanted = np.stack([residual.real, residual.imag], axis=1)[..., np.newaxis]
         step = (ways.transpose(0, 2, 1) @ np.linalg.solve(square, wanted))[..., 0]
         longest = np.maximum(np.abs(step).max(axis=1, keepdims=True), 1e-300)
         theta -= step * np.minimum(1.0, _FARTHEST / longest)
@@ -138,8 +138,8 @@ def growth_felt(drive: BunchDrive, speed: float, felt: np.ndarray) -> np.ndarray
     companion = np.zeros((*np.shape(felt)[:-1], 8, 8))
     companion[..., :4, 4:] = np.eye(4)
     companion[..., 4:, :4], companion[..., 4:, 4:] = -inverse @ none, -inverse @ first
-    found: np.ndarray = np.linalg.eigvals(companion).real.max(axis=-1)
-    return found
+    growth: np.ndarray = np.linalg.eigvals(companion).real.max(axis=-1)
+    return growth
 
 
 def settle_times(

@@ -258,21 +258,21 @@ def _run(
     # Runs of a part are found again by the whole.
     for part in PARTS:
         runs = max(FEWEST, round(part * running.runs))
-        found = run_share(scene, specification, stage._replace(runs=min(runs, running.runs)))
+        share = run_share(scene, specification, stage._replace(runs=min(runs, running.runs)))
         # Of a dozen holds most fail, and running all of each would take minutes: a hold must reach
         # the share itself in a part of the runs, not only with its interval.
         decisive = hold is not None and part == PARTS[-2]
-        if (found.share.value if decisive else found.share.high) < specification.share:
+        if (share.share.value if decisive else share.share.high) < specification.share:
             break
-    return found
+    return share
 
 
 def sizing_failure(found: Sizing) -> str:
     """Return the reason why nothing could be sized, and the remedy."""
     if not found.tried:
         reasons = {each.count: each.why_not for each in found.candidates}
-        said = "; ".join(f"{count} balls: {why}" for count, why in reasons.items())
-        return f"nothing can be sized: {said}"
+        reasons_text = "; ".join(f"{count} balls: {why}" for count, why in reasons.items())
+        return f"nothing can be sized: {reasons_text}"
     wanted = 100.0 * found.specification.share
     runs = "; ".join(
         f"{count} balls: {100 * each.share.value:.1f} % balanced" for count, each in found.tried

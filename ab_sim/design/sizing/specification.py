@@ -194,12 +194,12 @@ def _ends(text: str) -> list[str]:
 def _grade(given: Given) -> float:
     """Return a balance grade [m/s]."""
     if isinstance(given, str):
-        found = _GRADE.fullmatch(given)
-        if found is None:
+        match = _GRADE.fullmatch(given)
+        if match is None:
             if has_unit(given):
                 return _positive("grade", given, "m/s")
             raise InputError(f"grade = {short(given)}: must be like G6.3, the number in mm/s")
-        given = float(found[1])
+        given = float(match[1])
     if not 0.0 < given <= 1e5:
         raise InputError(f"grade = {exact(given)}: must be above 0 mm/s, at most 1e5")
     return 1e-3 * given

@@ -264,8 +264,8 @@ class LiveChecks:
             shadow = Samples(taken.position[same], taken.ball_angles[same])
             drive = Samples.of(Trajectory.join([part.taken for part in parts]))
             drive = Samples(drive.position[own], drive.angles[own])
-            found = deviation(drive, shadow, self._drive.scene.whirl_unit[0])
-            self._found(ErrorEstimate(found.angle, found.whirl))
+            error = deviation(drive, shadow, self._drive.scene.whirl_unit[0])
+            self._found(ErrorEstimate(error.angle, error.whirl))
         while window and 2 * window[0].last <= until:
             window.popleft()
 

@@ -123,14 +123,14 @@ class _Search:
     def choose(self) -> tuple[Scene, WorkPrecision]:
         """Find the reference, then accurate settings, then the cheapest of them."""
         self._find_reference()
-        found = [self._longest_passing(self._first)]
+        settings = [self._longest_passing(self._first)]
         for stepper in self._tolerant:
-            found += self._within_tolerance(stepper)
+            settings += self._within_tolerance(stepper)
         for stepper in sorted(self._others, key=lambda stepper: -stepper.order):
-            found += self._cheaper(stepper, min(one.seconds for one in found))
-        self._trials.time_again(found)
-        least = min(one.seconds for one in found)
-        alike = [one for one in found if one.seconds <= ALIKE * least]
+            settings += self._cheaper(stepper, min(one.seconds for one in settings))
+        self._trials.time_again(settings)
+        least = min(one.seconds for one in settings)
+        alike = [one for one in settings if one.seconds <= ALIKE * least]
         taken = min(alike, key=lambda one: self._share(self._error(one)))
         return taken.scene, WorkPrecision(
             self.asked,
@@ -147,8 +147,8 @@ class _Search:
         """Return the error bound of a run: distance from the reference plus its error."""
         if tried is self._reference:
             return self._doubt
-        found = self._between(tried, self._reference)
-        return Deviation(*(a + b for a, b in zip(found, self._doubt, strict=True)))
+        difference = self._between(tried, self._reference)
+        return Deviation(*(a + b for a, b in zip(difference, self._doubt, strict=True)))
 
     def _find_reference(self) -> None:
         """Refine the first method's setting until changes are negligible."""

@@ -28,8 +28,8 @@ class Fault(NamedTuple):
     @property
     def text(self) -> str:
         """Return the fault in the words of a request."""
-        said = f"{self.thing} {self.ails}"
-        return said if self.size is None else f"{said} {exact(self.size)}"
+        words = f"{self.thing} {self.ails}"
+        return words if self.size is None else f"{words} {exact(self.size)}"
 
 
 class FaultKind(NamedTuple):

@@ -127,21 +127,21 @@ def _mass_matrix(
     """Return G for the velocities of carrier and balls; two balls have no shared entry."""
     every, k = _inertias(system, state, psi), len(bearing)
     layout = layout_of(system)
-    found = np.zeros((k + len(balls),) * 2)
+    matrix = np.zeros((k + len(balls),) * 2)
     for row, one in enumerate(bearing):
         for column, other in enumerate(bearing[: row + 1]):
-            found[row, column] = found[column, row] = every(one, other)
+            matrix[row, column] = matrix[column, row] = every(one, other)
     for at, rate in enumerate(balls, start=k):
         # The energy of the other balls does not depend on this ball.
         alone, its_state = _with_one_ball(system, state, rate - layout.rates.start)
         shared, its = _inertias(alone, its_state, psi), layout_of(alone)
         its_rate = its.rates.start
-        found[at, at] = shared(its_rate, its_rate)
+        matrix[at, at] = shared(its_rate, its_rate)
         for row, one in enumerate(bearing):
             # A motor's states come after those of all balls.
             there = one if one < layout.deck.stop else one - layout.size + its.size
-            found[row, at] = found[at, row] = shared(there, its_rate)
-    return found
+            matrix[row, at] = matrix[at, row] = shared(there, its_rate)
+    return matrix
 
 
 def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System, np.ndarray]:
@@ -179,7 +179,7 @@ def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, i
         return system.mechanical_energy(there, psi, speed)
 
     def shared(one: int, other: int) -> float:
-        found = energy(one, other) - energy(one) - energy(other) + energy()
-        return found / (size(one) * size(other))
+        inertias = energy(one, other) - energy(one) - energy(other) + energy()
+        return inertias / (size(one) * size(other))
 
     return shared

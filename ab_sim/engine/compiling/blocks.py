@@ -102,9 +102,9 @@ class BlockWriter:
 
     def put(self, text: str) -> str:
         """Append a line that computes a value, and return the value's name."""
-        made = "%" + self.new()
-        self.lines.append(f"{made} = {text}")
-        return made
+        name = "%" + self.new()
+        self.lines.append(f"{name} = {text}")
+        return name
 
     def end(self, text: str) -> None:
         """Append the terminator of the current block, unless it has one."""
@@ -134,9 +134,9 @@ class BlockWriter:
 
     def room(self, size: int) -> str:
         """Allocate ``size`` leaves on the stack, and return the pointer's name."""
-        made = "%" + self.new("room")
-        self.entry.append(f"{made} = alloca [{size} x i64], align 8")
-        return made
+        name = "%" + self.new("room")
+        self.entry.append(f"{name} = alloca [{size} x i64], align 8")
+        return name
 
     def step(self, pointer: str, leaves: int) -> str:
         """Return a pointer that is ``leaves`` leaves after another."""

@@ -79,9 +79,9 @@ def _scratch(e: Expressions, node: ast.Call, values: Values) -> Value:
     kind, lengths = Array(len(shape), float), tuple(x.code for x in shape)
     known = [int(x.constant) for x in shape if x.constant is not None]
     if len(known) == len(shape):
-        made = "%" + e.new("scratch")
-        e.entry.append(f"{made} = alloca [{math.prod(known)} x double], align 64")
-        return ArrayView(kind, made, lengths)
+        name = "%" + e.new("scratch")
+        e.entry.append(f"{name} = alloca [{math.prod(known)} x double], align 64")
+        return ArrayView(kind, name, lengths)
     if e.loops:
         e.fail(node, "scratch of a run-time size in a loop", "take it out of the loop")
     size = lengths[0]

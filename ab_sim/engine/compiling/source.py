@@ -155,10 +155,10 @@ class FunctionSource:
     def _kind(self, hints: dict[str, Any], name: str) -> Kind:
         kind = kind_of(hints.get(name))
         if kind is None:
-            said = f"annotation {hints[name]!r}" if name in hints else "no annotation"
+            annotation = f"annotation {hints[name]!r}" if name in hints else "no annotation"
             raise self.error(
                 self.tree,
-                f"{said} of {'the result' if name == 'return' else name}",
+                f"{annotation} of {'the result' if name == 'return' else name}",
                 "annotate it with float, int, bool, an array of ab_sim.engine.compiling.kinds, a "
                 "NamedTuple class of such fields, or, as a result, a tuple of those or None",
             )

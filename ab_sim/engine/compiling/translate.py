@@ -326,10 +326,10 @@ class FunctionTranslator(Conditions):
         if isinstance(kind, Scalar):
             self.end(f"ret {kind.llvm} {flat[0]}")
             return
-        made, of = "poison", result_type(kind)
+        result, of = "poison", result_type(kind)
         for k, (leaf, one) in enumerate(zip(leaves(kind), flat, strict=True)):
-            made = self.put(f"insertvalue {of} {made}, {leaf} {one}, {k}")
-        self.end(f"ret {of} {made}")
+            result = self.put(f"insertvalue {of} {result}, {leaf} {one}, {k}")
+        self.end(f"ret {of} {result}")
 
     def _Expr(self, node: ast.Expr) -> None:
         if isinstance(node.value, ast.Call):

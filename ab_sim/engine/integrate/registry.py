@@ -89,8 +89,8 @@ def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Ste
         SceneError: the stepper is unknown (the message lists all and the nearest), it has no such
             parameter, or the parameter's value is not allowed.
     """
-    family, given = _family(name), dict(parameters or {})
-    for key, value in given.items():
+    family, values = _family(name), dict(parameters or {})
+    for key, value in values.items():
         if key not in family.parameters:
             takes = ", ".join(family.parameters) or "none"
             raise SceneError(
@@ -99,7 +99,7 @@ def stepper_named(name: str, parameters: Mapping[str, Any] | None = None) -> Ste
             )
         _check(key, value, family.parameters[key])
     defaults = {key: parameter.default for key, parameter in family.parameters.items()}
-    return family.make(**(defaults | {key: float(value) for key, value in given.items()}))
+    return family.make(**(defaults | {key: float(value) for key, value in values.items()}))
 
 
 def _check(key: str, value: float, parameter: Parameter) -> None:

@@ -100,11 +100,11 @@ class Emission:
 
     def state_places(self, pointer: str) -> dict[str, MemorySlot]:
         """Return the positions of the states relative to a pointer."""
-        found, at = {}, 0
+        places, at = {}, 0
         for name in self.model.state_names:
-            found[name] = MemorySlot(pointer, at)
+            places[name] = MemorySlot(pointer, at)
             at += self.model.count if name in OF_EACH_BALL else 1
-        return found
+        return places
 
     def prepare(self, lanes: int = 1) -> Function:
         """Emit ``prepare(c)``, which computes the derived constants."""

@@ -199,15 +199,15 @@ class _Step:
 
     def sums(self, factor: str, values: Sequence[str], added: Sequence[str]) -> list[str]:
         """Return ``factor`` times ``values`` plus ``added``, which may be empty."""
-        found = []
+        totals = []
         for at, piece in enumerate(self._slope.pieces):
             width, of = piece.width * self._lanes, self._slope.kinds[at]
             by = self._wide(factor, width)
             if added:
-                found.append(self.into.call("fma", width, by, values[at], added[at]))
+                totals.append(self.into.call("fma", width, by, values[at], added[at]))
             else:
-                found.append(self.into.put(f"fmul {of} {by}, {values[at]}"))
-        return found
+                totals.append(self.into.put(f"fmul {of} {by}, {values[at]}"))
+        return totals
 
     def slope(self, trial: Sequence[str], *numbers: str) -> list[str]:
         """Call the slope at a trial state; ``numbers`` are the time and, if taken, ``ahead``."""
@@ -286,15 +286,15 @@ def _slope_function(
     single = {j: x for j, x in enumerate(deck)} | {own + 2 * n + k: x for k, x in enumerate(rest)}
     each = {own: body.each(balls[0]), own + n: body.each(balls[1])} if n else {}
     by_ball = 1 if lanes > 1 else GROUP
-    made = "poison"
+    vector = "poison"
     for at, piece in enumerate(into.pieces):
         if own <= piece.first < own + 2 * n:
             first = own if piece.first < own + n else own + n
             value = each[first][(piece.first - first) // by_ball]
         else:
             value = _packed(into, body, [single[piece.first + k] for k in range(piece.width)])
-        made = into.put(f"insertvalue {into.result} {made}, {into.kinds[at]} {value}, {at}")
-    into.returned = f"ret {into.result} {made}"
+        vector = into.put(f"insertvalue {into.result} {vector}, {into.kinds[at]} {value}, {at}")
+    into.returned = f"ret {into.result} {vector}"
     return into
 
 
@@ -303,7 +303,7 @@ def _packed(into: Function, body: Body, roots: Sequence[Expression]) -> str:
     values, width = [body.values(x)[0] for x in roots], len(roots)
     if width == 1:
         return values[0]
-    made = "poison"
+    vector = "poison"
     for k, value in enumerate(values):
-        made = into.put(f"insertelement {kind(width)} {made}, double {value}, i32 {k}")
-    return made
+        vector = into.put(f"insertelement {kind(width)} {vector}, double {value}, i32 {k}")
+    return vector

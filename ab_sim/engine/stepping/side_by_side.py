@@ -193,7 +193,7 @@ def put_sample(runs: LaneRuns, samples: LaneSamples, steps: int) -> None:
 
 def stacked(values: list[np.ndarray]) -> np.ndarray:
     """Return the values of all lanes, stacked along a last axis and aligned to a vector."""
-    found = np.stack([np.asarray(value, float) for value in values], axis=-1)
-    array = aligned(found.shape)
-    array[:] = found
+    stack = np.stack([np.asarray(value, float) for value in values], axis=-1)
+    array = aligned(stack.shape)
+    array[:] = stack
     return array

@@ -134,13 +134,13 @@ def _forces(emission: Emission) -> list[_Function]:
     torque reserve.
     """
     model, table = emission.model, emission.roots["table"]
-    found: list[_Function] = []
+    functions: list[_Function] = []
     if model.has_friction and model.count:
         normal, pull, size = table[NORMAL], table[PULL], table[SIZE]
         left = table[GRIP] * where(normal > 0.0, normal, 0.0)
         sign, sticks = _sign(emission), _sticks(emission)
         load = where(sticks, normal, where(abs(sign) > 0.0, normal, -normal))
-        found += [
+        functions += [
             _Function(load, size),
             _Function(where(sticks, left + pull, NEVER), size),
             _Function(where(sticks, left - pull, NEVER), size),
@@ -149,11 +149,11 @@ def _forces(emission: Emission) -> list[_Function]:
         asked, most = (emission.roots["motor"][k] for k in (ASKED, MOST))
         limit = model.graph.input("limit", Level.TIME)
         free, size = abs(limit) <= 0.0, most + abs(asked)
-        found += [
+        functions += [
             _Function(where(free, most + asked, limit * asked - most), size),
             _Function(where(free, most - asked, NEVER), size),
         ]
-    return found
+    return functions
 
 
 def _sliding(emission: Emission) -> tuple[Expression, Expression] | None:

@@ -48,10 +48,15 @@ class TaylorEmission:
 
     def functions(self, lanes: int) -> list[Function]:
         """Emit all functions for ``lanes`` runs side by side."""
-        made = [self.coefficients(lanes), self.move(lanes), self.mark(lanes), self.sample(lanes)]
+        functions = [
+            self.coefficients(lanes),
+            self.move(lanes),
+            self.mark(lanes),
+            self.sample(lanes),
+        ]
         if lanes > 1:
-            made += [self.record(lanes, dense) for dense in (False, True)]
-        return made
+            functions += [self.record(lanes, dense) for dense in (False, True)]
+        return functions
 
     def coefficients(self, lanes: int) -> Function:
         """Emit ``coefficients(c, b, t, y, series)``."""
@@ -197,23 +202,23 @@ class TaylorEmission:
         Even and odd powers are summed separately by Horner's scheme: two shorter chains of
         dependent operations instead of one.
         """
-        given, found, square = self._model.graph.input, [], offset * offset
+        given, totals, square = self._model.graph.input, [], offset * offset
         for name in self._model.state_names:
             series = []
             for k in range(self._order + 1):
                 series.append(given(f"{name}.{k}", each=name in OF_EACH_BALL))
                 body.places[f"{name}.{k}"] = self._slot(name, k)
             even, odd = (_horner(square, series[first::2]) for first in (0, 1))
-            found.append(offset * odd + even)
-        return found
+            totals.append(offset * odd + even)
+        return totals
 
     def _named(self, pointer: str, body: Body) -> list[Expression]:
         """Return the states to which a pointer refers."""
-        given, found = self._model.graph.input, []
+        given, named = self._model.graph.input, []
         for name, place in self._emission.state_places(pointer).items():
             body.places[f"{pointer}.{name}"] = place
-            found.append(given(f"{pointer}.{name}", each=name in OF_EACH_BALL))
-        return found
+            named.append(given(f"{pointer}.{name}", each=name in OF_EACH_BALL))
+        return named
 
 
 def _horner(x: Expression, coefficients: Sequence[Expression]) -> Expression:

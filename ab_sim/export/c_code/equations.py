@@ -90,14 +90,14 @@ def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
     """Return the C text of each of the model's inputs, by name."""
-    found = {name: f"b->{name}[i]" for name in COLUMNS}
+    places = {name: f"b->{name}[i]" for name in COLUMNS}
     for each in parameters:
         if each.is_of_balls:
-            found[each.inputs[0]] = f"p->{each.name}[i]"
+            places[each.inputs[0]] = f"p->{each.name}[i]"
         else:
             for name, (place, _, _) in zip(each.inputs, each.places, strict=True):
-                found[name] = f"p->{place}"
-    return found
+                places[name] = f"p->{place}"
+    return places
 
 
 class _Kind:
@@ -247,7 +247,7 @@ def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
         ("static double speed_of", f"{segment}, double time", "speed_{}(s, time)"),
         ("static double angle_of", f"{segment}, double time", "angle_{}(s, time)"),
     )
-    found = [_of_segments(kind) for kind in kinds]
+    functions = [_of_segments(kind) for kind in kinds]
     for head, arguments, form in forms:
         call = "return " if head.startswith("static double") else ""
         lines = begin if head.endswith("derive") else []
@@ -259,8 +259,8 @@ def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
         else:
             first, second = (form.format(name) for name in names)
             lines = [*lines, "if (s->kind == RAMP)", f"    {first};", "else", f"    {second};"]
-        found.append(function(head, arguments, lines, (0, 0)))
-    return "\n".join(found)
+        functions.append(function(head, arguments, lines, (0, 0)))
+    return "\n".join(functions)
 
 
 def _of_segments(kind: type[Any]) -> str:

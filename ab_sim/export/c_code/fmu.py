@@ -145,11 +145,11 @@ def _binary(sources: dict[str, str]) -> bytes | None:
         for file in HEADER_NAMES:
             (folder / file).write_bytes((HEADERS / file).read_bytes())
         words = [compiler, *FLAGS, "drive.c", "fmu.c", "-o", "fmu.so", "-lm"]
-        made = subprocess.run(words, cwd=folder, capture_output=True, text=True)
-        if made.returncode:
-            said = next((line for line in made.stderr.splitlines() if "error" in line), "")
+        result = subprocess.run(words, cwd=folder, capture_output=True, text=True)
+        if result.returncode:
+            message = next((line for line in result.stderr.splitlines() if "error" in line), "")
             raise InputError(
-                f"{compiler}: cannot build the FMU's binary: {said or made.stderr.strip()}; "
+                f"{compiler}: cannot build the FMU's binary: {message or result.stderr.strip()}; "
                 "repair the compiler, or hide it from PATH for an FMU of sources alone"
             )
         return (folder / "fmu.so").read_bytes()

@@ -176,15 +176,15 @@ def _units(root: Xml.Element, variables: Sequence[Variable]) -> None:
 
 def base_units(unit: str) -> dict[str, int] | None:
     """Return exponents of FMI's base units for a unit such as ``N s/m^2``; None if impossible."""
-    found: Counter[str] = Counter()
+    exponents: Counter[str] = Counter()
     for sign, part in zip((1, -1, 0), unit.split("/"), strict=False):
         for word in part.split():
             name, _, power = word.partition("^")
             if name not in BASE_UNITS or sign == 0 or not (power or "1").isdigit():
                 return None
             for base, exponent in BASE_UNITS[name].items():
-                found[base] += sign * exponent * int(power or 1)
-    return {name: power for name, power in found.items() if power}
+                exponents[base] += sign * exponent * int(power or 1)
+    return {name: power for name, power in exponents.items() if power}
 
 
 def _text(root: Xml.Element) -> bytes:

@@ -69,18 +69,18 @@ class DriveParameter(NamedTuple):
 
 def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
     """Return all fields of a scene's struct: those of the deck, of effects, of balls."""
-    deck, found = system.deck_model, list[DriveParameter]()
+    deck, parameters = system.deck_model, list[DriveParameter]()
     for name, value in zip(deck._fields, deck, strict=True):
         inputs = tuple(each for each, _ in flattened(value, f".0.{name}"))
         if inputs:  # not for a count or a choice
-            found.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
+            parameters.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
     for k, (name, effect) in enumerate(scene.effects.items()):
         known = effect_parameters(type(effect))
         for field, value in zip(effect._fields, effect, strict=True):
             inputs = tuple(each for each, _ in flattened(value, f".1.{k}.{field}"))
             if inputs:
                 about, of = known[field], re.sub(r"\W", "_", name)
-                found.append(
+                parameters.append(
                     DriveParameter(
                         *(f"{of}_{field}", about.get("unit", "1"), about.get("description", "")),
                         *(np.asarray(value, float), inputs),
@@ -88,8 +88,8 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
                     )
                 )
     for own, (name, column, unit, meaning) in GIVEN.items():
-        found.append(DriveParameter(name, unit, meaning, system.balls[:, column], (own,)))
-    return found
+        parameters.append(DriveParameter(name, unit, meaning, system.balls[:, column], (own,)))
+    return parameters
 
 
 def start_of_balls(scene: Scene) -> DriveParameter:
@@ -116,17 +116,17 @@ def docstrings_of(kind: type[Any]) -> dict[str, str]:
 
     One docstring may document several fields before it.
     """
-    found, waiting = dict.fromkeys(kind._fields, ""), list[str]()
+    docstrings, waiting = dict.fromkeys(kind._fields, ""), list[str]()
     try:
         (body,) = ast.parse(textwrap.dedent(inspect.getsource(kind))).body
     except OSError:  # defined at an interactive prompt
-        return found
+        return docstrings
     assert isinstance(body, ast.ClassDef)
     for node in body.body:
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name):
             waiting.append(node.target.id)
         elif isinstance(node, ast.Expr) and isinstance(node.value, ast.Constant):
             text = inspect.cleandoc(str(node.value.value))
-            found |= {name: " ".join(text.split()) for name in waiting}
+            docstrings |= {name: " ".join(text.split()) for name in waiting}
             waiting = []
-    return found
+    return docstrings

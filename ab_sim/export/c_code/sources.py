@@ -75,8 +75,8 @@ class _Made(NamedTuple):
 
 def kinds_of(schedule: SpeedSchedule) -> list[type[Any]]:
     """Return the kinds of its segments: ramps, which commands need, and perhaps raised cosines."""
-    found = {type(scheduled.segment) for scheduled in schedule.segments}
-    return [kind for kind in (Ramp, RaisedCosine) if kind is Ramp or kind in found]
+    kinds = {type(scheduled.segment) for scheduled in schedule.segments}
+    return [kind for kind in (Ramp, RaisedCosine) if kind is Ramp or kind in kinds]
 
 
 def sources_of(scene: Scene) -> DriveSources:
@@ -93,9 +93,9 @@ def sources_of(scene: Scene) -> DriveSources:
     used = [each for each in known if equations.used & set(each.inputs)]
     if scene.balls.count:
         used.append(start_of_balls(scene))
-    made = _Made(scene, system, choice, schedule, used, equations, channels)
-    values = _values(made)
-    flags = _flags(made)
+    parts = _Made(scene, system, choice, schedule, used, equations, channels)
+    values = _values(parts)
+    flags = _flags(parts)
     texts = {name: filled(name, values, flags) for name in NAMES if name != README}
     texts[README] = filled(README, values | _in_readme(scene, values), flags)
     return DriveSources(

@@ -53,12 +53,12 @@ def write_fmu(sources: DriveSources, file: Path, said: str) -> Fmu:
     Raises:
         InputError: the C compiler fails, or the file cannot be written. Nothing has changed then.
     """
-    made = fmu_of(sources, identifier_of(file.stem))
+    content = fmu_of(sources, identifier_of(file.stem))
     try:
-        write_whole(file, made.content)
+        write_whole(file, content.content)
     except OSError as error:
         raise InputError(f"{said} {file}: cannot be written: {error.strerror}") from error
-    return made
+    return content
 
 
 def _first_line(file: Path) -> str:

@@ -52,11 +52,11 @@ def _formula(effect: type[Any], name: str) -> Formula:
         # Branches on traced numbers, and functions of math, raise TypeError.
         return Formula(name, meaning, Lines([], []), {}, str(error))
     nodes = reached(equation.right for equation in traced.equations)
-    shown = {node.payload for node in nodes if node.op == "input"}
+    inputs = {node.payload for node in nodes if node.op == "input"}
     named = {
         symbol: field
         for field, symbol in traced.fields.items()
-        if symbol != field and symbol in shown
+        if symbol != field and symbol in inputs
     }
     return Formula(name, meaning, lines_of(traced.equations, traced.quantities), named)
 
@@ -88,11 +88,11 @@ def _is_formula(effect: type[Any], name: str) -> bool:
 
 def _field_symbols(effect: type[Any], taken: set[str]) -> dict[str, str]:
     """Return the symbol of each field, or the field's name if the symbol is already taken."""
-    found: dict[str, str] = {}
+    symbols: dict[str, str] = {}
     for field, about in effect_parameters(effect).items():
         symbol = symbol_of_field(field, about.get("description", ""))
-        found[field] = field if symbol in taken or symbol in found.values() else symbol
-    return found
+        symbols[field] = field if symbol in taken or symbol in symbols.values() else symbol
+    return symbols
 
 
 def _values(effect: type[Any], fields: dict[str, str], x: Symbols) -> list[Any]:

@@ -81,15 +81,15 @@ def _symbols(
     """Return a symbol for each node that can be named, none of which is in use already."""
     taken = {node.payload for node in _nodes(equations) if node.op == "input"}
     whole = {equation.right.number for equation in equations}
-    found: dict[int, str] = {}
+    symbols: dict[int, str] = {}
     for name, node in locals_:
-        if node.number in found:
+        if node.number in symbols:
             continue
         symbol = symbol_of_local(name, known)
         if name in known or (symbol not in taken and node.number not in whole):
-            found[node.number] = symbol
+            symbols[node.number] = symbol
             taken.add(symbol)
-    return found
+    return symbols
 
 
 def _can_go(

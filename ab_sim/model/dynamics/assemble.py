@@ -53,9 +53,9 @@ def _balls(scene: Scene, effects: tuple[object, ...]) -> np.ndarray:
         (*of_ball(Ball(m, a), scene.race.radius, effects), scene.race.heights[race])
         for m, a, race in zip(scene.balls.masses, scene.balls.radii, scene.balls.races, strict=True)
     ]
-    found = np.array(rows).reshape(len(rows), BALL_CONSTANTS)
-    found[:, FIRST_TURNS] = [reduced(angle)[1] for angle in start_angles(scene)]
-    return found
+    constants = np.array(rows).reshape(len(rows), BALL_CONSTANTS)
+    constants[:, FIRST_TURNS] = [reduced(angle)[1] for angle in start_angles(scene)]
+    return constants
 
 
 def of_ball(ball: Ball, radius: float, effects: tuple[object, ...]) -> tuple[float, ...]:

@@ -36,7 +36,7 @@ class Course(Protocol):
 
     @property
     def words(self) -> str:
-        """Present action, for people."""
+        """Present action, as text."""
 
     @property
     def segment(self) -> tuple[int, int]:

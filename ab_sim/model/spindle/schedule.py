@@ -138,10 +138,10 @@ class SpeedSchedule:
         variable_speed_period: float | None = None,
     ) -> "SpeedSchedule":
         """Return a profile from scheduled segments that follow each other without gaps."""
-        made = cls((), 0.0, variable_speed_period=variable_speed_period)
-        made.segments = tuple(scheduled_segments)
-        made._starts = [scheduled.start for scheduled in scheduled_segments]
-        return made
+        schedule = cls((), 0.0, variable_speed_period=variable_speed_period)
+        schedule.segments = tuple(scheduled_segments)
+        schedule._starts = [scheduled.start for scheduled in scheduled_segments]
+        return schedule
 
     @classmethod
     def constant(cls, speed: float, start_angle: float = 0.0) -> "SpeedSchedule":

@@ -107,12 +107,14 @@ class _Samples:
         self._period = 1e9 / rate
         self._due = -math.inf
         sensors = run.description.get("sensors") or ()
-        shown = StateChannels(namespace, run.channels, balls_in(run.channels), list(sensors))
-        places = {name: place for place, name in enumerate(shown.names)}
+        state_channels = StateChannels(
+            namespace, run.channels, balls_in(run.channels), list(sensors)
+        )
+        places = {name: place for place, name in enumerate(state_channels.names)}
         self._templates: list[tuple[Topic, Prefilled, list[int]]] = [
             (topic, prefilled(topic, each.sample), [places[name] for name in each.numbers])
             for topic, of in STATE_TOPICS.items()
-            for each in of(shown)
+            for each in of(state_channels)
         ]
         self._scene: Scene | None = None
         try:

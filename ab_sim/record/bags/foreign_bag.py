@@ -171,7 +171,7 @@ class ForeignBag(IgnoredMessages):
         self._commands.flat.append(speed)
 
     def _joints(self, message: Any) -> None:
-        found: dict[str, float] = {}
+        angles: dict[str, float] = {}
         for at, joint in enumerate(message.name):
             ball = re.fullmatch(r"ball_\d+", joint)
             names = (f"{joint}_angle", f"{joint}_rate", None if ball else f"{joint}_effort")
@@ -183,14 +183,14 @@ class ForeignBag(IgnoredMessages):
                     continue
                 if len(field) != len(message.name):
                     raise ValueError(f"has {len(message.name)} names and {len(field)} values")
-                if name in found:
+                if name in angles:
                     raise ValueError(f"names {joint} twice")
                 # Without a motor the effort is NaN.
                 if name != "motor_torque" or not math.isnan(field[at]):
-                    found[name] = float(field[at])
-        if not found:
+                    angles[name] = float(field[at])
+        if not angles:
             raise ValueError("names no joint that has a value")
-        self._add(_JOINTS, tuple(found), nanoseconds_of(message.header.stamp), [*found.values()])
+        self._add(_JOINTS, tuple(angles), nanoseconds_of(message.header.stamp), [*angles.values()])
 
     def _vibration(self, sample: VibrationSample) -> None:
         names = self._channels(sample.frame, ACCELERATION) or ("ax", "ay", "az")

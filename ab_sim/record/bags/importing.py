@@ -138,13 +138,13 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
         if further := contract.further_sensor(name, namespace):
             wanted[name] = further
     wanted[DECIMATED.within(namespace)] = DECIMATED
-    found = {name: kind for name, kind in wanted.items() if name in bag.topics}
-    for name, kind in found.items():
+    topics_present = {name: kind for name, kind in wanted.items() if name in bag.topics}
+    for name, kind in topics_present.items():
         if bag.topics[name].type != kind.type_name:
             raise RecordingError(
                 f"{bag.path}: {name} is of type {bag.topics[name].type}; expected {kind.type_name}"
             )
-    return found
+    return topics_present
 
 
 def _import_foreign(table: ForeignBag, bag: Bag, out: Path) -> ImportedBag:

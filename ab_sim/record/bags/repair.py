@@ -72,14 +72,14 @@ def repair_bag(
         _remove_leftovers(file.parent)
         prefix = f"{_UNFINISHED}{os.getpid()}-"
         with tempfile.TemporaryDirectory(dir=file.parent, prefix=prefix) as room:
-            made = Path(room, "bag", file.name)
-            messages = _copy(file, made, progress)
-            made.chmod(file.stat().st_mode)
+            repaired = Path(room, "bag", file.name)
+            messages = _copy(file, repaired, progress)
+            repaired.chmod(file.stat().st_mode)
             lost = torn_bytes(file)
-            made.replace(file)
+            repaired.replace(file)
             # Before this line the metadata say "unfinished", so that the repair is repeated.
             if beside or Path(path).is_dir():
-                (made.parent / METADATA).replace(metadata)
+                (repaired.parent / METADATA).replace(metadata)
     except OSError as error:
         raise RecordingError(f"{cannot}{error.strerror}; nothing has changed") from error
     return BagRepair(messages, lost)

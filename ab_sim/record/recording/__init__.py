@@ -40,7 +40,7 @@ entity                  contents                                             sho
 ``/closed``             how many samples there are, once all are
 ======================  ===================================================  =================
 
-Sizes of files are in docs/recording.md. Timelines: ``sim_time`` and ``step``. A recording of
+Sizes of files are in docs/howto/recordings.md. Timelines: ``sim_time`` and ``step``. A recording of
 unknown length has no index, so that it takes no memory; ``rerun rrd verify`` then reports that it
 is missing, and ``rerun rrd optimize`` adds it. Writing and reading files sends no analytics;
 Rerun's viewer does, until ``rerun analytics disable`` has been run once.

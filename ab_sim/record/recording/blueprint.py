@@ -195,14 +195,14 @@ def plain_blueprint(
         for group in layout_of(channels)
         if group != "time"
     ]
-    said = rrb.Vertical(
+    log_view = rrb.Vertical(
         rrb.TextDocumentView(
             origin="/description", name="This run: plots only, for not all positions are known"
         ),
         _events(),
     )
     columns = [rrb.Vertical(*part) for part in (plots[::2], plots[1::2]) if part]
-    page = rrb.Horizontal(*columns, said, column_shares=[4] * len(columns) + [3], name="Plots")
+    page = rrb.Horizontal(*columns, log_view, column_shares=[4] * len(columns) + [3], name="Plots")
     return _pages((page, _health(scalars, {})), 0, live)
 
 

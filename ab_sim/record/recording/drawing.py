@@ -87,7 +87,7 @@ class Drawing:
 
 
 def description_text(description: Mapping[str, Any]) -> str:
-    """Return the description for people, with its JSON in a fence for `read_recording`."""
+    """Return the description as text, with its JSON in a fence for `read_recording`."""
     try:
         text = json.dumps(dict(description), indent=2)
     except (TypeError, ValueError) as error:

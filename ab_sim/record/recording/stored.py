@@ -73,24 +73,24 @@ class StoredRun:
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
         self._size = -1
-        found: dict[str, pa.RecordBatch] = {}
+        batches: dict[str, pa.RecordBatch] = {}
         for chunk in self._chunks(is_static=True):
             if chunk.entity_path in ("/description", DECIMATED, "/channels"):
-                found[chunk.entity_path] = chunk.to_record_batch()
+                batches[chunk.entity_path] = chunk.to_record_batch()
                 if chunk.entity_path == "/channels":
                     break
-        if "/description" not in found:
+        if "/description" not in batches:
             torn = f"; {self.torn}" if self.torn else ""
             raise RecordingError(
                 f"{self.path} is a Rerun file, but not a recording of ab_sim{torn}"
             )
-        text = _column(found["/description"], "TextDocument:text")[0]
+        text = _column(batches["/description"], "TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
         self.remarks = self._remarks()
         """Texts on parts of the file that are not read: a torn end, further recordings."""
-        named = _column(found["/channels"], "names") if "/channels" in found else ()
+        named = _column(batches["/channels"], "names") if "/channels" in batches else ()
         self.channels: tuple[str, ...] = tuple(named)
-        rule = found.get(DECIMATED)
+        rule = batches.get(DECIMATED)
         self.every = int(_column(rule, "every")[0]) if rule else 1
         """Decimation: one step in every ``every`` is kept away from events."""
         self.around = float(_column(rule, "around")[0]) if rule else 0.0
@@ -319,9 +319,9 @@ def _pair(row: Array) -> tuple[float, float]:
 
 def _description_in(text: str, path: Path) -> dict[str, Any]:
     try:
-        found = json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0])
-        if not isinstance(found, dict):
+        description = json.loads(text.split("```json\n", 1)[1].rsplit("\n```", 1)[0])
+        if not isinstance(description, dict):
             raise ValueError("not a mapping")
     except (IndexError, RecursionError, ValueError) as error:
         raise RecordingError(f"{path}: its description cannot be read: {error}") from error
-    return found
+    return description

@@ -110,7 +110,7 @@ class TopView:
         )
 
     def view(self) -> rrb.View:
-        """Return the view."""
+        """Return the view of the drive from above."""
         sides = np.array([-_SIDE, _SIDE]) * self.race
         height = np.array([_TOP, _BOTTOM]) * self.race
         return rrb.Spatial2DView(

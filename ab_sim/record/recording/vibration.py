@@ -91,9 +91,9 @@ class VibrationCurves:
         if length + 1.5 * step < SPECTRUM_SPAN or not np.isfinite(run.acceleration).all():
             return None
         frequencies, sizes = spectrum(step, run.acceleration)
-        shown = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES))
+        count = max(2, min(int(np.searchsorted(frequencies, self._reach)) + 1, MOST_LINES))
         turning = abs(run["angle"][-1] - run["angle"][0]) / (2.0 * np.pi * length)
-        return frequencies[:shown], float(turning), sizes[:shown]
+        return frequencies[:count], float(turning), sizes[:count]
 
     def _spectra(self, rows: Array) -> Iterator[Sent]:
         """Yield all spectra in one message per bar chart: a viewer takes few messages a frame."""

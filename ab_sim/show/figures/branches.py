@@ -96,8 +96,8 @@ def _draw(
         here[1:] |= here[:-1]
         if here.any():
             width = 2.2 if verdict else 1.1
-            shown = np.where(here, values, np.nan)
-            axes.plot(interval.speeds, shown, color=colour, ls=style, lw=width)
+            visible = np.where(here, values, np.nan)
+            axes.plot(interval.speeds, visible, color=colour, ls=style, lw=width)
 
 
 def _legend(colours: dict[str, str]) -> list[Line2D]:

@@ -37,11 +37,11 @@ def distinct_colours(
     hues: tuple[float, float] = (0.0, 360.0),
 ) -> list[str]:
     """Return distinct colours, see `distinct`; the first ones as given."""
-    found = distinct(
+    colours = distinct(
         count, [_of(one) for one in first], avoid=[_of(one) for one in avoid],
         lightness=lightness, hues=hues,
     )  # fmt: skip
-    return [*first[:count], *map(hexadecimal, found[len(first) :])]
+    return [*first[:count], *map(hexadecimal, colours[len(first) :])]
 
 
 def _of(name: str) -> Colour:

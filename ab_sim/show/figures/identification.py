@@ -32,8 +32,8 @@ def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
     above.plot(time, scale * measured.signals[:, 0], color=MEASURED, lw=1.6, label="measured")
     above.plot(time, scale * each.simulated[:, 0], color=FITTED, lw=0.7, label="fitted")
     above.set_ylabel(f"{measured.kind} [{unit}]", fontsize=9)
-    said = ", held out" if each.held_out else ""
-    above.set_title(f"{measured.name}{said}, first axis", fontsize=10, loc="left")
+    suffix = ", held out" if each.held_out else ""
+    above.set_title(f"{measured.name}{suffix}, first axis", fontsize=10, loc="left")
     # Above the axes, where there are no curves.
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, frameon=False)
     below.plot(time, scale * each.residuals[:, 0], color=LEFT, lw=0.6)

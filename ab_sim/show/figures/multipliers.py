@@ -102,15 +102,15 @@ def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
     """Return the figure of ``modulus_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(9.0, 6.5), layout="constrained")
     figure.suptitle(f"Stability of {scene} over {followed.over}", fontsize=13)
-    found = [point.found for point in followed.points]
+    stabilities = [point.found for point in followed.points]
     values = [point.value for point in followed.points]
-    if all(one is None or one.balanced for one in found):
+    if all(one is None or one.balanced for one in stabilities):
         below = figure.subplots()
         draw_modulus(below, followed)
     else:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.55))
         draw_modulus(above, followed)
-        whirl = [math.nan if one is None else 1e6 * one.whirl_max for one in found]
+        whirl = [math.nan if one is None else 1e6 * one.whirl_max for one in stabilities]
         below.plot(values, whirl, ".-", color="0.25", lw=1.0, ms=4)
         for low, high in stable_parts(followed):
             below.axvspan(low, high, **SHADE)
@@ -125,11 +125,11 @@ def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
 def draw_modulus(axes: Axes, followed: Followed) -> None:
     """Draw the largest modulus over the parameter, with borders and the stable part."""
     values = np.array([point.value for point in followed.points])
-    found = [point.found for point in followed.points]
-    largest = np.array([math.nan if one is None else one.largest for one in found])
+    stabilities = [point.found for point in followed.points]
+    largest = np.array([math.nan if one is None else one.largest for one in stabilities])
     axes.plot(values, largest, color="0.4", lw=1.0, zorder=2)
     for verdict, color in COLORS.items():
-        here = [one is not None and one.verdict == verdict for one in found]
+        here = [one is not None and one.verdict == verdict for one in stabilities]
         if any(here):
             axes.plot(values[here], largest[here], ".", color=color, ms=6, zorder=3, label=verdict)
     for low, high in stable_parts(followed):

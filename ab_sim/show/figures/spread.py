@@ -90,10 +90,10 @@ def _draw_indices(found: Spread, axes: Axes, what: str, named: bool) -> None:
 
 
 def _title(found: Spread) -> str:
-    said = f"{found.scene.name}: {share_text(found.share)} of {found.share.runs} drives balance"
+    title = f"{found.scene.name}: {share_text(found.share)} of {found.share.runs} drives balance"
     if found.against is not None:
-        said += f"; {found.against.runs.scene.name}: {share_text(found.against.share)}"
-    return said
+        title += f"; {found.against.runs.scene.name}: {share_text(found.against.share)}"
+    return title
 
 
 def _legend(found: Spread) -> list[Line2D]:

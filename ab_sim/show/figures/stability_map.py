@@ -180,7 +180,7 @@ def smoothed(inside: np.ndarray) -> np.ndarray:
 
 def colours_of(labels: Sequence[int]) -> dict[int, str]:
     """Return a colour for each label: green if only balance is stable, red if nothing is."""
-    found = {label: COLOURS[label] for label in labels if label in COLOURS}
+    fixed = {label: COLOURS[label] for label in labels if label in COLOURS}
     others = [label for label in labels if label not in COLOURS]
     too = [label for label in others if label > 0 and label & BALANCED]
     only = [label for label in others if label not in too]
@@ -188,5 +188,5 @@ def colours_of(labels: Sequence[int]) -> dict[int, str]:
         spread = distinct_colours(
             len(some), first, avoid=[*COLOURS.values()], lightness=LIGHTNESS, hues=hues
         )
-        found |= zip(some, spread, strict=True)
-    return found
+        fixed |= zip(some, spread, strict=True)
+    return fixed

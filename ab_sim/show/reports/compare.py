@@ -124,14 +124,14 @@ class RecordingComparison(Presented):
         }
 
     def _columns(self) -> Columns:
-        found = self.deviations
+        deviations = self.deviations
         return {
-            "channel": Column(None, [each.channel for each in found]),
-            "unit": Column(None, [each.unit for each in found]),
-            "largest": Column(None, [each.largest for each in found]),
-            "at": Column("s", [each.at for each in found]),
-            "rms": Column(None, [each.rms for each in found]),
-            "same_to_the_bit": Column(None, [each.same for each in found]),
+            "channel": Column(None, [each.channel for each in deviations]),
+            "unit": Column(None, [each.unit for each in deviations]),
+            "largest": Column(None, [each.largest for each in deviations]),
+            "at": Column("s", [each.at for each in deviations]),
+            "rms": Column(None, [each.rms for each in deviations]),
+            "same_to_the_bit": Column(None, [each.same for each in deviations]),
         }
 
     def report(self) -> dict[str, object]:

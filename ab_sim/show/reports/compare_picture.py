@@ -34,14 +34,16 @@ def drawn_comparison(found: RecordingComparison) -> ResultFigure:
 
 
 def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
-    shown = sorted(found.deviations, key=_place)[:MOST]
-    left_out = _left_out(found, shown)
+    deviations = sorted(found.deviations, key=_place)[:MOST]
+    left_out = _left_out(found, deviations)
     lines = 1 + left_out.count("\n")
-    figure = ResultFigure(figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(shown)), layout="constrained")
-    panels = figure.subplots(len(shown), 2, sharex=True, squeeze=False)
+    figure = ResultFigure(
+        figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(deviations)), layout="constrained"
+    )
+    panels = figure.subplots(len(deviations), 2, sharex=True, squeeze=False)
     verdict = "the same to the bit" if found.same else f"driven by {found.driven_by}"
     figure.suptitle(f"{recording} beside {found.scene.name}: {verdict}", fontsize=13)
-    for (left, right), deviation in zip(panels, shown, strict=True):
+    for (left, right), deviation in zip(panels, deviations, strict=True):
         _draw(left, right, found, deviation)
     panels[0][0].set_title("recorded and simulated", fontsize=10)
     panels[0][1].set_title("simulated - recorded", fontsize=10)
@@ -56,12 +58,12 @@ def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
 def _left_out(found: RecordingComparison, shown: list[ChannelDeviation]) -> str:
     """Return lines of text on channels that the picture does not show, with reasons."""
     names = ", ".join(each.channel for each in found.deviations if each not in shown)
-    told = [f"Compared, not drawn: {names}."] if names else []
-    told += [
+    lines = [f"Compared, not drawn: {names}."] if names else []
+    lines += [
         f"Not compared, {reason}: {', '.join(channels)}."
         for reason, channels in found.not_compared.items()
     ]
-    return "\n".join(textwrap.fill(text, 170) for text in told)
+    return "\n".join(textwrap.fill(text, 170) for text in lines)
 
 
 def _place(deviation: ChannelDeviation) -> int:
@@ -78,8 +80,8 @@ def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: Channe
         (found.simulated, RUN, 0.9, "simulated"),
     ):
         time, values = envelope.curve(name)
-        shown = in_degrees(values) if turned else values
-        left.plot(time, shown, color=color, lw=width, label=label)
+        converted = in_degrees(values) if turned else values
+        left.plot(time, converted, color=color, lw=width, label=label)
     left.set_ylabel(f"{name}{unit}")
     time, values = found.differences.curve(name)
     right.plot(time, factor * values, color=VERMILION, lw=1.0)

@@ -119,12 +119,12 @@ def gather(
 
     def pieces() -> Iterator[Trajectory]:
         # for a recording in progress, only the samples at the start of the report
-        left = extent.rows
+        remaining = extent.rows
         for block in run.blocks():
-            rows = block[:left]
+            rows = block[:remaining]
             if len(rows) == 0:
                 return
-            left -= len(rows)
+            remaining -= len(rows)
             # Evenly spaced samples only: the full-rate ones around events would have too much
             # weight.
             piece = Trajectory(run.channels, rows[rows[:, 0] % run.every == 0])

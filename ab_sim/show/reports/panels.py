@@ -210,9 +210,9 @@ def _spectra(data: RunData) -> Iterator[Panel]:
         values = np.maximum(values, np.nanmax(values) - 20.0 * WATERFALL_DECADES)
         middles = 0.5 * (fall.edges[1:] + fall.edges[:-1])
         top = min(fall.frequencies[-1], 8.0 * high / (2.0 * math.pi))
-        shown = fall.frequencies <= top
+        visible = fall.frequencies <= top
         label = "amplitude [dB of 1 m/s^2]"
-        heat = Heat(*_pooled(fall.frequencies[shown], middles, values[:, shown]), label)
+        heat = Heat(*_pooled(fall.frequencies[visible], middles, values[:, visible]), label)
         orders = []
         for order, colour in ORDERS.items():
             ends = np.array([low, min(high, 2.0 * math.pi * top / order)])

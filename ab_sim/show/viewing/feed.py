@@ -103,6 +103,6 @@ class Feed:
 
     def _give(self, pipe: int, rest: memoryview) -> None:
         while rest:
-            given = os.write(pipe, rest)
-            self.sent += given
-            rest = rest[given:]
+            written = os.write(pipe, rest)
+            self.sent += written
+            rest = rest[written:]

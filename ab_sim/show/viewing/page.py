@@ -100,12 +100,12 @@ def is_loopback(host: str) -> bool:
 
     Any port is accepted, because a tunnel may begin at another one.
     """
-    if (found := _HOST.fullmatch(host)) is None:
+    if (match := _HOST.fullmatch(host)) is None:
         return False
     try:
-        return ipaddress.ip_address(found[1].strip("[]")).is_loopback
+        return ipaddress.ip_address(match[1].strip("[]")).is_loopback
     except ValueError:
-        return found[1].lower() == "localhost"
+        return match[1].lower() == "localhost"
 
 
 class Page:
@@ -198,8 +198,8 @@ class Page:
         """
         if time.monotonic() - self._heard > LEFT:
             return UNWATCHED
-        shown = self._seen.get(recording, -math.inf)
-        keeps_up = len(sent) < IN_TRANSIT or shown >= sent[-IN_TRANSIT]
+        last = self._seen.get(recording, -math.inf)
+        keeps_up = len(sent) < IN_TRANSIT or last >= sent[-IN_TRANSIT]
         return BATCH if keeps_up else LAGGING
 
     def answers(self) -> bool:

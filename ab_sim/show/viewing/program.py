@@ -38,12 +38,12 @@ class Program:
     def __init__(self) -> None:
         spec = importlib.util.find_spec("rerun_cli")
         places = [] if spec is None else list(spec.submodule_search_locations or [])
-        found = [place for place in (Path(p, "rerun") for p in places) if place.is_file()]
-        if not found:
+        programs = [place for place in (Path(p, "rerun") for p in places) if place.is_file()]
+        if not programs:
             raise InputError(
                 "a viewer is needed, and Rerun's is not installed: `pip install rerun-sdk`"
             )
-        self._path = str(found[0])
+        self._path = str(programs[0])
         self._folder = tempfile.TemporaryDirectory(prefix="ab_sim-viewer-")
         self._logs = 0
         self._environment = {**os.environ, "XDG_CONFIG_HOME": self._folder.name, "NO_COLOR": "1"}

@@ -47,10 +47,10 @@ class Proxy(NamedTuple):
                 "prints it when it starts, e.g. rerun+http://127.0.0.1:9876/proxy"
             )
         try:
-            found = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
+            addresses = socket.getaddrinfo(host, port, type=socket.SOCK_STREAM)
         except OSError as error:
             raise InputError(f"{url}: the host {host} is not known: {error}") from error
-        return cls(str(found[0][4][0]), port)
+        return cls(str(addresses[0][4][0]), port)
 
     @property
     def url(self) -> str:

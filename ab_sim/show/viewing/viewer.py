@@ -94,7 +94,7 @@ class Viewer:
 
     @property
     def state(self) -> str:
-        """State: ``showing``, ``starting``, or the problem, for people."""
+        """State: ``showing``, ``starting``, or the problem, as text."""
         return self._state
 
     @property

@@ -122,7 +122,7 @@ def yields_of(system: System) -> list[np.ndarray]:
     Returns:
         Matrices of shape (balls, balls), with all balls side by side, for directions all around.
     """
-    weights, found = system.balls[:, MASS], []
+    weights, yields = system.balls[:, MASS], []
     empty = system.deck_model._replace(
         total_mass=system.deck_model.total_mass - float(weights.sum())
     )
@@ -134,8 +134,8 @@ def yields_of(system: System) -> list[np.ndarray]:
             moves = np.hstack([np.eye(3), -_cross(np.array([radius * c, radius * s, height]))])
             mass += m * moves.T @ moves
             ways.append(np.array([-s, c, 0.0]) @ moves)
-        found.append(np.array(ways) @ np.linalg.solve(mass, np.transpose(ways)))
-    return found
+        yields.append(np.array(ways) @ np.linalg.solve(mass, np.transpose(ways)))
+    return yields
 
 
 def linearised(system: System) -> Linearised:
