@@ -436,10 +436,14 @@ def main() -> int:
 
 
 def fill_in(app: "Sphinx", docname: str, source: list[str]) -> None:
-    """Fill in the parts of a page that are not stored."""
-    source[0] = _PART.sub(
-        lambda mark: "\n".join(AT_BUILD[mark[1]]()) if mark[1] in AT_BUILD else mark[0], source[0]
-    )
+    """Fill in parts that are not stored in a page, and remove the comments of those that are."""
+
+    def part(mark: re.Match[str]) -> str:
+        if mark[1] in AT_BUILD:
+            return "\n".join(AT_BUILD[mark[1]]())
+        return "\n".join(mark[0].splitlines()[1:-1])
+
+    source[0] = _PART.sub(part, source[0])
 
 
 def setup(app: "Sphinx") -> dict[str, bool]:
