@@ -14,6 +14,7 @@ from ab_msgs_py import MalformedMessage, topics
 from ab_msgs_py.samples import nanoseconds_of
 from ab_msgs_py.topic import GID_LENGTH, Topic, arrived
 from ab_sim.base.errors import CommandError, exact
+from ab_sim.base.quoting import shortened
 from ab_sim.nodes.command_path import CommandPath, TrajectoryAnswer, WatchdogAction
 from ab_sim.nodes.durations import DurationHistogram
 from ab_sim.nodes.sources import Endpoint, Sources
@@ -26,6 +27,8 @@ CLOCK_SET = 20_000_000
 """ns; the system clock was set if it differs by more from the steady clock than it did."""
 LATELY = 2.0
 """Silence after which a publisher may be dead although its DDS lease has not ended [s]."""
+MOST_REFUSALS = 20
+"""Number of reasons for which joint commands are refused that are logged."""
 TOPICS = (topics.COMMAND, topics.TRAJECTORY, topics.JOINT_COMMAND)
 NAMELESS = "_NODE_NAME_UNKNOWN_"
 """Name that rmw gives the node of a publisher until it has discovered the node."""
@@ -134,9 +137,10 @@ class PendingCommands:
             speed = topic.sample(message)
         except MalformedMessage as error:
             self._path.reject_joint_command()
-            if str(error) not in self._refusals:
-                self._refusals.add(str(error))
-                self._node.get_logger().warning(f"{topic.name}, refused: {error}; said once")
+            reason = shortened(str(error))  # it quotes the message, which may be of any size
+            if reason not in self._refusals and len(self._refusals) < MOST_REFUSALS:
+                self._refusals.add(reason)
+                self._node.get_logger().warning(f"{topic.name}, refused: {reason}; said once")
             return
         self._renewed = topic is topics.JOINT_COMMAND
         self._path.receive(speed, now, stamp)

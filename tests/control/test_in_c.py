@@ -137,7 +137,7 @@ def test_no_allocation() -> None:
     ],
 )
 def test_other_compilers_build_it(compiler: str, real: str, tmp_path: Path) -> None:
-    """Of boards: newlib has no <tgmath.h>."""
+    """Libraries of boards: newlib has no <tgmath.h>."""
     words = compiler.split()
     if shutil.which(words[0]) is None:
         pytest.skip(f"no {words[0]}")

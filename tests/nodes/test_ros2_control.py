@@ -18,7 +18,7 @@ pytestmark = pytest.mark.ros
 
 DRIVE = "drive_sim"
 THRESHOLD = 1e-6
-"""Of the summed difference between state and command, below which nothing is sent."""
+"""Summed difference between state and command below which nothing is sent."""
 
 
 class Hardware:

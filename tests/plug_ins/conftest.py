@@ -1,4 +1,4 @@
-"""A plug-in, installed into a folder of its own, and as a file."""
+"""A plug-in, installed into a separate folder, and as a file."""
 
 import shutil
 import subprocess

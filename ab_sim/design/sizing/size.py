@@ -259,7 +259,7 @@ def _run(
     for part in PARTS:
         runs = max(FEWEST, round(part * running.runs))
         share = run_share(scene, specification, stage._replace(runs=min(runs, running.runs)))
-        # Of a dozen holds most fail, and running all of each would take minutes: a hold must reach
+        # Most of a dozen holds fail, and running all of each would take minutes: a hold must reach
         # the share itself in a part of the runs, not only with its interval.
         decisive = hold is not None and part == PARTS[-2]
         if (share.share.value if decisive else share.share.high) < specification.share:

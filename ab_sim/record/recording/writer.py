@@ -266,7 +266,7 @@ class Recording:
         ----------
         pictures : bool
             Also send the pictures. Otherwise they wait for a second of the run, because each
-            message costs some 1.2 kB, whatever its content.
+            message costs some 1.2 kB, even an empty one.
         """
         self._check_usable()
         slow = self._slow_are_due()
