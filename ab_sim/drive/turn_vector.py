@@ -15,6 +15,8 @@ SIZE, PHASE = "once_per_turn", "phase"
 """Names of derived columns: length [m] of the vector and its angle from the unbalance [rad]."""
 COARSEST = 0.25 * TURN
 """Largest angle between samples [rad] that resolves the part once per turn."""
+_FINEST = TURN / 4096
+"""Angle [rad] within which one sample is kept, so that a slow spindle does not fill the memory."""
 
 
 class TurnVector:
@@ -51,13 +53,16 @@ class TurnVector:
         gaps = np.maximum.accumulate(gaps)
         self._whole_from = float(gaps[-1])
         begins = ends - TURN
+        at_end = sums[count:]
+        last = np.diff(path // _FINEST, append=math.inf) > 0.0
+        path, sums = path[last], sums[last]
         # The integral is interpolated linearly between samples.
         before = np.interp(begins, path, sums.real) + 1j * np.interp(begins, path, sums.imag)
-        found = (sums[count:] - before) / TURN
-        found[(begins < gaps) | (turned == 0.0)] = complex(math.nan, math.nan)
+        mean = (at_end - before) / TURN
+        mean[(begins < gaps) | (turned == 0.0)] = complex(math.nan, math.nan)
         keep = max(int(np.searchsorted(path, begins[-1])) - 1, 0)
         self._path, self._sums = path[keep:], sums[keep:]
-        return found
+        return mean
 
 
 def _continued(sums: np.ndarray, parts: np.ndarray) -> np.ndarray:

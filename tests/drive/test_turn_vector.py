@@ -1,6 +1,7 @@
 """What comes once per turn: size and phase, of runs whose answer is known."""
 
 import math
+import pickle
 from typing import Any
 
 import numpy as np
@@ -83,3 +84,19 @@ def test_a_drive_turns_its_phase_at_the_critical_speed() -> None:
         (sample,) = run.report()["samples"]
         assert sample["phase"] == pytest.approx(np.angle(expected), abs=1e-2)
         assert sample["once_per_turn"] == pytest.approx(abs(expected), rel=1e-2)
+
+
+def test_a_slow_or_standing_spindle_does_not_fill_the_memory() -> None:
+    """One turn of 500,000 samples, whose answer is known; then an hour at standstill."""
+    psi = np.linspace(0.0, 2.1 * math.pi, 500_000)
+    x, y = E * np.cos(psi + 0.3), E * np.sin(psi + 0.3)
+    turns = TurnVector()
+    parts = [turns.of(psi[k : k + 1000], x[k : k + 1000], y[k : k + 1000])
+             for k in range(0, len(psi), 1000)]  # fmt: skip
+    together = np.concatenate(parts)
+    np.testing.assert_array_equal(together, TurnVector().of(psi, x, y))
+    np.testing.assert_allclose(together[-1000:], E * np.exp(0.3j), rtol=1e-5)
+    for _ in range(360):
+        held = np.full(10_000, psi[-1])
+        assert np.isnan(turns.of(held, 0 * held, 0 * held)).all()
+    assert len(pickle.dumps(turns)) < 100_000

@@ -17,6 +17,7 @@ from ab_sim.drive import Drive
 from ab_sim.drive.description import describe
 from ab_sim.drive.driving_forces import driving_forces
 from ab_sim.drive.trajectory import Trajectory
+from ab_sim.drive.turn_vector import once_per_turn
 from ab_sim.record.recording import SHOWN_PERIOD, Recording, read_recording
 from ab_sim.record.recording.curves import FRAMES
 from ab_sim.record.recording.layout import SAMPLES
@@ -132,6 +133,19 @@ def test_curves_of_each_frame(file: Path, seen: Trajectory, scene: Scene) -> Non
     assert there.sum() > 140
     np.testing.assert_allclose(drawn[there], expected[there], atol=3e-3 * expected.max())
     assert set(plotted(file, FRAMES, "speed_level")[:, 0]) == {np.float32(scene.critical_speed)}
+
+
+def test_phase_of_the_whirl_is_that_of_the_turn_before(
+    file: Path, run: Trajectory, seen: Trajectory
+) -> None:
+    """Small below the critical speed, and opposite above it, at -180 deg and not 180."""
+    drawn = plotted(file, FRAMES, "phase")[:, 0]
+    vectors = once_per_turn(run)[np.isin(run["step"], seen["step"])]
+    known = np.isfinite(drawn)
+    assert known.tolist() == np.isfinite(vectors).tolist() and known.sum() > 100
+    expected = vectors[known] / np.abs(vectors[known])
+    np.testing.assert_allclose(np.exp(1j * np.radians(drawn[known])), expected, atol=1e-6)
+    assert drawn[known].min() > -330.0 and drawn[known].max() <= 30.0
 
 
 def test_running_rms_is_that_of_the_samples_before(file: Path, run: Trajectory) -> None:
@@ -280,6 +294,7 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
         "Driving force on the balls, forward positive [N]",
         "R.m.s. of the last 0.25 s [m/s²]",
         "Vibration |a|, deck [m/s²]",
+        "Phase of the whirl from the unbalance [deg]",
         "Real-time factor [1]; 1 keeps up",
         "What is seen",
     }

@@ -139,6 +139,12 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
             origin="/plot/spectrum",
             plot_legend=rrb.PlotLegend(visible=False),
         ),
+        plot(
+            "Phase of the whirl from the unbalance [deg]",
+            drawing.curves.phase(),
+            legend=False,
+            span=(-330.0, 30.0),
+        ),
         name="Vibration",
     )
 

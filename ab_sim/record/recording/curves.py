@@ -9,7 +9,7 @@ import numpy as np
 import rerun as rr
 
 from ab_sim.base.conventions import in_one_turn
-from ab_sim.base.palette import BALANCED, GREY, LIMIT, WITHOUT_BALLS
+from ab_sim.base.palette import BALANCED, GREY, LIMIT, RUN, WITHOUT_BALLS
 from ab_sim.drive.orientation import tilt_of
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.record.recording.explanation import Explanation
@@ -25,6 +25,7 @@ LEAST = 1e-4
 _WHIRL, _FELT = "whirl", "felt"
 _ALONE, _TILT, _HEIGHT, _BALLS = "alone", "tilt", "height", "balls"
 _LEVELS, _DRIVING = "balls_levels", "driving"
+_PHASE = "phase"
 _SPEED_LEVEL, _REAL_TIME = "speed_level", "real_time"
 
 
@@ -105,6 +106,11 @@ class Curves:
         """Return the curves of the forces on the balls."""
         return PlottedCurves.derived(FRAMES, _DRIVING, lines(*self._of_balls(), swings=True))
 
+    @staticmethod
+    def phase() -> PlottedCurves:
+        """Return the curve of the phase of the whirl's once-per-turn part."""
+        return PlottedCurves.derived(FRAMES, _PHASE, lines(["phase"], [2.0], colors=[RUN]))
+
     def of_samples(self, run: Trajectory, channels: Sequence[str], rows: Array) -> dict[str, Array]:
         """Return the values per sample, shape (rows, series).
 
@@ -124,13 +130,20 @@ class Curves:
             values[_FELT] = np.column_stack(lengths)
         return values
 
-    def of_frames(self, run: Trajectory, alone: Array | None) -> dict[str, Array]:
-        """Return the values that every frame has; ``alone`` is the whirl without balls [m]."""
+    def of_frames(self, run: Trajectory, phase: Array, alone: Array | None) -> dict[str, Array]:
+        """Return the values per frame, shape (frames, series).
+
+        Args:
+            run: the rows of the frames.
+            phase: angle of `ab_sim.drive.turn_vector.TurnVector` [rad].
+            alone: whirl without balls [m]; None: unknown.
+        """
         explained, rows = self.explained, len(run)
         # Constant lines have a value in every row, because a plot spans its data.
         values = {
             _REAL_TIME: np.ones((rows, 1)),
             _SPEED_LEVEL: np.full((rows, 1), explained.critical_speed or 0.0),
+            _PHASE: np.degrees(in_one_turn(phase))[:, None],
         }
         if self.tilts:
             values[_TILT] = 1e3 * tilt_of(run.turn)

@@ -9,6 +9,7 @@ import numpy as np
 
 from ab_sim.drive.rotor_without_balls import WhirlWithoutBalls
 from ab_sim.drive.trajectory import Trajectory, channels_for
+from ab_sim.drive.turn_vector import TurnVector
 from ab_sim.record.recording.curves import FRAMES
 from ab_sim.record.recording.drawing import Drawing
 from ab_sim.record.recording.layout import Array, plotted_columns
@@ -43,7 +44,7 @@ class Pictures:
         self._names = channels_for(_SPACE if drawing.tilts else _PLANE, drawing.balls)
         at = {name: column for column, name in enumerate(channels)}
         self._columns = [at.get(name, len(channels)) for name in self._names]
-        self._frames = FrameRate(period)
+        self._frames, self._turn = FrameRate(period), TurnVector()
         explained = drawing.explained
         self._vibration = VibrationCurves(self._names, explained.top_speed)
         self._phase = SpindlePhase(self._names, explained.top_speed, explained.period)
@@ -68,9 +69,12 @@ class Pictures:
 
     def frames(self, rows: Array) -> Iterator[Sent]:
         """Yield the frames of the next rows."""
-        thin = self._frames.of(self._selected(rows))
+        every = Trajectory(self._names, self._selected(rows))
+        phase = np.angle(self._turn.of(every["angle"], every["x"], every["y"]))
+        thin = self._frames.of(np.column_stack([every.samples, phase]))
         if not len(thin):
             return
+        thin, phase = thin[:, :-1], thin[:, -1]
         run, drawing = Trajectory(self._names, thin), self._drawing
         angle, place, balls = run["angle"], run.position, run.ball_angles
         for entity, columns in drawing.space.frames(angle, place, run.turn, balls):
@@ -78,7 +82,7 @@ class Pictures:
         alone = None if self._alone is None else self._alone.along(run["time"], run["speed"])
         if alone is not None:
             self._final_alone.take(run["time"], alone)
-        curves = plotted_columns(drawing.curves.of_frames(run, alone))
+        curves = plotted_columns(drawing.curves.of_frames(run, phase, alone))
         yield FRAMES, thin, [*drawing.top.frames(angle, 1e3 * place, balls), *curves]
 
     @property
