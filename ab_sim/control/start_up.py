@@ -68,7 +68,8 @@ class StartUp:
         good, wrong = self.observer.take(time, angle, speed, first, second)
         if good:
             self._heard = 0.0
-        if wrong and not (self.state.over or self.state is State.ABORTING):
+        stopped = self.state in (State.ABORTING, State.ABORTED)
+        if wrong and not stopped and (wrong is Reason.TIME_BACK or not self.state.over):
             self._abort(wrong)
 
     def command(self, time: float) -> float:
@@ -112,13 +113,12 @@ class StartUp:
             return self._command
         if state is State.ABORTED:
             return self._command
-        if not state.over:
-            if self._heard > settings.silence:
-                self._abort(Reason.SILENT)
-                return self._command
-            if self._stands_off(passed):
-                self._abort(Reason.NOT_FOLLOWING)
-                return self._command
+        if self._heard > settings.silence:
+            self._abort(Reason.SILENT)
+            return self._command
+        if not state.over and self._stands_off(passed):
+            self._abort(Reason.NOT_FOLLOWING)
+            return self._command
         if state in (State.RUN_UP, State.RETRY):
             self._approach()
         elif state is State.DWELL:

@@ -123,6 +123,36 @@ def test_a_drive_that_was_reset_is_not_set_going() -> None:
     assert start_up.words.startswith("aborted")
 
 
+def done() -> tuple[StartUp, float]:
+    """Return a start-up that is done, and the time then [s]."""
+    told = settings()
+    start_up, course = StartUp(told), Course(told)
+    while start_up.state is not State.DONE and course.drive.time < 16.0:
+        course.on(0.1, start_up)
+    assert start_up.state is State.DONE
+    return start_up, course.drive.time
+
+
+def test_a_drive_that_dies_after_the_end_is_noticed() -> None:
+    start_up, now = done()
+    told = start_up.settings
+    for _ in range(round(told.silence / told.period) + 2):
+        now += told.period
+        start_up.command(now)
+    assert start_up.words.startswith("aborting: no good sample for too long")
+    for _ in range(round(FINAL / told.acceleration / told.period) + 1):
+        now += told.period
+        start_up.command(now)
+    assert start_up.state is State.ABORTED and start_up.command(now) == 0.0
+
+
+def test_a_drive_that_is_reset_after_the_end_is_not_set_going() -> None:
+    start_up, now = done()
+    start_up.sample(0.0, 0.0, 0.0, 0.0)
+    assert "time went back" in start_up.words
+    assert start_up.command(now) == 0.0
+
+
 def test_times_of_the_caller_may_be_anything() -> None:
     told = settings()
     start_up = StartUp(told)

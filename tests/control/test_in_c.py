@@ -62,6 +62,22 @@ def test_same_bits_of_a_sensor_that_is_slow_and_fails(double: ctypes.CDLL) -> No
     assert both.python.state is State.ABORTED and "no good sample" in both.python.words
 
 
+@pytest.mark.parametrize("fault, why", [("dies", "no good sample"), ("is reset", "went back")])
+def test_same_bits_of_a_drive_that_fails_after_the_end(
+    fault: str, why: str, double: ctypes.CDLL
+) -> None:
+    told = settings()
+    both, course = Compared(told, double), Course(told)
+    while both.python.state is not State.DONE and course.drive.time < 16.0:
+        course.on(0.1, both)
+    assert both.python.state is State.DONE
+    if fault == "is reset":
+        both.sample(0.0, 0.0, 0.0, 0.0)
+    for period in range(400):
+        both.command(course.drive.time + told.period * period)
+    assert both.python.state is State.ABORTED and why in both.python.words
+
+
 def test_same_bits_of_axes_that_contradict_each_other(double: ctypes.CDLL) -> None:
     """They begin anew, and then it aborts."""
     told = settings("acceleration", axes=2)

@@ -148,3 +148,16 @@ def test_a_sensor_that_saturates_ends_safely(session: Fleet) -> None:
         places = [WhirlSample.of(message).place for message in session.heard["whirl"][-50:]]
         assert max(np.hypot(x, y) for x, y, _ in places) < ECCENTRICITY, "W/e without balls: 1.33"
     assert session.call("drive_sim/clear_faults")[0]
+
+
+def test_a_sensor_that_fails_after_the_end_is_noticed(session: Fleet) -> None:
+    assert session.call("drive_sim/reset")[0]
+    heard = session.heard["profile_controller/status"]
+    said = Said(heard, len(heard))
+    session.until(lambda: session.call("profile_controller/start")[0], "it starts")
+    session.until(lambda: said.any("done"), "it is done")
+    assert session.set("drive_sim", faults=["pick_up drops"])[0]
+    assert session.call("drive_sim/inject_faults")[0]
+    session.until(lambda: said.any("aborting: no good sample"), "it notices")
+    session.until(lambda: said.any("aborted"), "it stands still")
+    assert session.call("drive_sim/clear_faults")[0]

@@ -123,7 +123,8 @@ class ProfileRun:
     def tick(self, now: float) -> float | None:
         """Return the speed to command now [rad/s]; None: no command."""
         speaks = self.state in COMMANDING
-        if self.state is ProfileState.RUNNING and self.course is not None:
+        leads = self.state in (ProfileState.RUNNING, ProfileState.DONE)
+        if leads and self.course is not None:
             speaks = self._run(self.course, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls

@@ -489,6 +489,11 @@ static bool over(const struct adaptive *a)
     return a->state == ADAPTIVE_DONE || a->state == ADAPTIVE_GAVE_UP || a->state == ADAPTIVE_ABORTED;
 }
 
+static bool stopped(const struct adaptive *a)
+{
+    return a->state == ADAPTIVE_ABORTING || a->state == ADAPTIVE_ABORTED;
+}
+
 static void enter(struct adaptive *a, enum adaptive_state state)
 {
     a->state = state;
@@ -677,7 +682,7 @@ void adaptive_sample(struct adaptive *a, double time, adaptive_real angle, adapt
     enum adaptive_reason wrong;
     if (take(a, time, angle, speed, first, second, &wrong))
         a->heard = 0;
-    if (wrong && !over(a) && a->state != ADAPTIVE_ABORTING)
+    if (wrong && !stopped(a) && (wrong == ADAPTIVE_TIME_BACK || !over(a)))
         abort_for(a, wrong);
 }
 
@@ -712,15 +717,13 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
     }
     if (a->state == ADAPTIVE_ABORTED)
         return a->command;
-    if (!over(a)) {
-        if (a->heard > settings->silence) {
-            abort_for(a, ADAPTIVE_SILENT);
-            return a->command;
-        }
-        if (stands_off(a, passed)) {
-            abort_for(a, ADAPTIVE_NOT_FOLLOWING);
-            return a->command;
-        }
+    if (a->heard > settings->silence) {
+        abort_for(a, ADAPTIVE_SILENT);
+        return a->command;
+    }
+    if (!over(a) && stands_off(a, passed)) {
+        abort_for(a, ADAPTIVE_NOT_FOLLOWING);
+        return a->command;
     }
     if (a->state == ADAPTIVE_RUN_UP || a->state == ADAPTIVE_RETRY)
         approach(a);
@@ -735,7 +738,7 @@ adaptive_real adaptive_command(struct adaptive *a, double time)
 
 void adaptive_abort(struct adaptive *a, double time)
 {
-    if (a->state == ADAPTIVE_ABORTING || a->state == ADAPTIVE_ABORTED)
+    if (stopped(a))
         return;
     a->clock = time;
     abort_for(a, ADAPTIVE_ASKED);
@@ -758,8 +761,8 @@ const char *adaptive_reason_text(enum adaptive_reason reason)
         "a reading beyond the limit",
         "the sensor reads the same again and again: it is stuck or saturated",
         "the sensor's offset drifts away",
-        "the two axes contradict each other: one has the wrong sign or is turned, or the spindle "
-        "turns the other way",
+        ("the two axes contradict each other: one has the wrong sign or is turned, or the spindle "
+         "turns the other way"),
         "the spindle's angle does not go on with its speed: wrong sign, or slipped",
         "the spindle does not follow: caught at the critical speed, or no torque",
     };
