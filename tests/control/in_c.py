@@ -8,6 +8,7 @@ from typing import Any
 from ab_sim.control import StartUpSettings
 
 SOURCE = Path(__file__).parents[2] / "examples" / "firmware_prototype" / "c" / "adaptive.c"
+PICOLIBC = Path("/usr/lib/picolibc")
 FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from ab_sim.control import StartUp, StartUpSettings, State, chosen
 from tests.control.course import Course, settings
-from tests.control.in_c import FLAGS, SOURCE, InC, compiled
+from tests.control.in_c import FLAGS, PICOLIBC, SOURCE, InC, compiled
 
 KINDS = [("displacement", 1), ("acceleration", 1), ("displacement", 2), ("acceleration", 2)]
 
@@ -157,7 +157,7 @@ def test_other_compilers_build_it(compiler: str, real: str, tmp_path: Path) -> N
     words = compiler.split()
     if shutil.which(words[0]) is None:
         pytest.skip(f"no {words[0]}")
-    if "picolibc" in compiler and not Path("/usr/lib/picolibc").exists():
+    if "picolibc" in compiler and not PICOLIBC.exists():
         pytest.skip("no picolibc")
     flags = [*FLAGS, f"-DADAPTIVE_REAL={real}", "-c", "-o", str(tmp_path / "adaptive.o")]
     subprocess.run([*words, *flags, str(SOURCE)], check=True)
