@@ -65,7 +65,7 @@ class Topic(NamedTuple):
     unit: str = ""
     source: str = "`drive_sim`"
     """Publisher of the topic."""
-    rate: str = "`wake_rate`"
+    rate: str = "`publish_rate`"
     """Rate of publication."""
     qos: Qos = Qos()
 

@@ -92,7 +92,7 @@ VIBRATION = declare(
         Conversion(VibrationSample.fields, VibrationSample.of),
         "what accelerometers read, or without any the deck's acceleration",
         "m/s², rad/s²",
-        rate="`wake_rate`, of each sensor",
+        rate="`publish_rate`, of each sensor",
     )
 )
 WHIRL = declare(
@@ -223,6 +223,7 @@ CLOCK = declare(
         Conversion(samples.clock_fields, samples.clock_of),
         "simulated time, of which the drive is the authority",
         "s",
+        rate="`wake_rate`",
     )
 )
 DIAGNOSTICS = declare(

@@ -25,7 +25,7 @@ class State(enum.IntEnum):
 
     @property
     def over(self) -> bool:
-        """True if there are no further decisions."""
+        """True if the start-up has ended; an abort may still follow `DONE` and `GAVE_UP`."""
         return self in (State.DONE, State.GAVE_UP, State.ABORTED)
 
 

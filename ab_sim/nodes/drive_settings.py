@@ -41,9 +41,17 @@ DRIVE_PARAMETERS = (
     ParameterSpec(
         "wake_rate",
         250.0,
-        "rate of wake-ups, each of which publishes once",
+        "rate of wake-ups, each of which takes commands, steps and publishes",
         "1/s",
         (1.0, 2000.0),
+        fixed=True,
+    ),
+    ParameterSpec(
+        "publish_rate",
+        0.0,
+        "rate of joint_states, vibration, whirl, deck_pose and tf, for slow links; 0: wake_rate",
+        "1/s",
+        (0.0, 2000.0),
         fixed=True,
     ),
     ParameterSpec("block_rate", 50.0, "rate of sample blocks", "1/s", (0.1, 1000.0), fixed=True),
@@ -204,11 +212,14 @@ def rates_of(values: Values) -> Rates:
     """Return rates and delays of the loop.
 
     Raises:
-        InputError: a block is not a whole number of wake-ups.
+        InputError: a period of publication is not a whole number of wake-ups.
     """
-    wake, block = values["wake_rate"], values["block_rate"]
-    per_block = whole_ratio(1.0 / block, 1.0 / wake, "period of block_rate")
-    return Rates(wake, per_block, values["patience"], values["catch_up"])
+    wake = values["wake_rate"]
+    per_state, per_block = (
+        whole_ratio(1.0 / (values[rate] or wake), 1.0 / wake, f"period of {rate}")
+        for rate in ("publish_rate", "block_rate")
+    )
+    return Rates(wake, per_state, per_block, values["patience"], values["catch_up"])
 
 
 def real_time_of(values: Values) -> RealTimeRequests:

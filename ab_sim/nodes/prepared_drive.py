@@ -26,6 +26,8 @@ class Rates(NamedTuple):
 
     wake: float
     """Wake-ups per second."""
+    per_state: int
+    """Wake-ups per publication of the state."""
     per_block: int
     """Wake-ups per block."""
     patience: float

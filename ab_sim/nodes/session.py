@@ -49,7 +49,7 @@ class Session:
         self._real_time, self.paused = real_time_of(values), values["start_paused"]
         self.active = False
         """True if the node is active."""
-        self._per_block = rates.per_block
+        self._per_state, self._per_block = rates.per_state, rates.per_block
         self.trouble = ""
         self.pending: list[Trajectory] = []
         self.stepped_for = 0
@@ -182,9 +182,12 @@ class Session:
             return
         self._stages.end("integration")
         self._outputs.sampled(self.pending[first:], self.commanded.faults)
-        self.publish()
-        self._commands.outputs_published()
         self._wakes += 1
+        if self._wakes % self._per_state == 0:
+            self.publish()
+        else:
+            self._outputs.publish_clock(self.now.time_ns)
+        self._commands.outputs_published()
         if self._wakes % self._per_block == 0:
             self.flush()
         self._stages.end("publishing")

@@ -71,7 +71,7 @@ def velocities_of(run: Any) -> dict[int, tuple[float, ...]]:
 def test_it_is_in_the_table(added: None) -> None:
     row = (
         "| `deck_velocity` | geometry_msgs/msg/Vector3Stamped | `drive_sim` "
-        "| the deck's velocity, inertial axes | m/s | reliable | volatile | 10 | `wake_rate` |"
+        "| the deck's velocity, inertial axes | m/s | reliable | volatile | 10 | `publish_rate` |"
     )
     assert topics.table()[-1] == row
 

@@ -84,6 +84,24 @@ def test_runs_in_real_time(fleet: Fleet) -> None:
     assert health.values["step [s]"] == "0.001"
 
 
+def test_it_publishes_less_for_a_slow_link(fleet: Fleet) -> None:
+    """Of five wake-ups of 5 ms each one publishes the state; time and blocks are as ever."""
+    heard = [fleet.listen(topic) for topic in (topics.JOINT_STATES, topics.VIBRATION)]
+    clock = fleet.listen(topics.CLOCK)
+    fleet.start(
+        "drive_sim", scene="thesis-hold", time_mode="lock_step", wake_rate=200.0, publish_rate=40.0,
+        steps=50,
+    )  # fmt: skip
+    assert fleet.call("drive_sim/step")[0]
+    fleet.until(lambda: all(len(each) >= 10 for each in heard), "ten of each")
+    for each in heard:
+        assert [message.header.stamp.nanosec for message in each[-10:]] == [
+            25_000_000 * k for k in range(1, 11)
+        ]
+    ticks = {topics.CLOCK.sample(message) for message in clock}
+    assert any(tick % 25_000_000 for tick in ticks), "time comes at each wake-up"
+
+
 def test_commands_are_judged_while_paused(fleet: Fleet) -> None:
     """Each is counted; of those between two wake-ups the last good one acts."""
     joints = fleet.listen(topics.JOINT_STATES)

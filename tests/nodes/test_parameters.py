@@ -69,6 +69,7 @@ class Started:
         ("drive_sim", ["wake_rate:=1e9"], "parameter wake_rate"),
         ("drive_sim", ["wake_rate:=fast"], "wake_rate = 'fast': must be a number from 1 to 2000"),
         ("drive_sim", ["block_rate:=60.0"], "a rate of 62.5 1/s would do"),
+        ("drive_sim", ["publish_rate:=500.0"], "period of publish_rate: 0.002 s must be a whole"),
         ("drive_sim", [f"{WHIRL}.reliability:=sure"], "must be reliable or best_effort"),
         ("drive_sim", [f"{WHIRL}.durability:=volatile"], "with one of .reliability, "),
         ("drive_sim", [f"{WHIRL}.depth:=0"], "= 0: must be a whole number from 1"),
