@@ -34,7 +34,7 @@ _LOG = Qos(1000, latched=True)
 
 _TEXT = Conversion(samples.text_fields, samples.text_of)
 _FRAMES = Conversion(samples.frames_fields, samples.frames_of)
-_EACH_SCENE = "once, and when another scene or disc is loaded"
+_EACH_SCENE = "once, and after a scene or disc is loaded"
 
 COMMAND = declare(
     Topic(
@@ -44,7 +44,7 @@ COMMAND = declare(
         "target speed of the spindle",
         "rad/s",
         source="you, or `profile_controller`",
-        rate="yours; 200 1/s is plenty",
+        rate="yours; 200 1/s is enough",
         qos=_BURSTS,
     )
 )
@@ -53,10 +53,10 @@ TRAJECTORY = declare(
         "spindle/trajectory",
         "trajectory_msgs/msg/JointTrajectory",
         Conversion(SetPoints.fields, SetPoints.of),
-        "speeds of the spindle over simulated time, from the header's stamp on",
+        "speeds of the spindle over simulated time, starting at the header's stamp",
         "rad/s, rad/s²",
         source="you, or `profile_controller`",
-        rate="ahead of time, once for each start-up",
+        rate="once for each start-up, in advance",
     )
 )
 JOINT_COMMAND = declare(
@@ -81,7 +81,7 @@ JOINT_STATES = declare(
         "joint_states",
         "sensor_msgs/msg/JointState",
         Conversion(JointSample.fields, JointSample.of),
-        "spindle and balls: angle, rate, torque",
+        "angle, rate and torque of spindle and balls",
         "rad, rad/s, N m",
     )
 )
@@ -90,9 +90,9 @@ VIBRATION = declare(
         "vibration",
         "geometry_msgs/msg/AccelStamped",
         Conversion(VibrationSample.fields, VibrationSample.of),
-        "what accelerometers read, or without any the deck's acceleration",
+        "readings of the accelerometers; without any, the deck's acceleration",
         "m/s², rad/s²",
-        rate="`publish_rate`, of each sensor",
+        rate="`publish_rate`, for each sensor",
     )
 )
 WHIRL = declare(
@@ -100,7 +100,7 @@ WHIRL = declare(
         "whirl",
         "geometry_msgs/msg/PointStamped",
         Conversion(WhirlSample.fields, WhirlSample.of),
-        "the deck's displacement, inertial axes",
+        "displacement of the deck, on inertial axes",
         "m",
     )
 )
@@ -109,10 +109,10 @@ ONCE_PER_TURN = declare(
         "whirl/once_per_turn",
         "geometry_msgs/msg/PointStamped",
         Conversion(WhirlSample.fields, WhirlSample.of),
-        "the displacement's part that comes once per turn, on axes that turn with the spindle, x "
-        "to the unbalance",
+        "once-per-turn part of the displacement, on axes that turn with the spindle, x at the "
+        "unbalance",
         "m",
-        rate="`wake_rate`, from the first whole turn on",
+        rate="`wake_rate`, after the first whole turn",
     )
 )
 DECK_POSE = declare(
@@ -120,7 +120,7 @@ DECK_POSE = declare(
         "deck_pose",
         "geometry_msgs/msg/PoseStamped",
         Conversion(PoseSample.fields, PoseSample.of),
-        "where the deck is and how it is turned, inertial axes",
+        "position and orientation of the deck, on inertial axes",
         "m",
     )
 )
@@ -129,7 +129,7 @@ TF = declare(
         "/tf",
         "tf2_msgs/msg/TFMessage",  # PyPI has no wheel of it; distributions of ROS 2 include it
         _FRAMES,
-        "the deck's frame in the housing's",
+        "transform of the deck relative to the housing",
         "m",
         qos=_TRANSFORMS,
     )
@@ -137,7 +137,7 @@ TF = declare(
 TF_STATIC = declare(
     TF._replace(
         name="/tf_static",
-        meaning="accelerometers' frames in the deck's",
+        meaning="transforms of the accelerometers relative to the deck",
         rate=_EACH_SCENE,
         qos=_LATCHED,
     )
@@ -180,7 +180,7 @@ MODEL = declare(
         "robot_description",
         "std_msgs/msg/String",
         _TEXT,
-        "the drive as a URDF, as robot_state_publisher has it",
+        "URDF of the drive, for robot_state_publisher",
         rate=_EACH_SCENE,
         qos=_LATCHED,
     )
@@ -190,8 +190,8 @@ DESCRIPTION = declare(
         "drive_description",
         "std_msgs/msg/String",
         Conversion(samples.json_fields, samples.description_of),
-        "what is being simulated, as JSON",
-        rate="once, when the drive is ready, and when another scene or disc is loaded",
+        "scene, step, channels and stepper, as JSON",
+        rate="when the drive is ready, and after a scene or disc is loaded",
         qos=_LATCHED,
     )
 )
@@ -210,7 +210,7 @@ PROFILE_STATUS = declare(
         "profile_controller/status",
         "std_msgs/msg/String",
         _TEXT,
-        "what the profile does, a word, perhaps more behind a colon",
+        "state of the profile: a word, with details after a colon",
         source="`profile_controller`",
         rate="at each change",
         qos=_LATCHED,
@@ -221,7 +221,7 @@ CLOCK = declare(
         "/clock",
         "rosgraph_msgs/msg/Clock",
         Conversion(samples.clock_fields, samples.clock_of),
-        "simulated time, of which the drive is the authority",
+        "simulated time",
         "s",
         rate="`wake_rate`",
     )
@@ -231,9 +231,9 @@ DIAGNOSTICS = declare(
         "/diagnostics",
         "diagnostic_msgs/msg/DiagnosticArray",
         Conversion(Health.fields, Health.all_of),
-        "the node's health",
+        "health of the node",
         source="each node",
-        rate="1/s, and at once when a publisher of commands comes or goes, or a trajectory",
+        rate="1/s, and when a publisher of commands appears or leaves, or a trajectory arrives",
     )
 )
 EVENTS = declare(
@@ -241,9 +241,9 @@ EVENTS = declare(
         "/rosout",
         "rcl_interfaces/msg/Log",
         Conversion(samples.event_fields, samples.event_of),
-        "what the node logs",
+        "log of the node",
         source="each node",
-        rate="as things happen",
+        rate="at each log entry",
         qos=_LOG,
     )
 )

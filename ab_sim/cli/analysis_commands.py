@@ -43,12 +43,12 @@ class ModesOptions(NamedTuple):
 
 @stability_and_vibration.declare("ab_sim.cli.equilibria:equilibria_command")
 class EquilibriaOptions(NamedTuple):
-    """Find where balls can rest at a constant speed, and if stable.
+    """Find resting states of the balls at a constant speed, and judge them.
 
     Prints all resting states at one speed: p+q has p balls on the side of the displacement and q
     opposite, /1 the larger whirl and /2 the smaller; a sign per ball if balls differ; balanced has
-    no whirl. Prints also, over speeds up to spindle.max_speed, where states begin, end, and become
-    unstable, and ranges of speed without any stable state. The verdicts leave out friction and
+    no whirl. For speeds up to spindle.max_speed it prints the speeds at which states begin, end
+    and become unstable, and the ranges without a stable state. The verdicts neglect friction and
     contact of balls.
 
     The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
@@ -57,14 +57,14 @@ class EquilibriaOptions(NamedTuple):
     continuum), lambda_max (the largest real part except these), stable (null: undecided) and
     verdict; comes_back, whether an undecided state returns after a disturbance of each coordinate;
     and held_by_friction, for each ball the range [low, high] of theta in which friction holds all
-    balls, the others in place (null without friction). `balanced_positions` tells over which
-    positions worst and best are taken for three and more balls: all, or sampled ones if balls
+    balls, the others in place (null without friction). `balanced_positions` are the positions
+    over which worst and best are taken for three and more balls: all, or sampled ones if balls
     differ. `over_speed` has branches, folds, crossings and ranges [rad/s]. `circulation` has
     `states`, stable bunches of circulating balls, with their number, speed [rad/s], the state in
     closed form and its ranges over speed [rad/s] and drag [N s/m], and the exact state of all
     balls; `elsewhere`, speeds at which all balls could circulate; and `not_looked_for`, the reason
-    if there was no search. `other_motions` names what is not looked for. Symbols, signs and angles:
-    docs/conventions.md
+    if there was no search. `other_motions` names motions that are not searched for. Symbols, signs
+    and angles: docs/conventions.md
 
     Args:
         plot: Draw the branches over speed: .png, .svg or .pdf.
@@ -79,7 +79,7 @@ class EquilibriaOptions(NamedTuple):
 
 @stability_and_vibration.declare("ab_sim.cli.stability:stability_command")
 class StabilityOptions(NamedTuple):
-    """Map stability over two values, or the starts that end balanced.
+    """Map stability over two values, or the outcome over start angles.
 
     A map is refined only near borders, and computed points are kept: an interrupted map continues.
     Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole numbers;
@@ -125,7 +125,7 @@ class StabilityOptions(NamedTuple):
 
 @stability_and_vibration.declare("ab_sim.cli.floquet:floquet_command")
 class FloquetOptions(NamedTuple):
-    """Find motions that repeat each turn, and if they are stable.
+    """Find motions that repeat each turn, and their stability.
 
     The speed is constant. Use it for scenes whose equations contain the spindle's angle (a deck in
     space, unequal suspension, gravity across the shaft); it takes others, too. Newton's method

@@ -91,8 +91,8 @@ class SizeOptions(NamedTuple):
 class SweepOptions(NamedTuple):
     """Run a scene over ranges of its values, and judge each run.
 
-    Finished runs are kept: after an interruption the same command continues; repeated, it answers
-    at once. Results do not depend on the number of processes or machines.
+    Finished runs are kept: after an interruption the same command continues; repeated, it returns
+    immediately. Results do not depend on the number of processes or machines.
 
     A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
     changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
@@ -102,7 +102,7 @@ class SweepOptions(NamedTuple):
     the values), `outcomes`, and the `scene`.
 
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
-    file as it is.
+    file directly.
 
     Args:
         over KEY=VALUES: Key to vary, and its values: KEY=FROM..TO:COUNT, KEY=log:FROM..TO:COUNT
@@ -133,7 +133,7 @@ class SweepOptions(NamedTuple):
 
 @choose_a_design.declare("ab_sim.cli.tune:tune_command")
 class TuneOptions(NamedTuple):
-    """Find the values with which a scene is best, within limits.
+    """Optimise values of a scene within limits.
 
     Differential evolution searches the whole ranges; the method of Nelder and Mead then searches
     near the best candidate. Only runs that settled count: not failed, no circulating balls, and a

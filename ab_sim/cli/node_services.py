@@ -123,7 +123,7 @@ SERVICES = (
     ),
     ServiceCommand(
         "load-scene",
-        "Simulate another scene from t = 0. Compiling it first may take some seconds.",
+        "Simulate another scene from t = 0; compiling it may take some seconds.",
         arguments=(
             ServiceArgument("scene", "SCENE", _scene),
             ServiceArgument("changes", "KEY=VALUE", default=[""], many=True),
@@ -132,8 +132,8 @@ SERVICES = (
     ),
     ServiceCommand(
         "load-disc",
-        "Insert a disc of another eccentricity [m]; its unbalance is ahead of that of the disc "
-        "before by an angle [rad].",
+        "Load a disc with another eccentricity [m], whose unbalance leads the present one by ANGLE "
+        "[rad].",
         arguments=(
             ServiceArgument("disc_eccentricity", "ECCENTRICITY", _number),
             ServiceArgument("disc_angle", "ANGLE", _number, 0.0),
@@ -142,8 +142,7 @@ SERVICES = (
     ),
     ServiceCommand(
         "inject-faults",
-        "Set the faults that act from now on, instead of the present ones: 'ball_1 sticks', "
-        "'vibration drifts 0.1' ...",
+        "Replace the faults in force, e.g. by 'ball_1 sticks' 'vibration drifts 0.1'.",
         arguments=(ServiceArgument("faults", "FAULT", many=True),),
         timeout=300.0,
     ),
@@ -177,7 +176,7 @@ SERVICES = (
         for label, meaning in (
             ("configure", "Load and compile the scene of the node's parameters."),
             ("activate", "Start simulated time of a configured drive."),
-            ("deactivate", "Stop simulated time, and answer no commands."),
+            ("deactivate", "Stop simulated time; commands are ignored."),
             ("cleanup", "Unload the scene."),
             ("shutdown", "End the node."),
         )

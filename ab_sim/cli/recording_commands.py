@@ -53,11 +53,11 @@ class ReportOptions(NamedTuple):
 class CompareOptions(NamedTuple):
     """Run a recording's commands again, and compare each channel.
 
-    A recording of ab_sim is followed step by step, and gives the same bits with its own scene, run
-    live or offline. Other recordings are aligned by time: the scene begins at the first sample,
-    obeys each command from its time on, and is interpolated at the recorded times. They need the
-    channels step, time and command, and another channel that the scene has, too. A recording that
-    begins in the middle of a run is followed from the state of its first sample.
+    A recording of ab_sim is repeated step by step, and gives the same bits with its own scene, run
+    live or offline. Other recordings are aligned by time: the run begins at the first sample,
+    follows each command from its time on, and is interpolated at the recorded times. They need the
+    channels step, time and command, and at least one other channel of the scene. A recording that
+    begins in the middle of a run is repeated from the state of its first sample.
 
     The JSON has `channels`, each with channel, unit, largest (difference), at (its time [s]), rms,
     largest_relative and rms_relative (relative to the recorded range, recorded_from to
@@ -81,13 +81,13 @@ class IdentifyOptions(NamedTuple):
     """Fit a drive's parameters to recorded vibration and speed.
 
     Recordings without balls are fitted first, then start angles of the balls from many random
-    starts on a growing part of each recording, then everything at once. Every number has its 95 %
+    starts on a growing part of each recording, then all values together. Every value has a 95 %
     interval. Values that no recording can determine, such as stiffness and mass separately, are
-    named, and keep the scene's value. The verdict says whether the scene fits, whether something is
-    missing in it, and which effect would explain that.
+    named, and keep the scene's value. The verdict states whether the scene fits, and otherwise
+    names a missing effect that would explain the residuals.
 
-    The same seed gives the same answer, with any number of --workers; these are started for long
-    searches only. Ctrl-C gives the best so far, marked as interrupted.
+    The same seed gives the same result, with any number of --workers; these are started for long
+    searches only. After Ctrl-C the best values so far are reported, marked as interrupted.
 
     The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low, high, deviation, how,
     at_bound, start, own; an infinite end is null), `covariance`, `correlation`, `profiles`,
@@ -151,8 +151,8 @@ class ExportOptions(NamedTuple):
     A bag has the whole recording, as the messages that a live drive publishes, stamped with
     simulated time: every sample in vibration/block, the state in joint_states, vibration, whirl and
     deck_pose, commands, the profile controller's state, events on /rosout. Foxglove and PlotJuggler
-    open the .mcap file in the folder, `ros2 bag` the folder; `ab-sim import` makes the same
-    recording of it.
+    open the .mcap file in the folder, `ros2 bag` the folder; `ab-sim import` converts it back to
+    the same recording.
 
     Args:
         parquet FILE: Write an Apache Parquet file: .parquet.

@@ -90,7 +90,7 @@ class LiveOptions(NamedTuple):
 
     With --view web, the run starts when a browser shows the page, or with Enter; after the run the
     page is served until Ctrl-C. A viewer's window stays until you close it. `ab-sim view FILE`
-    shows a recording again. Ctrl-C ends the run in order; a second Ctrl-C ends it at once.
+    shows a recording again. Ctrl-C ends the run in order; a second Ctrl-C kills it.
 
     Args:
         record FILE: Write a Rerun recording: .rrd. An existing file is kept, and a new one with a
@@ -153,8 +153,8 @@ class KeysOptions(NamedTuple):
 
     `N` stands for the number of an entry in a list, counted from 0; `NAME` for a name that you
     choose. A required key is required only if its section is given. `-` means none. `ab-sim
-    effects` and `ab-sim sensors` tell more; `ab-sim run --set KEY=VALUE` changes a key. A number
-    may have any unit of the key's dimension: `12 mm`, `2500 rpm`.
+    effects` and `ab-sim sensors` describe them; `ab-sim run --set KEY=VALUE` changes a key. A
+    number may have any unit of the key's dimension: `12 mm`, `2500 rpm`.
 
     Args:
         section SECTION: Beginning of the keys to list, e.g. rotor, effects.motor,
