@@ -45,7 +45,10 @@ ROOMS = {
         ],
     ),
     "spindle": ("ab_sim/model/spindle/*.py", ["tests/spindle"]),
-    "metrics": ("ab_sim/analysis/metrics/watches.py", ["tests/analysis/test_metrics.py", DECK]),
+    "metrics": (
+        "ab_sim/analysis/metrics/accumulators.py",
+        ["tests/analysis/test_metrics.py", DECK],
+    ),
     "command_path": ("ab_sim/nodes/command_path.py", ["tests/nodes/test_command_path.py"]),
     "pacing": ("ab_sim/nodes/pacing.py", ["tests/nodes/test_pacing.py"]),
     "inbox": ("ab_sim/nodes/inbox.py", ["tests/nodes/test_inbox.py"]),

@@ -2,7 +2,7 @@
 
 from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.comparison import compare_run, without_balls, without_period
-from ab_sim.analysis.metrics import Metrics, metrics_of, metrics_of_pieces
+from ab_sim.analysis.metrics import Metrics, metrics_of, metrics_of_blocks
 from ab_sim.analysis.offline import OfflineRun, run_scene
 from ab_sim.analysis.replay import replay
 from ab_sim.analysis.startup import (
@@ -21,7 +21,7 @@ __all__ = [
     "driving_forces",
     "first_passage_of_opposite",
     "metrics_of",
-    "metrics_of_pieces",
+    "metrics_of_blocks",
     "peak_whirl",
     "replay",
     "run_scene",

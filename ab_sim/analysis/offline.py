@@ -165,7 +165,7 @@ def run_scene(
             ``scene.duration``, or until the last of ``times``.
         times: times of the samples [s]; they need not lie on the step grid.
         progress: called with the drive and the newest samples about ``parts`` times.
-        parts: number of pieces of the run for ``progress``.
+        parts: number of blocks of the run for ``progress``.
         tell: called while an accuracy is measured, see ``resolve_accuracy``.
 
     Raises:

@@ -1,6 +1,6 @@
 """Disk cache of results of long computations, keyed by all their inputs.
 
-Repeated requests are served from the cache. Work that is done in pieces, each stored separately,
+Repeated requests are served from the cache. Work that is done in blocks, each stored separately,
 continues after an interruption. A file name is a hash of the function, the scene, the numbers, and
 the sources and versions in use, which are found through imports (``ab_sim.base.sources``). Results
 are therefore never stale. A stored file must carry a digest that matches its key; otherwise the

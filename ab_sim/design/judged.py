@@ -50,7 +50,7 @@ class Point(NamedTuple):
 
 def modules_of(job: Job) -> set[str]:
     """Return the modules of a job's metrics, on which its rows depend."""
-    return {metric.watch.__module__ for metric in metric_columns(job.metrics)}
+    return {metric.accumulator.__module__ for metric in metric_columns(job.metrics)}
 
 
 def has_settled(outcomes: Iterable[str]) -> np.ndarray:

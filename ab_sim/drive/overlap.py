@@ -29,7 +29,7 @@ class Overlap(NamedTuple):
     """Time of the first overlap [s]."""
 
 
-class OverlapWatch:
+class OverlapAccumulator:
     """Detector of overlaps in successive samples.
 
     Two balls overlap if the chord between their centres is shorter than a_i + a_j, with a round
@@ -41,7 +41,7 @@ class OverlapWatch:
 
     def __init__(self, scene: Scene) -> None:
         balls, radius = scene.balls, scene.race.radius
-        self.watches = False
+        self.possible = False
         """True if balls can overlap: two or more of known radius in one race, and no contact."""
         if "ball_contact" in scene.effects:
             return
@@ -50,7 +50,7 @@ class OverlapWatch:
             for i, j in combinations(range(balls.count), 2)
             if balls.races[i] == balls.races[j] and not math.isnan(balls.radii[i] + balls.radii[j])
         ]
-        self.watches = bool(pairs)
+        self.possible = bool(pairs)
         self._pairs = np.array(pairs, dtype=int).reshape(-1, 2)
         sizes = np.array(balls.radii)[self._pairs].sum(axis=1)
         self._apart = 2.0 * np.arcsin(np.minimum(sizes / (2.0 * radius), 1.0))
@@ -63,12 +63,12 @@ class OverlapWatch:
 
         None if balls cannot overlap.
         """
-        return tuple(self._found) if self.watches else None
+        return tuple(self._found) if self.possible else None
 
-    def take(self, piece: Trajectory) -> None:
+    def take(self, block: Trajectory) -> None:
         """Process the next samples of a trajectory."""
-        if len(piece):
-            self.look(piece["time"], piece.ball_angles)
+        if len(block):
+            self.look(block["time"], block.ball_angles)
 
     def look(self, time: np.ndarray, angles: np.ndarray) -> None:
         """Process the next samples.
@@ -77,7 +77,7 @@ class OverlapWatch:
             time: s, shape (samples,), at least one.
             angles: angles of the balls, unwrapped [rad], shape (samples, balls).
         """
-        if not self.watches or len(self._pairs) == 0:
+        if not self.possible or len(self._pairs) == 0:
             return
         between = angles[:, self._pairs[:, 1]] - angles[:, self._pairs[:, 0]]
         turns = np.floor(between / (2.0 * math.pi))
@@ -100,11 +100,11 @@ class OverlapWatch:
 
 def overlaps_at_start(scene: Scene) -> str:
     """Describe whether balls overlap at a scene's start; return an empty text if they never can."""
-    watch = OverlapWatch(scene)
-    if not watch.watches:
+    record = OverlapAccumulator(scene)
+    if not record.possible:
         return ""
-    watch.look(np.zeros(1), np.array([start_angles(scene)]))
-    return overlaps_text(watch.found) if watch.found else "not at the start, but they can"
+    record.look(np.zeros(1), np.array([start_angles(scene)]))
+    return overlaps_text(record.found) if record.found else "not at the start, but they can"
 
 
 def together_at_start(scene: Scene) -> str:

@@ -6,7 +6,7 @@ from typing import NamedTuple
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import WorkPrecision, share_of
 from ab_sim.drive.accuracy.live_checks import LiveChecks
-from ab_sim.drive.overlap import OverlapWatch, overlaps_text
+from ab_sim.drive.overlap import OverlapAccumulator, overlaps_text
 from ab_sim.nodes.pacing import Pacer
 
 PERIOD = 1.0
@@ -50,7 +50,7 @@ class DriveHealth:
         self._reports: deque[tuple[float, int]] = deque([(0.0, 0)], maxlen=max(WINDOWS) + 1)
         self._factor: float | None = None
         self._unresolved = 0
-        self._overlaps, self._looked = OverlapWatch(drive.scene), 0
+        self._overlaps, self._looked = OverlapAccumulator(drive.scene), 0
 
     @property
     def stepper_chosen(self) -> str:
@@ -143,10 +143,10 @@ class DriveHealth:
         afterwards.
         """
         drive = self._drive
-        if not self._overlaps.watches:
+        if not self._overlaps.possible:
             return {}
         if drive.steps < self._looked:  # the drive was reset
-            self._overlaps = OverlapWatch(drive.scene)
+            self._overlaps = OverlapAccumulator(drive.scene)
         self._looked = drive.steps
         self._overlaps.take(drive.present())
         return {"balls overlap": overlaps_text(self._overlaps.found)}

@@ -180,7 +180,7 @@ def test_a_scene_keeps_its_criterion_and_needs_none() -> None:
 def test_only_what_is_asked_for_is_looked_at(scene: Any, monkeypatch: pytest.MonkeyPatch) -> None:
     """Whatever the metric: watches of others are not even made."""
     run, asked = at_rest(119.34), scene()
-    watches = set().union(*(needed(metric.watch) for metric in metrics_named(None)))
+    watches = set().union(*(needed(metric.accumulator) for metric in metrics_named(None)))
     made_: list[type[object]] = []
     for watch in watches:
         before: Callable[..., None] = watch.__init__  # type: ignore[misc]
@@ -193,7 +193,7 @@ def test_only_what_is_asked_for_is_looked_at(scene: Any, monkeypatch: pytest.Mon
     for metric in metrics_named(None):
         made_.clear()
         metrics_of(run, asked, [metric.key])
-        assert set(made_) & watches == needed(metric.watch) and len(made_) == len(set(made_))
+        assert set(made_) & watches == needed(metric.accumulator) and len(made_) == len(set(made_))
 
 
 def needed(watch: Any) -> set[Any]:

@@ -11,7 +11,7 @@ from ab_sim.analysis import (
     Compared,
     compare_run,
     metrics_of,
-    metrics_of_pieces,
+    metrics_of_blocks,
     run_scene,
     without_balls,
     without_period,
@@ -47,7 +47,7 @@ def test_the_band_is_entered_at_the_sample_after_the_last_one_outside(
 ) -> None:
     """However the run is cut into pieces."""
     run = whirling(lambda t: np.where(t < 3.005, 4 * E, 2 * E))
-    metrics = metrics_of_pieces(lambda: in_pieces(run, length), len(run), scene())
+    metrics = metrics_of_blocks(lambda: in_blocks(run, length), len(run), scene())
     assert metrics.in_band_from == run["time"][301]
 
 
@@ -187,7 +187,7 @@ def test_the_demo_is_no_lucky_start() -> None:
     assert np.max(ends[True]) < np.median(ends[False])
 
 
-def in_pieces(run: Trajectory, size: int) -> Any:
+def in_blocks(run: Trajectory, size: int) -> Any:
     for first in range(0, len(run), size):
         yield Trajectory(run.channels, run.samples[first : first + size])
 
@@ -202,7 +202,7 @@ def test_the_peak_is_found_between_samples_wherever_pieces_end(
         lambda t: E * (3 - np.minimum(2000 * (t - at) ** 2, 2)),
         vx=lambda t: np.where(abs(t - at) < 0.03, -4000 * E * (t - at), 0.0),
     )
-    metrics = metrics_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    metrics = metrics_of_blocks(lambda: in_blocks(run, size), len(run), scene())
     assert metrics.peak_whirl == pytest.approx(3 * E, rel=1e-12)
     assert metrics.peak_time == pytest.approx(at, abs=1e-6)
 
@@ -218,7 +218,7 @@ def test_what_a_run_ends_with_is_that_of_its_last_sample(scene: Any, size: int) 
         ball_1_rate=lambda t: -1.1 + 0 * t,
         speed=lambda t: 30.0 + t,
     )
-    metrics = metrics_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    metrics = metrics_of_blocks(lambda: in_blocks(run, size), len(run), scene())
     assert metrics.final_ball_angles == pytest.approx((-10.0, -11.0))
     assert metrics.final_speed == pytest.approx(40.0)
     assert metrics.first_passage_of_opposite == pytest.approx(math.pi, abs=1e-9)
@@ -235,7 +235,7 @@ def test_a_short_run_has_a_last_stretch_too(scene: Any, count: int, halves: Any)
     """A tenth of the samples, at least one; the middle one of an odd number is in the first."""
     run = made(balls=2, step=1.0, count=count, x=lambda t: E * t)
     for size in (1, count):
-        metrics = metrics_of_pieces(lambda size=size: in_pieces(run, size), count, scene())
+        metrics = metrics_of_blocks(lambda size=size: in_blocks(run, size), count, scene())
         assert metrics.halves == pytest.approx((E * halves[0], E * halves[1]))
         last = E * np.arange(count)[-max(1, count // 10) :]
         assert metrics.final_whirl == pytest.approx(math.sqrt(np.mean(last**2)))
@@ -286,7 +286,7 @@ def test_root_mean_square() -> None:
 def test_piece_by_piece_is_the_same(size: int, whirl: Any, scene: Any) -> None:
     """Sums are rounded in another order; what is found at a sample is the same to the bit."""
     run = whirling(whirl, ball_0_angle=lambda t: -t, ball_1_angle=lambda t: -0.9 * t)
-    pieced = metrics_of_pieces(lambda: in_pieces(run, size), len(run), scene())
+    pieced = metrics_of_blocks(lambda: in_blocks(run, size), len(run), scene())
     whole = metrics_of(run, scene())
     for metric in metrics_named(None):
         one, other = whole.of(metric), pieced.of(metric)

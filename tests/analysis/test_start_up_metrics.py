@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from ab_sim.analysis import metrics_of, metrics_of_pieces, run_scene
+from ab_sim.analysis import metrics_of, metrics_of_blocks, run_scene
 from ab_sim.analysis.metrics import passes_of
 from ab_sim.drive import Drive
 from ab_sim.drive.trajectory import Trajectory
@@ -32,7 +32,7 @@ def started(
     return made(balls=2, step=1e-2, **channels)
 
 
-def in_pieces(run: Trajectory, size: int) -> Callable[[], Any]:
+def in_blocks(run: Trajectory, size: int) -> Callable[[], Any]:
     return lambda: (
         Trajectory(run.channels, run.samples[first : first + size])
         for first in range(0, len(run), size)
@@ -58,7 +58,7 @@ def test_a_start_up_counts_from_where_the_command_begins_to_change(
     scene: Any, size: int, course: dict[str, float], in_band: float | None, ready: float | None
 ) -> None:
     run = started(**course)
-    metrics = metrics_of_pieces(in_pieces(run, size), len(run), scene(), START_UP)
+    metrics = metrics_of_blocks(in_blocks(run, size), len(run), scene(), START_UP)
     found = metrics.in_band_after_start, metrics.start_up_time
     for value, expected in zip(found, (in_band, ready), strict=True):
         assert value == (None if expected is None else pytest.approx(expected, abs=1e-9))

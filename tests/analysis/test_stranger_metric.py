@@ -11,7 +11,7 @@ import pytest
 from typer.testing import CliRunner
 
 import ab_sim
-from ab_sim.analysis import Metrics, metrics_of, metrics_of_pieces
+from ab_sim.analysis import Metrics, metrics_of, metrics_of_blocks
 from ab_sim.analysis.metrics import metric as registry
 from ab_sim.analysis.metrics import passes_of
 from ab_sim.cli.app import app
@@ -119,7 +119,7 @@ def test_it_is_found_piece_by_piece(size: int, scene: Any) -> None:
         for first in range(0, len(run), size):
             yield ab_sim.Trajectory(run.channels, run.samples[first : first + size])
 
-    assert metrics_of_pieces(pieces, len(run), scene())[KEY] == largest(run)
+    assert metrics_of_blocks(pieces, len(run), scene())[KEY] == largest(run)
 
 
 def test_only_what_is_asked_for_is_computed(scene: Any) -> None:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy import signal
 
-from ab_sim.analysis import metrics_of, metrics_of_pieces, run_scene
+from ab_sim.analysis import metrics_of, metrics_of_blocks, run_scene
 from ab_sim.analysis.metrics.vibration import BandPass
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene import load_scene
@@ -94,7 +94,7 @@ def test_it_is_found_piece_by_piece(scene: Any, size: int) -> None:
             yield Trajectory(run.channels, run.samples[first : first + size])
 
     one, other = (
-        metrics_of_pieces(pieces, len(run), alone(scene), KEYS),
+        metrics_of_blocks(pieces, len(run), alone(scene), KEYS),
         metrics_of(run, alone(scene)),
     )
     for key in KEYS:

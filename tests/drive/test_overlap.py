@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.drive.overlap import Overlap, OverlapWatch, overlaps_at_start, overlaps_text
+from ab_sim.drive.overlap import Overlap, OverlapAccumulator, overlaps_at_start, overlaps_text
 
 BALL = {"mass": 1e-3, "radius": 1e-3}
 TOUCH = 2 * math.asin(0.1)
 """Angle between balls of 1 mm that touch, on a race of 10 mm."""
 
 
-def watched(scene: Any, time: np.ndarray, angles: Any, size: int) -> OverlapWatch:
-    watch = OverlapWatch(scene)
+def watched(scene: Any, time: np.ndarray, angles: Any, size: int) -> OverlapAccumulator:
+    watch = OverlapAccumulator(scene)
     columns = np.column_stack(angles)
     for first in range(0, len(time), size):
         watch.look(time[first : first + size], columns[first : first + size])
@@ -51,9 +51,9 @@ def test_who_cannot_overlap(scene: Any) -> None:
     one = scene(balls={"count": 1})
     sizeless = scene(balls={"radius": None}, effects={"ball_spin": None})
     for other in (scene(effects=contact, start=apart), one, sizeless):
-        watch = OverlapWatch(other)
+        watch = OverlapAccumulator(other)
         watch.look(np.zeros(1), np.zeros((1, other.balls.count)))
-        assert watch.found is None and not watch.watches
+        assert watch.found is None and not watch.possible
         assert overlaps_at_start(other) == "" and overlaps_text(watch.found) == "-"
 
 
@@ -66,6 +66,6 @@ def test_at_the_start(scene: Any) -> None:
 def test_of_a_run(scene: Any) -> None:
     """Balls a turn apart are in one place; those that a drive packs for contact are not."""
     run = Drive(scene(start={"ball_angles": [0.0, 2 * math.pi]})).advance(10)
-    watch = OverlapWatch(scene())
+    watch = OverlapAccumulator(scene())
     watch.take(run)
     assert watch.found == (Overlap((0, 1), run["time"][0]),)

@@ -1,9 +1,9 @@
 """Metrics of a run; all of them are declared in ``declared.Metrics``."""
 
+from ab_sim.analysis.metrics.accumulators import BAND, FLOOR, rms
 from ab_sim.analysis.metrics.declared import Metrics
 from ab_sim.analysis.metrics.metric import described_metrics, reported_metrics
-from ab_sim.analysis.metrics.of_run import metrics_of, metrics_of_pieces, passes_of
-from ab_sim.analysis.metrics.watches import BAND, FLOOR, rms
+from ab_sim.analysis.metrics.of_run import metrics_of, metrics_of_blocks, passes_of
 
 __all__ = [
     "BAND",
@@ -12,7 +12,7 @@ __all__ = [
     "described_metrics",
     "reported_metrics",
     "metrics_of",
-    "metrics_of_pieces",
+    "metrics_of_blocks",
     "passes_of",
     "rms",
 ]

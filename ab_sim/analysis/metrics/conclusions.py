@@ -1,33 +1,33 @@
-"""Metrics that follow from the results of other watches, without the samples of the runs."""
+"""Metrics that follow from the results of other accumulators, without the samples of the runs."""
 
 import numpy as np
 
-from ab_sim.analysis.metrics.judging import JudgedRuns
-from ab_sim.analysis.metrics.spindle import SpindleStartWatch, SpindleTargetWatch
-from ab_sim.analysis.metrics.verdict import BALANCED, verdicts
-from ab_sim.analysis.metrics.watches import (
-    BandWatch,
-    EarlierWhirlWatch,
-    FinalCirculationWatch,
-    FinalWhirlWatch,
-    LastSampleWatch,
-    PassageWatch,
-    ResidualWatch,
+from ab_sim.analysis.metrics.accumulators import (
+    BandAccumulator,
+    EarlierWhirlAccumulator,
+    FinalCirculationAccumulator,
+    FinalWhirlAccumulator,
+    LastSampleAccumulator,
+    PassageAccumulator,
+    ResidualAccumulator,
 )
+from ab_sim.analysis.metrics.judging import JudgedRuns
+from ab_sim.analysis.metrics.spindle import SpindleStartAccumulator, SpindleTargetAccumulator
+from ab_sim.analysis.metrics.verdict import BALANCED, verdicts
 from ab_sim.analysis.startup import settling_begins
 
 
 class StartUpConclusion:
     """Duration of a start-up from the instant at which the spindle starts."""
 
-    AFTER = (BandWatch, SpindleStartWatch, SpindleTargetWatch)
+    AFTER = (BandAccumulator, SpindleStartAccumulator, SpindleTargetAccumulator)
 
     def __init__(
         self,
         runs: JudgedRuns,
-        band: BandWatch,
-        start: SpindleStartWatch,
-        target: SpindleTargetWatch,
+        band: BandAccumulator,
+        start: SpindleStartAccumulator,
+        target: SpindleTargetAccumulator,
     ) -> None:
         self.in_band: list[float | None] = [None] * len(runs)
         """Time until the whirl stays in its band [s]."""
@@ -45,9 +45,9 @@ class StartUpConclusion:
 class SettlingConclusion:
     """Settling period of the thesis."""
 
-    AFTER = (PassageWatch,)
+    AFTER = (PassageAccumulator,)
 
-    def __init__(self, runs: JudgedRuns, passage: PassageWatch) -> None:
+    def __init__(self, runs: JudgedRuns, passage: PassageAccumulator) -> None:
         self.found: list[float | None] = [None] * len(runs)
         """Settling period [s]; see ``settling_begins``."""
         for run, passed in enumerate(passage.found):
@@ -59,9 +59,11 @@ class SettlingConclusion:
 class GradeConclusion:
     """Balance grade at the final speed."""
 
-    AFTER = (ResidualWatch, LastSampleWatch)
+    AFTER = (ResidualAccumulator, LastSampleAccumulator)
 
-    def __init__(self, runs: JudgedRuns, residual: ResidualWatch, last: LastSampleWatch) -> None:
+    def __init__(
+        self, runs: JudgedRuns, residual: ResidualAccumulator, last: LastSampleAccumulator
+    ) -> None:
         self.found = residual.left / runs.numbers.turning * np.abs(last.speed)
         """Balance grade [m/s]: speed of the rotating mass' centre about the shaft."""
 
@@ -69,15 +71,20 @@ class GradeConclusion:
 class VerdictConclusion:
     """Verdict of a run: whether it has settled, and whether the balls balance the rotor."""
 
-    AFTER = (ResidualWatch, FinalWhirlWatch, EarlierWhirlWatch, FinalCirculationWatch)
+    AFTER = (
+        ResidualAccumulator,
+        FinalWhirlAccumulator,
+        EarlierWhirlAccumulator,
+        FinalCirculationAccumulator,
+    )
 
     def __init__(
         self,
         runs: JudgedRuns,
-        residual: ResidualWatch,
-        final: FinalWhirlWatch,
-        earlier: EarlierWhirlWatch,
-        circulation: FinalCirculationWatch,
+        residual: ResidualAccumulator,
+        final: FinalWhirlAccumulator,
+        earlier: EarlierWhirlAccumulator,
+        circulation: FinalCirculationAccumulator,
     ) -> None:
         numbers = runs.numbers
         unbalance, couple = (

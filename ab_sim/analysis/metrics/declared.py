@@ -3,6 +3,7 @@
 Each metric is declared either here or in ``declared_motion``, in the order of reports.
 """
 
+from ab_sim.analysis.metrics.accumulators import EARLIER, FinalCirculationAccumulator
 from ab_sim.analysis.metrics.conclusions import (
     GradeConclusion,
     SettlingConclusion,
@@ -11,10 +12,9 @@ from ab_sim.analysis.metrics.conclusions import (
 )
 from ab_sim.analysis.metrics.declared_motion import MotionMetrics
 from ab_sim.analysis.metrics.metric import Better, Metric, MetricKind, Place, Row
-from ab_sim.analysis.metrics.spindle import NEAR, SlipWatch, TorqueWatch
+from ab_sim.analysis.metrics.spindle import NEAR, SlipAccumulator, TorqueAccumulator
 from ab_sim.analysis.metrics.verdict import Verdict
-from ab_sim.analysis.metrics.vibration import HIGHEST, LOWEST, BroadBandWatch
-from ab_sim.analysis.metrics.watches import EARLIER, FinalCirculationWatch
+from ab_sim.analysis.metrics.vibration import HIGHEST, LOWEST, BroadBandAccumulator
 from ab_sim.analysis.metrics.wording import (
     TORQUE,
     VELOCITY,
@@ -89,7 +89,7 @@ class Metrics(MotionMetrics):
         "largest magnitude of the motor's torque at any sample; null without the effect "
         "motor, because the speed is then prescribed",
         "max abs(T)",
-        TorqueWatch,
+        TorqueAccumulator,
         lambda torque: torque.found,
         number_row("peak motor torque", lambda m: m.peak_motor_torque, TORQUE),
         better=Better.SMALLER,
@@ -100,7 +100,7 @@ class Metrics(MotionMetrics):
         f"root mean square over the last tenth of the {_VIBRATION}; the largest of all axes; "
         f"{_TOO_SPARSE} in that tenth",
         f"max over axes of sqrt(mean(v^2)) over t >= t_l, {_FILTERED}",
-        BroadBandWatch,
+        BroadBandAccumulator,
         lambda vibration: vibration.final,
         Row(
             f"rms velocity, {LOWEST:g}-{HIGHEST:g} Hz",
@@ -116,7 +116,7 @@ class Metrics(MotionMetrics):
         "-",
         "reason for which vibration_velocity_rms is null; null if it is not",
         "a text",
-        BroadBandWatch,
+        BroadBandAccumulator,
         lambda vibration: vibration.why_not,
         kind=MetricKind.WORDS,
     )
@@ -125,7 +125,7 @@ class Metrics(MotionMetrics):
         "mm/s",
         "vibration_velocity_rms without its filters, for all frequencies",
         "max over axes of sqrt(mean(v^2)) over t >= t_l, v = v_C + w_deck x r",
-        BroadBandWatch,
+        BroadBandAccumulator,
         lambda vibration: vibration.whole,
         number_row("rms velocity, unfiltered", lambda m: m.velocity_rms, VELOCITY),
         better=Better.SMALLER,
@@ -136,7 +136,7 @@ class Metrics(MotionMetrics):
         "largest magnitude of the same in the whole run, at any sample and along any axis; "
         f"{_TOO_SPARSE} anywhere in the run",
         f"max abs(v), {_FILTERED}",
-        BroadBandWatch,
+        BroadBandAccumulator,
         lambda vibration: vibration.peak,
         better=Better.SMALLER,
     )
@@ -159,7 +159,7 @@ class Metrics(MotionMetrics):
         "turns of the ball that is farthest from its start angle at the end of the run, "
         "relative to the race; oscillations do not add up; null without balls",
         "max over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
-        SlipWatch,
+        SlipAccumulator,
         lambda slip: slip.most,
         better=Better.SMALLER,
     )
@@ -168,7 +168,7 @@ class Metrics(MotionMetrics):
         "1",
         "turns relative to the race of all balls, summed; null without balls",
         "sum over i of abs(theta_i(end) - theta_i(0)) / (2 pi)",
-        SlipWatch,
+        SlipAccumulator,
         lambda slip: slip.total,
         better=Better.SMALLER,
     )
@@ -177,8 +177,8 @@ class Metrics(MotionMetrics):
         "-",
         "whether any ball circulates (see circulating_balls); null without balls",
         "circulating_balls is not null",
-        FinalCirculationWatch,
-        lambda watch: watch.any_ball,
+        FinalCirculationAccumulator,
+        lambda accumulator: accumulator.any_ball,
         better=Better.SMALLER,
         kind=MetricKind.TRUTH,
     )

@@ -1,6 +1,22 @@
 """Metrics of the motion of deck and balls; ``declared`` has the others."""
 
 from ab_sim.analysis.circulation import Circulation
+from ab_sim.analysis.metrics.accumulators import (
+    BAND,
+    FLOOR,
+    TURNS,
+    BandAccumulator,
+    FinalCirculationAccumulator,
+    FinalWhirlAccumulator,
+    LastSampleAccumulator,
+    OncePerTurnAccumulator,
+    PassageAccumulator,
+    PeakAccumulator,
+    ResidualAccumulator,
+    RunOverlapAccumulator,
+    TiltAccumulator,
+    is_start_up,
+)
 from ab_sim.analysis.metrics.metric import (
     Better,
     Metric,
@@ -9,22 +25,6 @@ from ab_sim.analysis.metrics.metric import (
     Place,
     Relative,
     Row,
-)
-from ab_sim.analysis.metrics.watches import (
-    BAND,
-    FLOOR,
-    TURNS,
-    BandWatch,
-    FinalCirculationWatch,
-    FinalWhirlWatch,
-    LastSampleWatch,
-    OncePerTurnWatch,
-    PassageWatch,
-    PeakWatch,
-    ResidualWatch,
-    RunOverlapWatch,
-    TiltWatch,
-    is_start_up,
 )
 from ab_sim.analysis.metrics.wording import (
     SMALL_ANGLE,
@@ -61,7 +61,7 @@ class MotionMetrics(MetricValues):
         "largest whirl; its peak is interpolated between samples",
         "max W(t) / e, W = hypot(x, y); between samples along a cubic through places and "
         "velocities",
-        PeakWatch,
+        PeakAccumulator,
         lambda peak: peak.found.whirl,
         Row("peak {W}", lambda m, display: peak_text(m.peak_whirl, m.peak_time, display)),
         better=Better.SMALLER,
@@ -71,7 +71,7 @@ class MotionMetrics(MetricValues):
         "s",
         "time of the largest whirl",
         "t of max W(t)",
-        PeakWatch,
+        PeakAccumulator,
         lambda peak: peak.found.time,
     )
     final_whirl = Metric[float](
@@ -79,7 +79,7 @@ class MotionMetrics(MetricValues):
         "e",
         "root mean square of the whirl over the last tenth of the run",
         "sqrt(mean(W^2)) / e over t >= t_l, t_l the beginning of the last tenth",
-        FinalWhirlWatch,
+        FinalWhirlAccumulator,
         lambda final: final.mean_squares.values,
         Row(
             "final {W}",
@@ -96,7 +96,7 @@ class MotionMetrics(MetricValues):
         f"W_f <= {100 * FLOOR:g} % M0 e / M, or of thirds and halves of t >= t_l not all one way: "
         "sqrt(mean(W^2)) from the first to the last third by more than 10 %, from half to half by "
         "more than 5 %, max W from third to third by more than 10 %",
-        FinalWhirlWatch,
+        FinalWhirlAccumulator,
         lambda final: final.settled,
         better=Better.LARGER,
         kind=MetricKind.TRUTH,
@@ -106,7 +106,7 @@ class MotionMetrics(MetricValues):
         "-",
         "root mean square of the whirl over both halves of the last tenth [m]",
         "sqrt(mean(W^2)) over each half of t >= t_l",
-        FinalWhirlWatch,
+        FinalWhirlAccumulator,
         lambda final: final.halves,
         reported=False,
         kind=MetricKind.STRUCTURE,
@@ -116,7 +116,7 @@ class MotionMetrics(MetricValues):
         "-",
         "least and largest whirl of the last tenth [m]",
         "(min W, max W) over t >= t_l",
-        FinalWhirlWatch,
+        FinalWhirlAccumulator,
         lambda final: final.span,
         reported=False,
         kind=MetricKind.STRUCTURE,
@@ -128,7 +128,7 @@ class MotionMetrics(MetricValues):
         f"{100 * FLOOR:g} % of M0 e / M",
         f"max({100 * BAND:g} % W_f, {100 * FLOOR:g} % M0 e / M) / e, W_f = sqrt(mean(W^2)) "
         "over t >= t_l",
-        FinalWhirlWatch,
+        FinalWhirlAccumulator,
         lambda final: final.band,
     )
     in_band_from = Metric[float | None](
@@ -137,7 +137,7 @@ class MotionMetrics(MetricValues):
         "time from which the whirl stays within band_over_e of its final value; null if it "
         "leaves that band in the last tenth of the run, or has not settled",
         "first t_k with abs(W(t_j) - W_f) <= band for all j >= k; null if t_k > t_l or not settled",
-        BandWatch,
+        BandAccumulator,
         lambda band: band.found,
         Row(
             "in the band",
@@ -155,7 +155,7 @@ class MotionMetrics(MetricValues):
         f"that has fewer than {TURNS} turns, or samples more than a quarter of a turn apart",
         "abs(U) / e, U = sum h_k (x_k + i y_k) exp(-i psi_k) over t >= t_l, h Hann's window, "
         "sum h_k = 1",
-        OncePerTurnWatch,
+        OncePerTurnAccumulator,
         lambda once: once.size,
         better=Better.SMALLER,
     )
@@ -166,7 +166,7 @@ class MotionMetrics(MetricValues):
         "in the direction of growing angles: near 0 far below the critical speed, near +-pi "
         "far above it; null without such a part",
         "arg(U)",
-        OncePerTurnWatch,
+        OncePerTurnAccumulator,
         lambda once: once.phase,
         Row("phase of W", lambda m, display: phase_text(m.phase, display), place=Place.END),
     )
@@ -176,7 +176,7 @@ class MotionMetrics(MetricValues):
         "abs(M0 e + sum m R exp(i theta)) / (M0 e) over the last stretch: 0 is balanced; null "
         "without an unbalance",
         "sqrt(mean(abs(1 + sum m_i R exp(i theta_i) / (M0 e))^2)) over t >= t_l",
-        ResidualWatch,
+        ResidualAccumulator,
         lambda residual: residual.unbalance,
         Row("residual unbalance", lambda m, _: number_text(m.residual_unbalance), _has_balls),
         better=Better.SMALLER,
@@ -187,7 +187,7 @@ class MotionMetrics(MetricValues):
         "abs(C + sum m R z exp(i theta)) / abs(C) over the last stretch, z the height of a ball's "
         "race, C the rotor's integral of (x + i y) z dm; null in the plane, and where C = 0",
         "sqrt(mean(abs(1 + sum m_i R z_i exp(i theta_i) / C)^2)) over t >= t_l",
-        ResidualWatch,
+        ResidualAccumulator,
         lambda residual: residual.couple,
         Row(
             "residual couple",
@@ -201,7 +201,7 @@ class MotionMetrics(MetricValues):
         "rad",
         "largest angle between the shaft and its direction at rest; null in the plane",
         "max angle(n, n_0), n the shaft's direction, n_0 at rest",
-        TiltWatch,
+        TiltAccumulator,
         lambda tilt: tilt.peak,
         number_row("peak tilt", lambda m: m.peak_tilt, SMALL_ANGLE),
         better=Better.SMALLER,
@@ -211,7 +211,7 @@ class MotionMetrics(MetricValues):
         "rad",
         "root mean square of the shaft's tilt over the last tenth of the run; null in the plane",
         "sqrt(mean(angle(n, n_0)^2)) over t >= t_l",
-        TiltWatch,
+        TiltAccumulator,
         lambda tilt: tilt.final,
         number_row("final tilt", lambda m: m.final_tilt, SMALL_ANGLE),
         better=Better.SMALLER,
@@ -222,7 +222,7 @@ class MotionMetrics(MetricValues):
         "time at which all balls first have theta <= -180 deg; null if they never do, without "
         "balls, and for profiles other than a start-up",
         "first t with theta_i <= -pi for all i, between samples along cubics",
-        PassageWatch,
+        PassageAccumulator,
         lambda passage: passage.found,
         Row(
             "all at -180 deg",
@@ -237,7 +237,7 @@ class MotionMetrics(MetricValues):
         "rad",
         "angle of each ball from the unbalance, unwrapped, at the end of the run",
         "theta_i at the last sample",
-        LastSampleWatch,
+        LastSampleAccumulator,
         lambda last: last.ball_angles,
         Row(
             "final ball angles",
@@ -252,7 +252,7 @@ class MotionMetrics(MetricValues):
         "rad/s",
         "spindle speed at the end of the run",
         "w at the last sample",
-        LastSampleWatch,
+        LastSampleAccumulator,
         lambda last: last.speed,
         Row(
             "final speed",
@@ -268,8 +268,8 @@ class MotionMetrics(MetricValues):
         "mean speeds and the spindle's [rad/s]; null if none does",
         "balls that turn relative to the race by 2 pi or more in one direction in each third of "
         "t >= t_l, and in the last third at 90 % or more of their speed in the first",
-        FinalCirculationWatch,
-        lambda watch: watch.found,
+        FinalCirculationAccumulator,
+        lambda accumulator: accumulator.found,
         Row(
             "balls circulate",
             lambda m, display: circulating_text(m.circulating, len(m.final_ball_angles), display),
@@ -285,8 +285,8 @@ class MotionMetrics(MetricValues):
         "pairs of balls that overlapped, which the effect ball_contact prevents, and the time "
         "of the first overlap [s]; null if none can overlap",
         "of one race: 2 R abs(sin((theta_i - theta_j) / 2)) < a_i + a_j, or passed between samples",
-        RunOverlapWatch,
-        lambda watch: watch.found,
+        RunOverlapAccumulator,
+        lambda accumulator: accumulator.found,
         Row(
             "balls overlap",
             lambda m, _: overlaps_text(m.overlaps),

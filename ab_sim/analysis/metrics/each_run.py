@@ -1,8 +1,8 @@
-"""Watches of single runs, created for each of several runs."""
+"""Accumulators of single runs, created for each of several runs."""
 
 from typing import Any, ClassVar, Generic, NamedTuple, Protocol, TypeVar
 
-from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 
@@ -35,7 +35,7 @@ class JudgedRun(NamedTuple):
         return self.runs.last
 
 
-class SingleWatch(Protocol):
+class SingleAccumulator(Protocol):
     """Accumulator of a metric of a single run."""
 
     def __init__(self, run: JudgedRun) -> None:
@@ -45,11 +45,11 @@ class SingleWatch(Protocol):
         """Process the next samples; the final ``late`` of them are in the last stretch."""
 
 
-Single = TypeVar("Single", bound=SingleWatch)
+Single = TypeVar("Single", bound=SingleAccumulator)
 
 
 class EachRun(Generic[Single]):
-    """Watch of several runs, with one instance of ``KIND`` per run."""
+    """Accumulator of several runs, with one instance of ``KIND`` per run."""
 
     KIND: ClassVar[type[Any]]
 
@@ -57,7 +57,7 @@ class EachRun(Generic[Single]):
         self.each: list[Single] = [self.KIND(JudgedRun(runs, k)) for k in range(len(runs))]
         """Instances in the order of the runs."""
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        for watch, samples in zip(self.each, piece.trajectories, strict=True):
-            watch.take(samples, piece.late)
+        for accumulator, samples in zip(self.each, block.trajectories, strict=True):
+            accumulator.take(samples, block.late)

@@ -1,10 +1,11 @@
-"""Evaluation of runs piece by piece, in several passes; runs need not fit into memory.
+"""Evaluation of runs block by block, in several passes; runs need not fit into memory.
 
-A watch is a class that accumulates a metric of several runs, which are the first axis of its
-arrays. A single run is a batch of one and gives the same bits. A watch is created with the
-``JudgedRuns``, receives their pieces through ``take``, and then holds its result. If ``AFTER``
-names other watches, it starts once these have seen all samples and is created with them as further
-arguments. A watch without ``take`` uses only these results and needs no further pass.
+An accumulator is a class that accumulates a metric of several runs, which are the first axis of its
+arrays. A single run is a batch of one and gives the same bits. An accumulator is created with the
+``JudgedRuns``, receives their blocks through ``take``, and then holds its result. If ``AFTER``
+names other accumulators, it starts once these have seen all samples and is created with them as
+further arguments. An accumulator without ``take`` uses only these results and needs no further
+pass.
 """
 
 import functools
@@ -29,7 +30,7 @@ Larger intermediate results of numpy do not fit into the cache, and the system h
 pages each time.
 """
 
-Pieces = Callable[[], Iterable[Trajectory]]
+SampleBlocks = Callable[[], Iterable[Trajectory]]
 """Function that starts at the beginning of the run on each call.
 
 It yields successive trajectories, none of them empty.
@@ -128,7 +129,7 @@ class JudgedRuns:
         )
 
 
-class Piece:
+class SampleBlock:
     """Successive samples of some runs, with displacements relative to the deck's rest position.
 
     Args:
@@ -159,11 +160,11 @@ class Piece:
         """Whirl W = |u| [m], shape (runs, samples)."""
         x, y = self["x"], self["y"]
         found = np.empty(x.shape)
-        for rows in self.blocks():
+        for rows in self.row_blocks():
             found[rows] = whirl_of(x[rows], y[rows])
         return found
 
-    def blocks(self) -> Iterator[slice]:
+    def row_blocks(self) -> Iterator[slice]:
         """Yield blocks of runs whose data fit into the processor's nearest caches."""
         most = max(1, _NEAR // max(1, len(self)))
         for first in range(0, len(self.samples), most):
@@ -187,12 +188,12 @@ class Piece:
         return self.samples[:, :, first : first + 2 * balls : 2]
 
     @cached_property
-    def joined(self) -> "Piece":
-        """Piece extended by the two preceding samples, to cover the gap between pieces."""
+    def joined(self) -> "SampleBlock":
+        """Return the block with the two samples before it, to cover the gap between blocks."""
         if self._before is None:
             return self
         samples = np.concatenate([self._before, self.samples], axis=1)
-        return Piece(self.channels, samples, self.late)
+        return SampleBlock(self.channels, samples, self.late)
 
     @cached_property
     def trajectories(self) -> list[Trajectory]:
@@ -210,54 +211,56 @@ class Piece:
         return [each.last(self.late) for each in self.trajectories]
 
 
-def watch_runs(
-    pieces: Callable[[], Iterable[Piece]], runs: JudgedRuns, kinds: Iterable[type[Any]]
+def accumulate(
+    blocks: Callable[[], Iterable[SampleBlock]], runs: JudgedRuns, kinds: Iterable[type[Any]]
 ) -> dict[type[Any], Any]:
-    """Return watches of these kinds, and of those they depend on, after all passes."""
+    """Return accumulators of these kinds, and of those they depend on, after all passes."""
     done: dict[type[Any], Any] = {}
     for together in _passes(tuple(kinds)):
-        watches = {kind: kind(runs, *(done[each] for each in _after(kind))) for kind in together}
-        looking = [watch for kind, watch in watches.items() if _looks(kind)]
-        for piece in pieces() if looking else ():
-            for watch in looking:
-                watch.take(piece)
-        done |= watches
+        accumulators = {
+            kind: kind(runs, *(done[each] for each in _after(kind))) for kind in together
+        }
+        looking = [accumulator for kind, accumulator in accumulators.items() if _looks(kind)]
+        for block in blocks() if looking else ():
+            for accumulator in looking:
+                accumulator.take(block)
+        done |= accumulators
     return done
 
 
 def passes(kinds: Iterable[type[Any]]) -> int:
-    """Return the number of passes of ``watch_runs`` through the samples."""
+    """Return the number of passes of ``accumulate`` through the samples."""
     return sum(any(map(_looks, together)) for together in _passes(tuple(kinds)))
 
 
-def in_pieces(pieces: Pieces, runs: JudgedRuns) -> Iterator[Piece]:
-    """Yield the pieces of a single run."""
+def in_blocks(blocks: SampleBlocks, runs: JudgedRuns) -> Iterator[SampleBlock]:
+    """Yield the blocks of a single run."""
     done, before = 0, None
-    for trajectory in pieces():
+    for trajectory in blocks():
         samples = runs.counted_from_rest(trajectory.channels, trajectory.samples[None])
         done += len(trajectory)
         late = min(max(done - (runs.samples - runs.last), 0), len(trajectory))
-        piece = Piece(trajectory.channels, samples, late, before)
-        yield piece
-        before = (piece if len(piece) > 1 else piece.joined).samples[:, -2:]
+        block = SampleBlock(trajectory.channels, samples, late, before)
+        yield block
+        before = (block if len(block) > 1 else block.joined).samples[:, -2:]
 
 
-def as_one_piece(
+def as_one_block(
     channels: tuple[str, ...],
     samples: np.ndarray,
     runs: JudgedRuns,
     whirl: np.ndarray | None = None,
-) -> Piece:
-    """Return all samples of all runs as one piece; for planar decks the whirl may be given."""
-    piece = Piece(channels, runs.counted_from_rest(channels, samples), runs.last)
+) -> SampleBlock:
+    """Return all samples of all runs as one block; for planar decks the whirl may be given."""
+    block = SampleBlock(channels, runs.counted_from_rest(channels, samples), runs.last)
     if whirl is not None:
-        piece.whirl = whirl
-    return piece
+        block.whirl = whirl
+    return block
 
 
 @functools.lru_cache(maxsize=64)
 def _passes(kinds: tuple[type[Any], ...]) -> list[list[type[Any]]]:
-    """Return groups of watches that can share a pass, in order of their dependencies."""
+    """Return groups of accumulators that can share a pass, in order of their dependencies."""
     waiting = list(dict.fromkeys(_with_earlier(kinds)))
     groups: list[list[type[Any]]] = []
     while waiting:

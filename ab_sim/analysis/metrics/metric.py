@@ -151,10 +151,10 @@ class Metric(Generic[T]):
     meaning: str
     equation: str
     """Equation in one line, symbols as in docs/conventions.md; empty if not given."""
-    watch: type[Any]
-    """Class of the watch that computes it; see ``judging``."""
+    accumulator: type[Any]
+    """Class of the accumulator that computes it; see ``judging``."""
     find: Callable[[Any], Sequence[T] | np.ndarray]
-    """Function that takes the values of all runs from the watch."""
+    """Function that takes the values of all runs from the accumulator."""
     row: Row | None = None
     better: Better = Better.NEITHER
     kind: MetricKind = MetricKind.NUMBER
@@ -180,9 +180,9 @@ class Metric(Generic[T]):
     def __get__(self, instance: "MetricValues | None", owner: type[Any]) -> "Metric[T] | T":
         return self if instance is None else instance.of(self)
 
-    def values(self, watch: Any) -> list[T]:
-        """Return the values of all runs of a watch as plain Python objects."""
-        found = self.find(watch)
+    def values(self, accumulator: Any) -> list[T]:
+        """Return the values of all runs of an accumulator as plain Python objects."""
+        found = self.find(accumulator)
         return cast(list[T], found.tolist() if isinstance(found, np.ndarray) else list(found))
 
     @property

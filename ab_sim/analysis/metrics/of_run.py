@@ -7,12 +7,12 @@ import numpy as np
 from ab_sim.analysis.metrics.declared import Metrics
 from ab_sim.analysis.metrics.judging import (
     JudgedRuns,
-    Piece,
-    Pieces,
-    as_one_piece,
-    in_pieces,
+    SampleBlock,
+    SampleBlocks,
+    accumulate,
+    as_one_block,
+    in_blocks,
     passes,
-    watch_runs,
 )
 from ab_sim.analysis.metrics.metric import metrics_named
 from ab_sim.base.errors import InputError
@@ -70,13 +70,13 @@ def metrics_of(
     return _of_the_first(columns, scene)
 
 
-def metrics_of_pieces(
-    pieces: Pieces, count: int, scene: Scene, keys: Iterable[str] | None = None
+def metrics_of_blocks(
+    blocks: SampleBlocks, count: int, scene: Scene, keys: Iterable[str] | None = None
 ) -> Metrics:
     """Compute the metrics of a run that does not fit into memory, in ``passes_of`` passes.
 
     Args:
-        pieces: function that starts at the beginning of the run on each call; it yields successive
+        blocks: function that starts at the beginning of the run on each call; it yields successive
             trajectories, none of them empty.
         count: number of samples, at least 1.
         scene: scene of the run.
@@ -86,7 +86,7 @@ def metrics_of_pieces(
         InputError: see ``metrics_of``.
     """
     runs = JudgedRuns([scene], count)
-    return _of_the_first(_found(lambda: in_pieces(pieces, runs), runs, keys), scene)
+    return _of_the_first(_found(lambda: in_blocks(blocks, runs), runs, keys), scene)
 
 
 def metrics_of_runs(
@@ -112,21 +112,21 @@ def metrics_of_runs(
     Raises:
         InputError: see ``metrics_of``.
     """
-    piece = as_one_piece(channels, samples, runs, whirl)
-    return _found(lambda: [piece], runs, keys)
+    block = as_one_block(channels, samples, runs, whirl)
+    return _found(lambda: [block], runs, keys)
 
 
 def passes_of(keys: Iterable[str] | None = None) -> int:
-    """Return the number of passes of ``metrics_of_pieces`` through a run."""
-    return passes(metric.watch for metric in metrics_named(keys))
+    """Return the number of passes of ``metrics_of_blocks`` through a run."""
+    return passes(metric.accumulator for metric in metrics_named(keys))
 
 
 def _found(
-    pieces: Callable[[], Iterable[Piece]], runs: JudgedRuns, keys: Iterable[str] | None
+    blocks: Callable[[], Iterable[SampleBlock]], runs: JudgedRuns, keys: Iterable[str] | None
 ) -> dict[str, list[object]]:
     wanted = metrics_named(keys)
-    watches = watch_runs(pieces, runs, [metric.watch for metric in wanted])
-    return {metric.key: metric.values(watches[metric.watch]) for metric in wanted}
+    accumulators = accumulate(blocks, runs, [metric.accumulator for metric in wanted])
+    return {metric.key: metric.values(accumulators[metric.accumulator]) for metric in wanted}
 
 
 def _of_the_first(found: dict[str, list[object]], scene: Scene) -> Metrics:

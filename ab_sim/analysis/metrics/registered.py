@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Any, Protocol, TypeVar
 
-from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
 from ab_sim.analysis.metrics.metric import Better, Metric, MetricValues, Quantity, Row, register
 from ab_sim.analysis.metrics.wording import number_row, number_text
 from ab_sim.base.errors import InputError
@@ -18,7 +18,7 @@ class OwnMetric(Protocol):
     def __init__(self, scene: Scene, samples: int) -> None:
         """Prepare for ``samples`` samples of a run of the scene."""
 
-    def take(self, piece: Trajectory) -> None:
+    def take(self, block: Trajectory) -> None:
         """Process the next samples, at least one."""
 
     def value(self) -> float | None:
@@ -41,7 +41,7 @@ def register_metric(
 
     It stands in ``ab-sim metrics``, in reports, in the tables of ``ab-sim run`` and ``ab-sim
     report``, and in ``metrics`` of results. The class is created for each run, with the scene and
-    how many samples there are. ``take(piece)`` is called with these, a ``Trajectory`` after the
+    how many samples there are. ``take(block)`` is called with these, a ``Trajectory`` after the
     other: a run may be longer than what fits into memory. Then ``value()`` gives the number, or
     None where it has no meaning. A text ``equation`` of the class, if it has one, is listed with
     the metric.
@@ -84,8 +84,8 @@ def register_metric(
     ... class MeanSpeed:
     ...     def __init__(self, scene, samples):
     ...         self.sum, self.samples = 0.0, samples
-    ...     def take(self, piece):
-    ...         self.sum += piece["speed"].sum()
+    ...     def take(self, block):
+    ...         self.sum += block["speed"].sum()
     ...     def value(self):
     ...         return float(self.sum / self.samples)
     >>> run = ab_sim.simulate(ab_sim.load_scene("thesis-hold", ["duration=0.1"]))
@@ -109,14 +109,17 @@ def register_metric(
             if unit == "1"
             else number_row(head, value, Quantity(unit, ShownUnit(unit, 1.0)))
         )
-        watch, equation = _watch_of(kind, last_stretch), str(getattr(kind, "equation", ""))
+        accumulator, equation = (
+            _accumulator_of(kind, last_stretch),
+            str(getattr(kind, "equation", "")),
+        )
         register(
             Metric[float | None](
                 key,
                 unit,
                 meaning,
                 equation,
-                watch,
+                accumulator,
                 lambda each: [own.value() for own in each.own],
                 row,
                 Better(better),
@@ -127,18 +130,18 @@ def register_metric(
     return add
 
 
-def _watch_of(kind: type[OwnMetric], last_stretch: bool) -> type[Any]:
-    class OwnWatch:
+def _accumulator_of(kind: type[OwnMetric], last_stretch: bool) -> type[Any]:
+    class OwnAccumulator:
         def __init__(self, runs: JudgedRuns) -> None:
             count = runs.last if last_stretch else runs.samples
             self.own = [kind(scene, count) for scene in runs.scenes]
 
-        def take(self, piece: Piece) -> None:
-            if last_stretch and not piece.late:
+        def take(self, block: SampleBlock) -> None:
+            if last_stretch and not block.late:
                 return
-            samples = piece.late_trajectories if last_stretch else piece.trajectories
+            samples = block.late_trajectories if last_stretch else block.trajectories
             for own, each in zip(self.own, samples, strict=True):
                 own.take(each)
 
-    OwnWatch.__module__ = kind.__module__  # cached results depend on the metric's sources
-    return OwnWatch
+    OwnAccumulator.__module__ = kind.__module__  # cached results depend on the metric's sources
+    return OwnAccumulator

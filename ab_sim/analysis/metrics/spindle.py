@@ -1,11 +1,11 @@
-"""Watches of the spindle: start, final speed, motor torque, and slip of balls."""
+"""Accumulators of the spindle: start, final speed, motor torque, and slip of balls."""
 
 import math
 
 import numpy as np
 
 from ab_sim.analysis.metrics.each_run import EachRun, JudgedRun
-from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
 from ab_sim.drive.trajectory import Trajectory
 
 NEAR = 0.01
@@ -47,7 +47,7 @@ class SpindleStart:
         self._before = float(time[-1])
 
 
-class SpindleStartWatch(EachRun[SpindleStart]):
+class SpindleStartAccumulator(EachRun[SpindleStart]):
     """Time at which the commanded speed starts to change."""
 
     KIND = SpindleStart
@@ -90,7 +90,7 @@ class SpindleTarget:
         return self._time if self._begins <= self._latest else None
 
 
-class SpindleTargetWatch(EachRun[SpindleTarget]):
+class SpindleTargetAccumulator(EachRun[SpindleTarget]):
     """Time from which the spindle has its final commanded speed."""
 
     KIND = SpindleTarget
@@ -101,17 +101,17 @@ class SpindleTargetWatch(EachRun[SpindleTarget]):
         return [each.found for each in self.each]
 
 
-class TorqueWatch:
+class TorqueAccumulator:
     """Largest torque of the motor."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._most, self._motor = np.zeros(len(runs)), False
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        if "motor_torque" in piece.channels:
+        if "motor_torque" in block.channels:
             self._motor = True
-            self._most = np.maximum(self._most, np.abs(piece["motor_torque"]).max(axis=1))
+            self._most = np.maximum(self._most, np.abs(block["motor_torque"]).max(axis=1))
 
     @property
     def found(self) -> list[float | None]:
@@ -119,7 +119,7 @@ class TorqueWatch:
         return [most if self._motor else None for most in self._most.tolist()]
 
 
-class SlipWatch:
+class SlipAccumulator:
     """Slip of the balls on the race, from the start to the last sample."""
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -128,11 +128,11 @@ class SlipWatch:
         self.turns = np.empty((len(runs), 0))
         """Magnitude of each ball's slip in revolutions, shape (runs, balls)."""
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        angles = piece.ball_angles
+        angles = block.ball_angles
         if self._first is None:
-            follows = np.array([[_follows_the_start(time)] for time in piece["time"]])
+            follows = np.array([[_follows_the_start(time)] for time in block["time"]])
             self._first = np.where(follows, self._at_start, angles[:, 0])
         # C-contiguous: the order of a run's sum, and thus every bit, is independent of the other
         # runs.

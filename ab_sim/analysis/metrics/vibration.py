@@ -228,7 +228,7 @@ def _beside_the_band(speed: float) -> str | None:
     return f"the spindle's {turns:.4g} turns a second are {where} the band"
 
 
-class BroadBandWatch(EachRun[BroadBand]):
+class BroadBandAccumulator(EachRun[BroadBand]):
     """Largest vibration velocity along the axes of the scene's sensors."""
 
     KIND = BroadBand

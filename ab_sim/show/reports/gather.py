@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ab_sim.analysis.metrics import Metrics, metrics_of_pieces, passes_of
+from ab_sim.analysis.metrics import Metrics, metrics_of_blocks, passes_of
 from ab_sim.analysis.rest import Rest, rest_of
 from ab_sim.base.conventions import last_stretch
 from ab_sim.base.errors import AbSimError, InputError
@@ -117,7 +117,7 @@ def gather(
     read = [0]
     passes = 1 + (0 if scene is None else passes_of()) + (run.every > 1)
 
-    def pieces() -> Iterator[Trajectory]:
+    def blocks() -> Iterator[Trajectory]:
         # for a recording in progress, only the samples at the start of the report
         remaining = extent.rows
         for block in run.blocks():
@@ -127,22 +127,22 @@ def gather(
             remaining -= len(rows)
             # Evenly spaced samples only: the full-rate ones around events would have too much
             # weight.
-            piece = Trajectory(run.channels, rows[rows[:, 0] % run.every == 0])
-            if len(piece):
-                yield piece
+            block = Trajectory(run.channels, rows[rows[:, 0] % run.every == 0])
+            if len(block):
+                yield block
             read[0] += len(rows)
             if progress is not None:
                 progress(read[0], passes * extent.rows)
 
-    count = extent.rows if run.every == 1 else sum(map(len, pieces()))
+    count = extent.rows if run.every == 1 else sum(map(len, blocks()))
     if count == 0:
         raise InputError(
             f"{run.path}: there is no whole interval of {run.every} steps to report on"
         )
-    metrics = None if scene is None else metrics_of_pieces(pieces, count, scene)
+    metrics = None if scene is None else metrics_of_blocks(blocks, count, scene)
     collected = _Collected(run, scene, count)
-    for piece in pieces():
-        collected.take(piece)
+    for block in blocks():
+        collected.take(block)
     notes = [note for note in (*run.remarks, why) if note]
     if not run.complete and not run.torn:
         notes.append("was not closed: it is still being written, or its writer was killed")
@@ -202,19 +202,19 @@ class _Collected:
         self._orbit: list[np.ndarray] = []
         self._turning: list[np.ndarray] = []
 
-    def take(self, piece: Trajectory) -> None:
-        time, have = piece["time"], piece.channels
-        seen = self._rest.counted_from(piece)
-        columns = [piece[name] for name in self._plain]
+    def take(self, block: Trajectory) -> None:
+        time, have = block["time"], block.channels
+        seen = self._rest.counted_from(block)
+        columns = [block[name] for name in self._plain]
         if "whirl" in self.curves.channels:
             columns.append(seen.whirl)
             self._take_orbit(seen)
-        if piece.tilts:
-            columns += list((piece.tilt - self._rest.tilt).T)
-        if self._scene is not None and piece.balls:
-            columns += list(driving_forces(piece, self._scene).T)
+        if block.tilts:
+            columns += list((block.tilt - self._rest.tilt).T)
+        if self._scene is not None and block.balls:
+            columns += list(driving_forces(block, self._scene).T)
         if self._alone is not None:
-            rows = np.column_stack([piece["step"], time, piece["speed"]])
+            rows = np.column_stack([block["step"], time, block["speed"]])
             _, when, speed = self._frames.of(rows).T
             if len(when):
                 whirl = self._alone.along(when, speed)
@@ -222,15 +222,15 @@ class _Collected:
                 self._final_alone.take(when, whirl)
         self.curves.take(time, np.column_stack(columns) if columns else np.empty((len(time), 0)))
         if self._axes:
-            axes = np.column_stack([piece[name] for name in self._axes])
-            step = piece["step"] // self._run.every
+            axes = np.column_stack([block[name] for name in self._axes])
+            step = block["step"] // self._run.every
             late = slice(max(self._last - self._done, 0), None)
             self._spectrum.take(step[late], time[late], axes[late])
             if "angle" in have and len(self._axes) > 1:
-                self._vibration.take(piece["angle"][late], axes[late])
+                self._vibration.take(block["angle"][late], axes[late])
             if "speed" in have:
-                self._waterfall.take(step, time, np.abs(piece["speed"]), axes)
-        self._done += len(piece)
+                self._waterfall.take(step, time, np.abs(block["speed"]), axes)
+        self._done += len(block)
 
     def _take_orbit(self, seen: Trajectory) -> None:
         rows = np.column_stack([seen["time"], seen["x"], seen["y"]])

@@ -1,4 +1,4 @@
-"""Watches (metric accumulators) of runs, fed piece by piece; see ``judging``.
+"""Metric accumulators of runs, fed block by block; see ``judging``.
 
 Their results have an entry per run.
 """
@@ -10,13 +10,13 @@ from functools import cached_property
 import numpy as np
 
 from ab_sim.analysis.circulation import Circulation, CirculationMarks, circulation_of
-from ab_sim.analysis.metrics.judging import JudgedRuns, Piece
+from ab_sim.analysis.metrics.judging import JudgedRuns, SampleBlock
 from ab_sim.analysis.metrics.mean_squares import MeanSquares
 from ab_sim.analysis.metrics.residuals import Residuals
 from ab_sim.analysis.startup import Peaks, first_passage_of_opposite, peaks_between
 from ab_sim.analysis.trend import CHANGE, Trends
 from ab_sim.base.conventions import TURN
-from ab_sim.drive.overlap import Overlap, OverlapWatch
+from ab_sim.drive.overlap import Overlap, OverlapAccumulator
 from ab_sim.drive.turn_vector import COARSEST
 from ab_sim.engine.compiling import Floats, Table, compiled
 from ab_sim.scene.model import Scene
@@ -45,7 +45,7 @@ def rms(values: np.ndarray) -> float:
     return float(np.sqrt(np.mean(values**2)))
 
 
-class PeakWatch:
+class PeakAccumulator:
     """Largest whirl, interpolated between samples."""
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -53,13 +53,13 @@ class PeakWatch:
         self._inside = np.zeros(len(runs), bool)
         self._around = np.zeros((len(_AROUND), len(runs), 3))
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        joined, every = piece.joined, np.arange(piece.samples.shape[0])
+        joined, every = block.joined, np.arange(block.samples.shape[0])
         whirl = joined.whirl
         top = np.argmax(whirl, axis=1)
         highest, step = whirl[every, top], joined["step"][every, top]
-        # Consider the peak again if it was the last sample of the previous piece: now its successor
+        # Consider the peak again if it was the last sample of the previous block: now its successor
         # is known.
         again = (step == self._step) & (top > 0)
         new = np.flatnonzero((highest > self._whirl) | again)
@@ -83,7 +83,7 @@ class PeakWatch:
         return peaks
 
 
-class FinalWhirlWatch:
+class FinalWhirlAccumulator:
     """Whirl of the last stretch."""
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -94,18 +94,18 @@ class FinalWhirlWatch:
         self._trends, self._disc_alone = Trends(count, runs.last), runs.numbers.disc_alone
         self._first_half, self._taken = runs.last - runs.last // 2, 0
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        if piece.late == 0:
+        if block.late == 0:
             return
-        whirl = piece.late_whirl
+        whirl = block.late_whirl
         squares = whirl * whirl
         self.mean_squares.take_squares(squares)
         self._trends.take(whirl, squares)
         first = max(self._first_half - self._taken, 0)
         self._halves[0].take_squares(squares[:, :first])
         self._halves[1].take_squares(squares[:, first:])
-        self._taken += piece.late
+        self._taken += block.late
         self._least = np.minimum(self._least, whirl.min(axis=1))
         self._most = np.maximum(self._most, whirl.max(axis=1))
 
@@ -142,7 +142,7 @@ class FinalWhirlWatch:
         return np.maximum(BAND * self.mean_squares.values, FLOOR * self._disc_alone)
 
 
-class EarlierWhirlWatch:
+class EarlierWhirlAccumulator:
     """Largest whirl of the stretches before the last one."""
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -151,35 +151,35 @@ class EarlierWhirlWatch:
         self.largest = np.full(len(runs), -np.inf)
         """Largest whirl [m]."""
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
         first, end = (max(at - self._done, 0) for at in (self._begin, self._end))
-        self._done += len(piece)
-        whirl = piece.whirl[:, first:end]
+        self._done += len(block)
+        whirl = block.whirl[:, first:end]
         if whirl.size:
             self.largest = np.maximum(self.largest, whirl.max(axis=1))
 
 
-class BandWatch:
+class BandAccumulator:
     """Time from which the whirl stays within its band."""
 
-    AFTER = (FinalWhirlWatch,)
+    AFTER = (FinalWhirlAccumulator,)
 
-    def __init__(self, runs: JudgedRuns, final: FinalWhirlWatch) -> None:
+    def __init__(self, runs: JudgedRuns, final: FinalWhirlAccumulator) -> None:
         self._final, self._band = final.mean_squares.values[:, None], final.band[:, None]
         self._settled = final.settled
         self._latest, self._done = runs.samples - runs.last, 0
         self._begins = np.zeros(len(runs), int)
         self._times = np.full(len(runs), np.nan)
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        time, count = piece["time"], len(piece)
+        time, count = block["time"], len(block)
         self._times = np.where(self._begins == self._done, time[:, 0], self._times)
         # Number of samples after the last one outside the band; all samples if none is outside.
         inside = np.empty(len(time), int)
-        for rows in piece.blocks():
-            outside = np.abs(piece.whirl[rows] - self._final[rows]) > self._band[rows]
+        for rows in block.row_blocks():
+            outside = np.abs(block.whirl[rows] - self._final[rows]) > self._band[rows]
             last = np.argmax(outside[:, ::-1], axis=1)
             inside[rows] = np.where(outside.any(axis=1), last, count)
         left = np.flatnonzero(inside < count)
@@ -201,7 +201,7 @@ class BandWatch:
         return [time if stay else None for time, stay in times]
 
 
-class ResidualWatch:
+class ResidualAccumulator:
     """Residual unbalance and residual couple over the last stretch.
 
     They hold for balls on a round race around the shaft; the contribution of a runout is left out.
@@ -214,11 +214,11 @@ class ResidualWatch:
         self._trends, self._most = Trends(len(runs), runs.last), numbers.most_unbalance
         self._couple = Residuals(numbers.moments * numbers.heights, numbers.couple)
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        if piece.late == 0:
+        if block.late == 0:
             return
-        angles = np.ascontiguousarray(piece.late_ball_angles)
+        angles = np.ascontiguousarray(block.late_ball_angles)
         squares = self._unbalance.take(angles)
         self._trends.take(np.sqrt(squares), squares)
         if self._couple.any:
@@ -246,7 +246,7 @@ class ResidualWatch:
         return np.where(self._own != 0.0, self._own * values, values)
 
 
-class TiltWatch:
+class TiltAccumulator:
     """Tilt of the shaft from its rest direction; no values in the plane."""
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -254,18 +254,18 @@ class TiltWatch:
         """Largest tilt [rad]."""
         self._final, self._runs = MeanSquares(len(runs)), runs
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        if "qw" not in piece.channels:
+        if "qw" not in block.channels:
             return
         rests = self._runs.rests
-        each = zip(rests, piece.trajectories, strict=True)
+        each = zip(rests, block.trajectories, strict=True)
         tilts = np.array([rest.tilt_from(trajectory) for rest, trajectory in each])
         for run, most in enumerate(tilts.max(axis=1).tolist()):
             before = self.peak[run]
             self.peak[run] = most if before is None else max(before, most)
-        if piece.late:
-            self._final.take(tilts[:, len(piece) - piece.late :])
+        if block.late:
+            self._final.take(tilts[:, len(block) - block.late :])
 
     @property
     def final(self) -> list[float | None]:
@@ -273,7 +273,7 @@ class TiltWatch:
         return self._final.values_if_any
 
 
-class PassageWatch:
+class PassageAccumulator:
     """First passage of all balls opposite the unbalance, in a start-up."""
 
     def __init__(self, runs: JudgedRuns) -> None:
@@ -281,14 +281,14 @@ class PassageWatch:
         """Time [s]; see ``first_passage_of_opposite``."""
         self._left = [run for run, scene in enumerate(runs.scenes) if is_start_up(scene)]
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
         for run in self._left:
-            self.found[run] = first_passage_of_opposite(piece.joined.trajectories[run])
+            self.found[run] = first_passage_of_opposite(block.joined.trajectories[run])
         self._left = [run for run in self._left if self.found[run] is None]
 
 
-class OncePerTurnWatch:
+class OncePerTurnAccumulator:
     """Once-per-turn part of the whirl in the last stretch, on the rotor's axes.
 
     A Hann window over the stretch suppresses other frequencies, even if the stretch is not a whole
@@ -301,19 +301,19 @@ class OncePerTurnWatch:
         self._last, self._taken = runs.last, 0
         self._before: np.ndarray | None = None
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        if piece.late == 0:
+        if block.late == 0:
             return
-        first = len(piece) - piece.late
-        x, y, angle = (np.ascontiguousarray(piece[name][:, first:]) for name in ("x", "y", "angle"))
-        share = (self._taken + np.arange(piece.late) + 0.5) / self._last
+        first = len(block) - block.late
+        x, y, angle = (np.ascontiguousarray(block[name][:, first:]) for name in ("x", "y", "angle"))
+        share = (self._taken + np.arange(block.late) + 0.5) / self._last
         weights = (1.0 - np.cos(2.0 * np.pi * share)) / self._last
         compiled(add_on_rotor_axes)(weights, x, y, angle, self._sums)
         turned = np.abs(np.diff(angle, axis=1, prepend=self._angles_before(angle)))
         self._turned += turned.sum(axis=1)
         self._shown &= turned.max(axis=1) <= COARSEST
-        self._taken, self._before = self._taken + piece.late, angle[:, -1:]
+        self._taken, self._before = self._taken + block.late, angle[:, -1:]
 
     def _angles_before(self, angle: np.ndarray) -> np.ndarray:
         return angle[:, :1] if self._before is None else self._before
@@ -355,15 +355,15 @@ def add_on_rotor_axes(weights: Floats, x: Table, y: Table, angle: Table, sums: T
             sums[run, 1] += weights[k] * (y[run, k] * c - x[run, k] * s)
 
 
-class LastSampleWatch:
+class LastSampleAccumulator:
     """Last sample of each run."""
 
     def __init__(self, runs: JudgedRuns) -> None:
-        self._last: Piece
+        self._last: SampleBlock
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        self._last = piece
+        self._last = block
 
     @property
     def ball_angles(self) -> list[tuple[float, ...]]:
@@ -376,17 +376,17 @@ class LastSampleWatch:
         return self._last["speed"][:, -1]
 
 
-class FinalCirculationWatch:
+class FinalCirculationAccumulator:
     """Balls that circulate over the last stretch."""
 
     def __init__(self, runs: JudgedRuns) -> None:
         self._marks, self._balls = CirculationMarks(runs.last), runs.numbers.moments.shape[1]
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        first = len(piece) - piece.late
+        first = len(block) - block.late
         self._marks.take(
-            piece["time"][:, first:], piece["angle"][:, first:], piece.late_ball_angles
+            block["time"][:, first:], block["angle"][:, first:], block.late_ball_angles
         )
 
     @cached_property
@@ -400,21 +400,21 @@ class FinalCirculationWatch:
         return [each is not None if self._balls else None for each in self.found]
 
 
-class RunOverlapWatch:
+class RunOverlapAccumulator:
     """Overlaps of balls with a size in scenes without contact."""
 
     def __init__(self, runs: JudgedRuns) -> None:
-        self._watches = [OverlapWatch(scene) for scene in runs.scenes]
+        self._accumulators = [OverlapAccumulator(scene) for scene in runs.scenes]
 
-    def take(self, piece: Piece) -> None:
+    def take(self, block: SampleBlock) -> None:
         """Process the next samples."""
-        for watch, trajectory in zip(self._watches, piece.trajectories, strict=True):
-            watch.take(trajectory)
+        for accumulator, trajectory in zip(self._accumulators, block.trajectories, strict=True):
+            accumulator.take(trajectory)
 
     @property
     def found(self) -> list[tuple[Overlap, ...] | None]:
         """Overlaps of each run; None if balls cannot overlap."""
-        return [watch.found for watch in self._watches]
+        return [accumulator.found for accumulator in self._accumulators]
 
 
 def is_start_up(scene: Scene) -> bool:
