@@ -120,7 +120,7 @@ def gather(
     def blocks() -> Iterator[Trajectory]:
         # for a recording in progress, only the samples at the start of the report
         remaining = extent.rows
-        for block in run.blocks():
+        for stored in run.blocks():
             rows = block[:remaining]
             if len(rows) == 0:
                 return
