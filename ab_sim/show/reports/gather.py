@@ -121,7 +121,7 @@ def gather(
         # for a recording in progress, only the samples at the start of the report
         remaining = extent.rows
         for stored in run.blocks():
-            rows = block[:remaining]
+            rows = stored[:remaining]
             if len(rows) == 0:
                 return
             remaining -= len(rows)
