@@ -189,3 +189,33 @@ def test_missing_certificates_are_named_before_pip_needs_them(tmp_path: Path) ->
     done = run("unshare", "--mount", "sh", "-c", command, cwd=ROOT)
     assert done.returncode == 1
     assert "apt-get install ca-certificates" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_missing_certificates_are_named_before_debian_13s_pip_fails(tmp_path: Path) -> None:
+    """That pip reads them when it is imported. apt-get gets a wheel that does the same."""
+    source, bin_folder = tmp_path / "wheel/pip", tmp_path / "bin"
+    (source / "_vendor").mkdir(parents=True)
+    bin_folder.mkdir()
+    (source / "__main__.py").write_text("open('/no/such/certificates')\n")
+    (source / "_vendor/certifi.py").write_text("where = lambda: '/no/such/certificates'\n")
+    for folder in (source, source / "_vendor"):
+        (folder / "__init__.py").touch()
+    wheel = shutil.make_archive(str(tmp_path / "pip"), "zip", source.parent)
+    to = "usr/share/python-wheels"
+    commands = {
+        "id": "echo 1000",  # who is not root: nothing is installed
+        "apt-get": "touch python3-pip-whl_1.deb",
+        "dpkg-deb": f"mkdir -p {to} && cp {wheel} {to}/pip-1-py3-none-any.whl",
+    }
+    for name, command in commands.items():
+        (bin_folder / name).write_text(f"#!/bin/sh\n{command}\n")
+        (bin_folder / name).chmod(0o755)
+    (tmp_path / "ensurepip.py").write_text("raise ImportError\n")
+    path = f"{bin_folder}:{os.environ['PATH']}"
+    done = run(
+        *("tools/make-venv", sys.executable, tmp_path / "venv"),
+        cwd=ROOT,
+        env=environment(PATH=path, PYTHONPATH=str(tmp_path)),
+    )
+    assert done.returncode == 1
+    assert "apt-get install ca-certificates" in done.stderr and "Traceback" not in done.stderr
