@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 from pathlib import Path
+from random import Random
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from rerun.chunk import RrdReader
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.record.recording import CHUNK_ROWS, Recording, open_recording, read_recording
+from ab_sim.record.recording.rerun_file import RerunFile
 from ab_sim.record.recording.stored import StoredRun
 from tests.recording.runs import describe, record, run
 
@@ -146,3 +148,42 @@ def test_of_merged_recordings_one_is_read_and_named(tmp_path: Path) -> None:
     first = RrdReader(merged).recordings()[0].recording_id
     assert first in remark
     assert open_recording(files[0]).remarks == ()
+
+
+def place_of(path: Path, entity: str) -> int:
+    """Return where in the file the first chunk of an entity begins [bytes]."""
+    return int(next(RerunFile(path).chunks(entity)).place.rsplit(" ", 1)[1])
+
+
+@pytest.mark.parametrize("entity", ["/description", "/samples", "/channels", "/closed"])
+def test_no_flipped_bit_ends_the_process(tmp_path: Path, entity: str) -> None:
+    """Rerun's own reader aborts it on some of these, which no test would survive."""
+    record(tmp_path / "run.rrd", *run(100))
+    whole, damaged, random = (
+        (tmp_path / "run.rrd").read_bytes(),
+        tmp_path / "damaged.rrd",
+        Random(0),
+    )
+    start, refused = place_of(tmp_path / "run.rrd", entity), 0
+    for _ in range(100):
+        content = bytearray(whole)
+        content[start + random.randrange(1200)] ^= 1 << random.randrange(8)
+        damaged.write_bytes(content)
+        try:
+            assert len(read_recording(damaged).samples) <= 100
+        except RecordingError as error:
+            assert "damaged.rrd" in str(error)
+            refused += 1
+    assert refused > 15
+
+
+def test_a_damaged_recording_says_where_and_what_to_do(tmp_path: Path) -> None:
+    record(tmp_path / "run.rrd", *run(100))
+    start = place_of(tmp_path / "run.rrd", "/samples")
+    with (tmp_path / "run.rrd").open("r+b") as file:
+        file.seek(start + 300)
+        file.write(bytes(200))
+    with pytest.raises(
+        RecordingError, match=rf"run\.rrd is damaged at byte {start}: .*copy the file"
+    ):
+        read_recording(tmp_path / "run.rrd")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -11,9 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
-from numpy.typing import NDArray
-from rerun.chunk import Chunk, RrdReader
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.drive.trajectory import Trajectory, column_of
@@ -26,7 +22,7 @@ from ab_sim.record.recording.layout import (
     Array,
     layout_of,
 )
-from ab_sim.record.recording.unfinished_file import readable_part
+from ab_sim.record.recording.rerun_file import Chunk, RerunFile
 
 BLOCK_ROWS = 10_000
 """Default number of rows of a block: large enough for numpy, some MB."""
@@ -66,34 +62,32 @@ class Notes:
 class StoredRun:
     """A recording that is read from disk on each request; see `open_recording`.
 
-    ``torn`` states why its end cannot be read; everything before can. For a recording in progress,
-    each pass reads the data written so far.
+    For a recording in progress, each pass reads the data written so far.
     """
 
     def __init__(self, path: Path | str) -> None:
         self.path = Path(path)
-        self._size = -1
-        batches: dict[str, pa.RecordBatch] = {}
-        for chunk in self._chunks(is_static=True):
-            if chunk.entity_path in ("/description", DECIMATED, "/channels"):
-                batches[chunk.entity_path] = chunk.to_record_batch()
-                if chunk.entity_path == "/channels":
-                    break
-        if "/description" not in batches:
+        self._file = RerunFile(self.path)
+        chunks: dict[str, Chunk] = {}
+        for chunk in self._chunks("/description", DECIMATED, "/channels"):
+            chunks[chunk.entity_path] = chunk
+            if chunk.entity_path == "/channels":
+                break
+        if "/description" not in chunks:
             torn = f"; {self.torn}" if self.torn else ""
             raise RecordingError(
                 f"{self.path} is a Rerun file, but not a recording of ab_sim{torn}"
             )
-        text = _column(batches["/description"], "TextDocument:text")[0]
+        text = chunks["/description"].texts("TextDocument:text")[0]
         self.description: dict[str, Any] = _description_in(text, self.path)
         self.remarks = self._remarks()
         """Texts on parts of the file that are not read: a torn end, further recordings."""
-        named = _column(batches["/channels"], "names") if "/channels" in batches else ()
+        named = chunks["/channels"].texts("names", None) if "/channels" in chunks else ()
         self.channels: tuple[str, ...] = tuple(named)
-        rule = batches.get(DECIMATED)
-        self.every = int(_column(rule, "every")[0]) if rule else 1
+        rule = chunks.get(DECIMATED)
+        self.every = int(rule.numbers("every")[0]) if rule else 1
         """Decimation: one step in every ``every`` is kept away from events."""
-        self.around = float(_column(rule, "around")[0]) if rule else 0.0
+        self.around = float(rule.numbers("around")[0]) if rule else 0.0
         """Time before and after an event in which all steps are kept [s]."""
 
     def blocks(
@@ -148,15 +142,21 @@ class StoredRun:
 
     def _remarks(self) -> tuple[str, ...]:
         remarks = (self.torn,) if self.torn else ()
-        if len(self._recordings) < 2:
+        recordings = self._file.recordings
+        if len(recordings) < 2:
             return remarks
         scene = self.description.get("scene") or {}
         return (
             *remarks,
-            f"holds {len(self._recordings)} recordings, as `rerun rrd merge` makes; only "
-            f"{self._recordings[0].recording_id} is read (scene {scene.get('name', 'unknown')}); "
+            f"holds {len(recordings)} recordings, as `rerun rrd merge` makes; only "
+            f"{recordings[0]} is read (scene {scene.get('name', 'unknown')}); "
             "give each recording as its own file",
         )
+
+    @property
+    def torn(self) -> str | None:
+        """Reason why the end cannot be read, if it cannot; everything before can."""
+        return self._file.torn
 
     def __repr__(self) -> str:
         return f"<StoredRun: {self.path.name}, channels {len(self.channels)}>"
@@ -185,22 +185,19 @@ class StoredRun:
         events: list[Event] = []
         scalars: dict[str, list[Array]] = {}
         closed = None
-        for chunk in self._chunks():
+        for chunk in self._chunks(CLOSED, "/events/", "/run/"):
             entity = chunk.entity_path
             if entity == CLOSED:
-                closed = int(_column(chunk.to_record_batch(), "rows")[0])
-            elif chunk.is_static or not entity.startswith(("/events/", "/run/")):
+                closed = int(chunk.numbers("rows")[0])
+            if chunk.is_static:
                 continue
+            times = chunk.numbers("sim_time").astype(np.int64) / 1e9
+            if entity.startswith("/run/"):
+                name, values = entity.removeprefix("/run/"), chunk.numbers("Scalars:scalars")
+                scalars.setdefault(name, []).append(np.column_stack([times, values]))
             else:
-                batch = chunk.to_record_batch()
-                times = _column(batch, "sim_time").astype(np.int64) / 1e9
-                if entity.startswith("/run/"):
-                    name, values = entity.removeprefix("/run/"), _column(batch, "Scalars:scalars")
-                    scalars.setdefault(name, []).append(np.column_stack([times, values]))
-                else:
-                    texts = (_column(batch, name) for name in _EVENT)
-                    noted = zip(times.tolist(), *texts, strict=True)
-                    events += [Event(*row) for row in noted]
+                texts = (chunk.texts(name) for name in _EVENT)
+                events += [Event(*row) for row in zip(times.tolist(), *texts, strict=True)]
         events.sort(key=lambda event: event.time)
         joined = {name: np.concatenate(parts) for name, parts in scalars.items()}
         return Notes(events, joined, closed)
@@ -213,23 +210,11 @@ class StoredRun:
         """
         return self.notes.closed_with == self.extent.rows
 
-    def _chunks(self, is_static: bool | None = None) -> Iterator[Chunk]:
+    def _chunks(self, *prefixes: str) -> Iterator[Chunk]:
         size = self.path.stat().st_size if self.path.is_file() else -1
-        if size < 0 or size != self._size:  # it is in progress, or was just opened
-            self._readable, self.torn = readable_part(self.path)
-            self._size = size
-        try:
-            with warnings.catch_warnings():
-                warnings.simplefilter("ignore")  # it warns of every file without an index
-                reader = RrdReader(self._readable.path)
-                # Of a file that others have merged, the first one.
-                self._recordings = reader.recordings()
-                stream = reader.stream(store=next(iter(self._recordings), None))
-                yield from stream if is_static is None else stream.filter(is_static=is_static)
-        except (RuntimeError, ValueError) as error:
-            raise RecordingError(
-                f"{self.path} is not a Rerun recording, or is torn: {error}"
-            ) from error
+        if size < 0 or size != self._file.size:  # it is in progress
+            self._file = RerunFile(self.path)
+        return self._file.chunks(*prefixes)
 
     def _rows(self, names: Sequence[str]) -> Iterator[Array]:
         """Yield rows as stored: all channels of a row were sent at once."""
@@ -240,7 +225,7 @@ class StoredRun:
         if self.every > 1:
             layout[LEFT_OUT] = [LEFT_OUT]
         groups = [(f"{CHANNELS}:{group}", own) for group, own in layout.items()]
-        for chunk in self._chunks(is_static=False):
+        for chunk in self._chunks(SAMPLES, _FORMER):
             if chunk.entity_path == _FORMER:
                 raise RecordingError(
                     f"{self.path} was written by an earlier ab_sim, with an entity for each group "
@@ -248,22 +233,14 @@ class StoredRun:
                 )
             if chunk.entity_path != SAMPLES:
                 continue
-            batch = chunk.to_record_batch()
-            steps = _column(batch, "step")
+            steps = chunk.numbers("step")
             rows = np.empty((len(steps), len(names)))
             rows[:, [at for at, name in enumerate(names) if name == "step"]] = steps[:, None]
             for component, own in groups:
                 wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
                 if not wanted:
                     continue
-                if component not in batch.schema.names:
-                    raise RecordingError(f"{self.path}: {SAMPLES} has rows without {component}")
-                flat = _column(batch, component)
-                if len(flat) != len(own) * len(steps):
-                    raise RecordingError(
-                        f"{self.path}: {component} has {len(flat)} values in {len(steps)} rows, "
-                        f"and should have {len(own)} in each"
-                    )
+                flat = chunk.numbers(component, len(own))
                 to, pick = zip(*wanted, strict=True)
                 rows[:, to] = flat.reshape(-1, len(own))[:, pick]
             yield rows
@@ -304,13 +281,6 @@ def open_recording(path: Path | str) -> StoredRun:
 
 _FORMER = "/clock/time"
 _EVENT = ("TextLog:level", "source", "TextLog:text")
-
-
-def _column(batch: pa.RecordBatch, name: str) -> NDArray[Any]:
-    """Return all values of a component or timeline, flat."""
-    column = batch[name]
-    flat = column.flatten() if pa.types.is_list(column.type) else column
-    return np.asarray(flat.to_numpy(zero_copy_only=False))
 
 
 def _pair(row: Array) -> tuple[float, float]:

@@ -1,0 +1,222 @@
+"""Chunks of a Rerun file, finished or not.
+
+After a header, a file holds messages: a kind, a length, and a protobuf message. That of a chunk
+holds an Arrow stream. Rerun's own reader (0.41) refuses the incomplete last message of a killed
+writer, and aborts the process on some damaged chunks.
+"""
+
+from __future__ import annotations
+
+import errno
+import os
+import struct
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute
+from numpy.typing import NDArray
+
+from ab_sim.base.errors import RecordingError
+from ab_sim.base.input_file import check_regular
+
+T = TypeVar("T")
+
+_MAGIC = b"RRF2"
+_HEADER = 12  # bytes: magic, version, options
+_MESSAGE = struct.Struct("<QQ")  # kind and length [bytes] of a message
+_KINDS = 16  # more than there are
+_END, _STORE, _CHUNK = range(3)  # kinds; an index may follow the end
+_RECORDING = 1  # kind of a store; the other is a blueprint
+_LZ4 = 2
+_LARGEST_RATIO = 255  # LZ4 compresses no further
+_DAMAGE = (pa.ArrowException, ArithmeticError, LookupError, OSError, TypeError, ValueError)
+
+
+@dataclass(frozen=True)
+class Chunk:
+    """Table of some rows of an entity."""
+
+    entity_path: str
+    table: pa.Table
+    place: str  # file and byte, for errors
+
+    @property
+    def is_static(self) -> bool:
+        """True if the chunk has no timeline."""
+        kinds = [(field.metadata or {}).get(b"rerun:kind") for field in self.table.schema]
+        return b"index" not in kinds
+
+    def texts(self, name: str, per_row: int | None = 1) -> list[str]:
+        """Return all values of a component, flat; RecordingError if they are not texts."""
+        column = self._flat(name, per_row)
+        if not pa.types.is_string(column.type) or column.null_count:
+            raise self._wrong(name, "is not text")
+        texts: list[str] = column.to_pylist()
+        return texts
+
+    def numbers(self, name: str, per_row: int = 1) -> NDArray[Any]:
+        """Return all values of a component or timeline, flat; RecordingError as above."""
+        column = self._flat(name, per_row)
+        if pa.types.is_duration(column.type):
+            column = column.cast(pa.int64())
+        is_number = pa.types.is_integer(column.type) or pa.types.is_floating(column.type)
+        if not is_number or column.null_count:
+            raise self._wrong(name, "is not numbers")
+        return np.asarray(column.to_numpy())
+
+    def _flat(self, name: str, per_row: int | None) -> pa.ChunkedArray:
+        if self.table.schema.names.count(name) != 1:
+            raise self._wrong(name, "is missing, or there twice")
+        column, rows = self.table[name], self.table.num_rows
+        if pa.types.is_list(column.type):
+            column = pa.compute.list_flatten(column)
+        if per_row is not None and len(column) != per_row * rows or not rows:
+            raise self._wrong(
+                name, f"has {len(column)} values in {rows} rows, and should have {per_row} in each"
+            )
+        return column
+
+    def _wrong(self, name: str, reason: str) -> RecordingError:
+        return _damaged(self.place, f"{name} of {self.entity_path} {reason}")
+
+
+class RerunFile:
+    """A file as it is when it is opened: the complete messages of a recording in progress.
+
+    ``recordings`` are identifiers, several after `rerun rrd merge`. ``torn`` states why the end
+    cannot be read, if it cannot.
+
+    Raises
+    ------
+    RecordingError
+        The file is missing, damaged, or not one of Rerun's; `chunks` may raise it, too.
+    """
+
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        self.torn: str | None = None
+        with _reading(path):
+            if path.is_dir():
+                raise IsADirectoryError(errno.EISDIR, "it is a folder")
+            check_regular(path)
+            self.size = self._end = path.stat().st_size
+            stores = [name for _, name in self._parsed(_STORE, _recording_in)]
+        self.recordings = [*dict.fromkeys(name for name in stores if name)]
+
+    def chunks(self, *prefixes: str) -> Iterator[Chunk]:
+        """Yield chunks of the first recording in the order of the file.
+
+        Parameters
+        ----------
+        *prefixes : str
+            Entity paths start with one of these; others are not decoded.
+        """
+
+        def parse(message: bytes) -> tuple[str, pa.Table] | None:
+            fields = _fields(message)
+            if _name_of_recording(fields[1]) != self.recordings[0]:
+                return None
+            with pa.ipc.open_stream(_unpacked(fields)) as stream:
+                entity = str(stream.schema.metadata[b"rerun:entity_path"], "utf-8")
+                if not entity.startswith(prefixes):
+                    return None
+                table = stream.read_all()
+            table.validate(full=True)
+            return entity, table
+
+        for place, content in self._parsed(_CHUNK, parse) if self.recordings else ():
+            if content:
+                yield Chunk(*content, place)
+
+    def _parsed(self, wanted: int, parse: Callable[[bytes], T]) -> Iterator[tuple[str, T]]:
+        """Yield place and content of each message of a kind."""
+        at = _HEADER
+        with _reading(self.path), self.path.open("rb") as file:
+            if file.read(_HEADER)[: len(_MAGIC)] != _MAGIC or self.size < _HEADER:
+                raise RecordingError(f"{self.path} is not a Rerun recording")
+            while at < self._end:
+                header = file.read(_MESSAGE.size).ljust(_MESSAGE.size, b"\xff")
+                kind, length = _MESSAGE.unpack(header)
+                after = at + _MESSAGE.size + length
+                if kind >= _KINDS or after > self._end:
+                    self.torn = f"torn: its last {self.size - at} bytes cannot be read"
+                    self._end = at
+                    return
+                if kind == _END:
+                    return
+                if kind == wanted:
+                    place = f"{self.path} is damaged at byte {at}"
+                    try:
+                        content = parse(file.read(length))
+                    except _DAMAGE as error:
+                        raise _damaged(place, str(error)) from error
+                    yield place, content
+                else:
+                    file.seek(length, os.SEEK_CUR)
+                at = after
+
+
+def _recording_in(message: bytes) -> str | None:
+    """Return the identifier in a message of kind `_STORE`; None for a blueprint."""
+    return _name_of_recording(_fields(_fields(message)[2])[2])
+
+
+def _name_of_recording(store: memoryview) -> str | None:
+    fields = _fields(store)
+    return str(fields[2], "utf-8") if fields[1] == _RECORDING else None
+
+
+def _unpacked(fields: dict[int, Any]) -> memoryview | pa.Buffer:
+    """Return the Arrow stream in a message of kind `_CHUNK`."""
+    size, payload = fields[3], fields[5]
+    if fields.get(2) != _LZ4:
+        return payload
+    if size > _LARGEST_RATIO * len(payload):
+        raise ValueError(f"{size} bytes cannot be compressed to {len(payload)}")
+    return pa.decompress(payload, decompressed_size=size, codec="lz4_raw")
+
+
+def _fields(message: bytes | memoryview) -> dict[int, Any]:
+    """Return the fields of a protobuf message by number: integers, or bytes."""
+    view, at = memoryview(message), 0
+    fields: dict[int, Any] = {}
+    while at < len(view):
+        key, at = _varint(view, at)
+        value, at = _varint(view, at)
+        fields[key >> 3] = value
+        if key & 7 == 2 and at + value <= len(view):
+            fields[key >> 3] = view[at : at + value]
+            at += value
+        elif key & 7:
+            raise ValueError("a field of unknown type, or too long")
+    return fields
+
+
+def _varint(view: memoryview, at: int) -> tuple[int, int]:
+    """Return a number of seven bits a byte, the lowest first, and the place after it."""
+    value = 0
+    for shift in range(0, 64, 7):
+        value |= (view[at] & 127) << shift
+        at += 1
+        if view[at - 1] < 128:
+            return value, at
+    raise ValueError("a number of more than 64 bits")
+
+
+@contextmanager
+def _reading(path: Path) -> Iterator[None]:
+    try:
+        yield
+    except OSError as error:
+        raise RecordingError(f"cannot read the recording {path}: {error.strerror}") from error
+
+
+def _damaged(place: str, reason: str) -> RecordingError:
+    return RecordingError(
+        f"{place}: {reason}; copy the file again from where it was recorded, or record it again"
+    )
