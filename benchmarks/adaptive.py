@@ -203,17 +203,17 @@ def demo() -> dict[str, Any]:
     decisions: list[tuple[float, str]] = []
 
     def watch(run: Any) -> None:
-        belief, decision = controller.belief, controller.decision
+        estimates, decision = controller.estimates, controller.decision
         if decision.number > len(decisions):
             decisions.append((course.drive.time, decision.text))
         rows.append(
             [
                 course.drive.time,
                 float(run["speed"][-1]),
-                belief.critical_speed,
-                belief.critical_speed_deviation,
-                abs(belief.net_unbalance),
-                belief.net_unbalance_deviation,
+                estimates.critical_speed,
+                estimates.critical_speed_deviation,
+                abs(estimates.net_unbalance),
+                estimates.net_unbalance_deviation,
                 float(net_unbalance(run.last(1), course.drive.scene)[0]),
                 float(np.hypot(run["x"], run["y"]).max()),
                 float(controller.state),

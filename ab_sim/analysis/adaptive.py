@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ab_sim.control import Belief, State
-from ab_sim.drive.adaptive import AdaptiveRun, BeliefAt
+from ab_sim.control import Estimates, State
+from ab_sim.drive.adaptive_controller import AdaptiveController, EstimatesAt
 from ab_sim.drive.balance import resultant
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
@@ -19,35 +19,30 @@ class AdaptiveOutcome(NamedTuple):
     """State at the end."""
     words: str
     """Text for users: the controller's state at the end, and its reason."""
-    belief: Belief
+    estimates: Estimates
     """Estimates at the end."""
-    beliefs: tuple[BeliefAt, ...]
+    history: tuple[EstimatesAt, ...]
     """Estimates at each command period, including the start."""
 
     @classmethod
-    def of(cls, start_up: AdaptiveRun) -> "AdaptiveOutcome":
+    def of(cls, controller: AdaptiveController) -> "AdaptiveOutcome":
         """Return the outcome of a start-up so far."""
-        controller = start_up.controller
-        return cls(
-            controller.state,
-            controller.words,
-            controller.belief,
-            tuple(start_up.beliefs),
-        )
+        start_up, history = controller.start_up, tuple(controller.history)
+        return cls(start_up.state, start_up.words, start_up.estimates, history)
 
     def report(self) -> dict[str, object]:
         """Return the outcome as JSON-able values in SI units; None for unknown values."""
-        belief = self.belief
+        estimates = self.estimates
         return {
             "state": self.state.text,
             "words": self.words,
-            "critical_speed": _known(belief.critical_speed),
-            "critical_speed_deviation": _known(belief.critical_speed_deviation),
-            "net_unbalance": _known(abs(belief.net_unbalance)),
-            "net_unbalance_deviation": _known(belief.net_unbalance_deviation),
-            "net_unbalance_before": _known(belief.without_balls),
-            "dwells": belief.dwells,
-            "retries": belief.retries,
+            "critical_speed": _known(estimates.critical_speed),
+            "critical_speed_deviation": _known(estimates.critical_speed_deviation),
+            "net_unbalance": _known(abs(estimates.net_unbalance)),
+            "net_unbalance_deviation": _known(estimates.net_unbalance_deviation),
+            "net_unbalance_before": _known(estimates.without_balls),
+            "dwells": estimates.dwells,
+            "retries": estimates.retries,
         }
 
 

@@ -20,8 +20,8 @@ from ab_sim.base.presentation import Columns, Presented, drawn, ends, number
 from ab_sim.base.progress import Progress
 from ab_sim.drive import Drive
 from ab_sim.drive.accuracy import WorkPrecision, resolve_accuracy
-from ab_sim.drive.adaptive import AdaptiveRun
-from ab_sim.drive.leader import Decided
+from ab_sim.drive.adaptive_controller import AdaptiveController
+from ab_sim.drive.controller import TimedDecision
 from ab_sim.drive.observation import Observation
 from ab_sim.drive.trajectory import MAX_VALUES, Trajectory
 from ab_sim.drive.turn_vector import PHASE, SIZE, once_per_turn
@@ -56,11 +56,11 @@ class OfflineRun(Presented):
     """Metrics of the run."""
     work_precision: WorkPrecision | None
     """Data of the solver choice, if an accuracy was requested."""
-    decisions: tuple[Decided, ...] = ()
+    decisions: tuple[TimedDecision, ...] = ()
     """Decisions of a profile that is controlled during the run, in order."""
     adaptive: AdaptiveOutcome | None = None
     """Outcome of an adaptive start-up; None for other profiles."""
-    aborted: Decided | None = None
+    aborted: TimedDecision | None = None
     """Time and reason of an abort by the profile controller; None if there was none."""
 
     def plot(self, comparison: Comparison | None = None) -> "Figure":
@@ -200,7 +200,7 @@ def run_scene(
             samples[time] = drive.observe_at(max(time, drive.time))
         if progress is not None and len(newest):
             progress(drive, newest)
-    whole, leader = Trajectory.join(taken), drive.leader
+    whole, controller = Trajectory.join(taken), drive.controller
     return OfflineRun(
         drive.scene,
         whole,
@@ -211,13 +211,13 @@ def run_scene(
         drive.steps_with_unresolved_events,
         metrics_of(whole, drive.scene),
         work_precision,
-        () if leader is None else tuple(leader.decisions),
-        AdaptiveOutcome.of(leader) if isinstance(leader, AdaptiveRun) else None,
-        None if leader is None else leader.aborted,
+        () if controller is None else tuple(controller.decisions),
+        AdaptiveOutcome.of(controller) if isinstance(controller, AdaptiveController) else None,
+        None if controller is None else controller.aborted,
     )
 
 
-def _decided(decided: Decided) -> dict[str, Any]:
+def _decided(decided: TimedDecision) -> dict[str, Any]:
     return {"t": decided.time, "text": decided.text}
 
 

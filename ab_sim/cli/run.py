@@ -128,17 +128,17 @@ def _summary(result: OfflineRun, report: dict[str, Any], display: Display) -> Ta
 def _believed(result: OfflineRun, display: Display) -> str:
     """Compare the estimates of an adaptive start-up's controller with the true values."""
     assert result.adaptive is not None
-    belief, scene = result.adaptive.belief, result.scene
+    estimates, scene = result.adaptive.estimates, result.scene
     length, symbol = scene.whirl_unit
-    if math.isnan(belief.critical_speed):
+    if math.isnan(estimates.critical_speed):
         return "nothing of the drive"
     unit = display.of(ANGULAR_SPEED)
-    deviation = belief.critical_speed_deviation * unit.factor
-    critical = f"{belief.critical_speed * unit.factor:.4g} +- {deviation:.2g} {unit.text}"
+    deviation = estimates.critical_speed_deviation * unit.factor
+    critical = f"{estimates.critical_speed * unit.factor:.4g} +- {deviation:.2g} {unit.text}"
     if scene.critical_speed is not None:
         critical += f" (true: {scene.critical_speed * unit.factor:.4g})"
-    estimate = f"{abs(belief.net_unbalance) / length:.3g}"
-    estimate += f" +- {belief.net_unbalance_deviation / length:.2g} {symbol}"
+    estimate = f"{abs(estimates.net_unbalance) / length:.3g}"
+    estimate += f" +- {estimates.net_unbalance_deviation / length:.2g} {symbol}"
     true = net_unbalance(result.trajectory.last(1), scene)[0] / length
     return f"critical speed {critical}, net unbalance {estimate} (true: {true:.3g})"
 

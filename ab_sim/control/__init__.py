@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from ab_sim.control.settings import SensorFacts, StartUpSettings, checked
 
 if TYPE_CHECKING:
-    from ab_sim.control.belief import Belief, Decision, State
+    from ab_sim.control.estimates import Decision, Estimates, State
     from ab_sim.control.start_up import StartUp
 else:
 
@@ -20,4 +20,4 @@ else:
         return getattr(start_up, name)
 
 
-__all__ = ["Belief", "Decision", "SensorFacts", "StartUpSettings", "StartUp", "State", "checked"]
+__all__ = ["Estimates", "Decision", "SensorFacts", "StartUpSettings", "StartUp", "State", "checked"]

@@ -4,8 +4,8 @@ import math
 
 from ab_sim.control import chosen
 from ab_sim.control.axis_filter import NUMBERS, AxisFilter
+from ab_sim.control.sensor_monitor import Reason, SensorMonitor
 from ab_sim.control.settings import StartUpSettings
-from ab_sim.control.watch import Reason, Watch
 
 LARGEST = 1e9
 """Magnitude beyond which numbers are invalid."""
@@ -24,7 +24,7 @@ class Observer:
     """
 
     __slots__ = (
-        "_angle", "_axes", "_p", "_r", "_settings", "_slope", "_unit", "_watch",
+        "_angle", "_axes", "_p", "_r", "_settings", "_slope", "_unit", "_monitor",
         "average_im", "average_re", "critical", "critical_deviation", "damping", "deviation",
         "fast", "im", "known", "re", "samples", "scale", "slow", "speed", "time",
     )  # fmt: skip
@@ -38,7 +38,7 @@ class Observer:
             AxisFilter(acceleration, settings.final_speed, sensing.noise)
             for _ in range(sensing.axes)
         ]
-        self._watch = Watch(sensing.axes, self._unit, settings.limit)
+        self._monitor = SensorMonitor(sensing.axes, self._unit, settings.limit)
         self.samples = 0.0
         self.time = self._angle = self.speed = self._slope = 0.0
         self._p = self._r = 0.0
@@ -60,7 +60,7 @@ class Observer:
     @property
     def doubt(self) -> float:
         """Time within which a further contradiction of the axes would be their second [s]."""
-        return self._watch.doubt
+        return self._monitor.doubt
 
     @property
     def circulating(self) -> bool:
@@ -89,10 +89,10 @@ class Observer:
                 self.speed = speed
             return False, back
         turning = speed >= 0.3 * settings.final_speed
-        wrong = self._watch.readings((first, second), dt, turning, self.samples == 1.0)
+        wrong = self._monitor.readings((first, second), dt, turning, self.samples == 1.0)
         if not wrong:
             expected = 0.5 * (speed + self.speed) * dt
-            wrong = self._watch.angle(angle - self._angle, expected)
+            wrong = self._monitor.angle(angle - self._angle, expected)
         if wrong:
             return True, wrong
         slope = (speed - self.speed) / dt
@@ -181,7 +181,7 @@ class Observer:
         P, Q = first.covariance, second.covariance
         variance = P[2][2] + P[3][3] + Q[2][2] + Q[3][3]
         if variance < chosen.CERTAIN * chosen.CERTAIN * (one + other):
-            anew, wrong = self._watch.axes(2.0 * (a * c + b * d) / (one + other), dt)
+            anew, wrong = self._monitor.axes(2.0 * (a * c + b * d) / (one + other), dt)
             if anew:
                 for axis in self._axes:
                     axis.begin_anew(self.critical, self.damping)
@@ -193,7 +193,7 @@ class Observer:
         own = [self.samples, self.time, self._angle, self.speed, self._slope, self._p, self._r]
         own += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
         own += [self.average_im, self.scale, self.critical, self.critical_deviation]
-        own += [self.damping, self.known, *self._watch.numbers()]
+        own += [self.damping, self.known, *self._monitor.numbers()]
         for axis in self._axes:
             own += axis.numbers()
         return own
@@ -205,6 +205,6 @@ class Observer:
         self.re, self.im, self.deviation, self.fast, self.slow, self.average_re = numbers[7:13]
         self.average_im, self.scale, self.critical, self.critical_deviation = numbers[13:17]
         self.damping, self.known = numbers[17:19]
-        self._watch.restore(numbers[19:36])
+        self._monitor.restore(numbers[19:36])
         for i, axis in enumerate(self._axes):
             axis.restore(numbers[36 + i * NUMBERS : 36 + (i + 1) * NUMBERS])

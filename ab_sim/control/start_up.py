@@ -3,10 +3,10 @@
 import math
 
 from ab_sim.control import chosen
-from ab_sim.control.belief import Belief, Decision, State
+from ab_sim.control.estimates import Decision, Estimates, State
 from ab_sim.control.observer import Observer
+from ab_sim.control.sensor_monitor import TEXTS, Reason
 from ab_sim.control.settings import StartUpSettings, checked
-from ab_sim.control.watch import TEXTS, Reason
 from ab_sim.control.words import words_of
 
 OWN_NUMBERS = 16
@@ -145,13 +145,13 @@ class StartUp:
             self._abort(Reason.ASKED)
 
     @property
-    def belief(self) -> Belief:
+    def estimates(self) -> Estimates:
         """Estimates of the drive's parameters."""
         seen = self.observer
         if seen.known == 0.0:
             nan = math.nan
-            return Belief(nan, nan, complex(nan, nan), nan, nan, self.dwells, self.retries)
-        return Belief(
+            return Estimates(nan, nan, complex(nan, nan), nan, nan, self.dwells, self.retries)
+        return Estimates(
             seen.critical,
             seen.critical_deviation,
             complex(seen.re, seen.im),
@@ -181,7 +181,7 @@ class StartUp:
     @property
     def words(self) -> str:
         """Present action and its reason, in plain words."""
-        return words_of(self.state, self.reason, self.settings, self.belief, self.observer)
+        return words_of(self.state, self.reason, self.settings, self.estimates, self.observer)
 
     def state_numbers(self) -> tuple[float, ...]:
         """Return the complete state, for ``restore``; in C the same numbers in this order."""

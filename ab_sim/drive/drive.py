@@ -5,11 +5,11 @@ import math
 import numpy as np
 
 from ab_sim.base.errors import CommandError, SceneError, exact
+from ab_sim.drive.controller import RunController
+from ab_sim.drive.controllers import controller_of, restored_controller
 from ab_sim.drive.divergence import diverged
 from ab_sim.drive.faults.fault import Fault, check_faults
 from ab_sim.drive.faults.plant import faulty_system, held_balls
-from ab_sim.drive.leader import Leader
-from ab_sim.drive.leaders import leader_of, restored_leader
 from ab_sim.drive.observation import EnergyBalance, Observation, Snapshot
 from ab_sim.drive.rows import RowReader
 from ab_sim.drive.step_plan import StepPlan
@@ -101,8 +101,10 @@ class Drive:
         self.layout = layout_of(self.system)
         self._reader = RowReader(scene, self.system)
         self.channels = self._reader.channels
-        self._led = not commanded and scene.is_led
-        schedule = SpeedSchedule.at_start if commanded or self._led else SpeedSchedule.of_scene
+        self._controlled = not commanded and scene.is_controlled
+        schedule = (
+            SpeedSchedule.at_start if commanded or self._controlled else SpeedSchedule.of_scene
+        )
         self._first_profile = schedule(scene)
         self._discrete_state = start_discrete_state(scene, self.system)
         self._steps = Steps(self.system, self.stepper, self.step, self._discrete_state)
@@ -157,7 +159,7 @@ class Drive:
     def _to_start(self) -> None:
         self.steps = 0
         self._profile, self._step_plan = self._first_profile, self._first_step_plan
-        self.leader = leader_of(self.scene, self.faults) if self._led else None
+        self.controller = controller_of(self.scene, self.faults) if self._controlled else None
         """Controller of the drive, if its profile decides while it runs; None once a command has
         come."""
         self._command: float | None = None
@@ -190,7 +192,7 @@ class Drive:
             has changed.
         """
         self._approach(speed, self.servo.max_acceleration if acceleration is None else acceleration)
-        self.leader = None
+        self.controller = None
 
     def follow(self, speeds: TimedSpeeds, acceleration: float) -> None:
         """Follow speeds over time from their start on; keep the present schedule until then.
@@ -205,7 +207,7 @@ class Drive:
         self._check_stable(speeds.top_speed())
         self.profile = joined(self.profile, self.time, speeds, acceleration)
         self._work.smooth[0] = math.nan
-        self._command, self.leader = None, None
+        self._command, self.controller = None, None
 
     def _approach(self, speed: float, slope: float) -> None:
         self._check_stable(self.servo.check(speed))
@@ -252,7 +254,7 @@ class Drive:
         DivergedError
             The state went beyond all bounds; the drive keeps its last valid state.
         """
-        if steps is every is ONE and self.leader is None:  # live, a thousand times a second
+        if steps is every is ONE and self.controller is None:  # live, a thousand times a second
             self._take(self._step_plan, 1, self._row)
             self.steps += 1
             return self._reader.trajectory(self._row.array.copy())
@@ -266,10 +268,10 @@ class Drive:
 
     def _advance(self, steps: int) -> Trajectory:
         samples, first = self._room_for(steps), self.steps
-        if self.leader is None:
+        if self.controller is None:
             return self._go_on(samples)
         while self.steps < first + steps:
-            part = slice(self.steps - first, self.leader.next(self.steps) - first)
+            part = slice(self.steps - first, self.controller.next(self.steps) - first)
             self._obey(self._go_on(samples[part]))
         return Trajectory(self.channels, samples)
 
@@ -282,7 +284,7 @@ class Drive:
 
     def _obey(self, newest: Trajectory) -> None:
         """Pass the newest samples to the profile controller, if any, and apply its command."""
-        speed = None if self.leader is None else self.leader.command(newest, self.steps)
+        speed = None if self.controller is None else self.controller.command(newest, self.steps)
         if speed is not None and self.servo.accepts(speed):  # a live drive applies this check, too
             self._approach(speed, self.servo.max_acceleration)
 
@@ -357,7 +359,7 @@ class Drive:
             self._command,
             self._acceleration,
             {name: pickup.state for name, pickup in self._reader.pickups.items()},
-            None if self.leader is None else self.leader.state,
+            None if self.controller is None else self.controller.state,
         )
 
     def restore(self, snapshot: Snapshot) -> None:
@@ -368,7 +370,7 @@ class Drive:
         ValueError
             The snapshot does not fit; nothing has changed.
         """
-        self.leader = self.check(snapshot)
+        self.controller = self.check(snapshot)
         self.steps, self.profile = snapshot.steps, snapshot.profile
         self._command, self._acceleration = snapshot.command, snapshot.acceleration
         self._state[:] = snapshot.state
@@ -380,12 +382,12 @@ class Drive:
         for name, state in snapshot.pickups.items():
             self._reader.pickups[name].state = state
 
-    def check(self, snapshot: Snapshot) -> Leader | None:
+    def check(self, snapshot: Snapshot) -> RunController | None:
         """Refuse a snapshot that this drive cannot return to.
 
         Returns
         -------
-        Leader or None
+        RunController or None
             Controller that would command the drive from there on.
 
         Raises
@@ -394,7 +396,7 @@ class Drive:
             The snapshot does not fit; the message states the difference.
         """
         snapshot.check_like(self.snapshot())
-        return restored_leader(self.scene, self.faults, snapshot)
+        return restored_controller(self.scene, self.faults, snapshot)
 
     def _grid(self) -> StepGrid:
         return StepGrid(self.step, self.choice.cycle)

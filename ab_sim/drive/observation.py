@@ -97,7 +97,7 @@ class Snapshot(NamedTuple):
     acceleration: float
     """Acceleration towards the commanded speed [rad/s^2]."""
     pickups: dict[str, PickupState]
-    leader: Any = None
+    controller: Any = None
     """State of the profile controller, JSON-able, if the profile decides while it runs; else
     None."""
 

@@ -123,7 +123,7 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
             name: [[[z.real, z.imag] for z in mode.tolist()], force.tolist(), reading.tolist()]
             for name, (mode, force, reading) in snapshot.pickups.items()
         },
-        "leader": snapshot.leader,
+        "controller": snapshot.controller,
     }
 
 
@@ -166,5 +166,5 @@ def _from_values(kept: dict[str, Any]) -> Snapshot:
             )
             for name, (mode, force, reading) in kept["pickups"].items()
         },
-        leader=kept["leader"],
+        controller=kept["controller"],
     )

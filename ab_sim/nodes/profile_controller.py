@@ -16,11 +16,11 @@ from ab_msgs_py.services import Answer
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import AbSimError, InputError
 from ab_sim.model.spindle.profile_run import ProfileState
-from ab_sim.model.spindle.segments_course import PERIOD, SILENCE
+from ab_sim.model.spindle.segments_execution import PERIOD, SILENCE
 from ab_sim.model.spindle.set_points import set_points_of
 from ab_sim.nodes import profile_words
 from ab_sim.nodes.base_node import BaseNode
-from ab_sim.nodes.courses import PlannedCourse
+from ab_sim.nodes.checked_profile import CheckedProfile
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
 from ab_sim.nodes.pacing import Ticker
 from ab_sim.nodes.parameters import LOAD, Parameters, ParameterSpec, Values, path_of
@@ -112,7 +112,7 @@ class ProfileController(BaseNode):
         self._slope, self._silence = values["abort_deceleration"], values["vibration_timeout"]
         self._lead = values["lead_time"]
         self._period = 1.0 / values["command_rate"]
-        self._judged: PlannedCourse
+        self._judged: CheckedProfile
         self._judge(values)
         self._next = self._judged
         self._lock = threading.RLock()
@@ -147,7 +147,7 @@ class ProfileController(BaseNode):
         # Last: it says that it waits, and who has read that may end the node in order.
         self._timed = TimedRun(self._period, self._simulated, self._say, self._warn)
         self._inputs = ProfileSubscriptions(
-            self, lambda: self._timed.course, lambda: self._now * 1e-9
+            self, lambda: self._timed.execution, lambda: self._now * 1e-9
         )
         self._inputs.subscribe_to(self._next.inputs)
         self._settings.accept_changes(self._judge, self._apply)
@@ -290,14 +290,14 @@ class ProfileController(BaseNode):
         """
         self._judged = self._plan(values["profile"], values["changes"])
 
-    def _plan(self, source: str, changes: Iterable[str]) -> PlannedCourse:
+    def _plan(self, source: str, changes: Iterable[str]) -> CheckedProfile:
         """Return the plan of a profile.
 
         Raises:
             SceneError, InputError: as ``_judge``.
         """
         wanted = [*filter(None, changes)]
-        plan = PlannedCourse(load_profile(source, wanted), source, wanted, self._period)
+        plan = CheckedProfile(load_profile(source, wanted), source, wanted, self._period)
         if not (self._slope or plan.steepest) > 0.0:
             raise InputError(
                 "parameter abort_deceleration = 0: the profile only holds its speed and has no "
@@ -313,7 +313,7 @@ class ProfileController(BaseNode):
             self._inputs.subscribe_to(self._next.inputs)
         self.get_logger().info(f"the next ~/start takes {values['profile']}")
 
-    def _begin(self, plan: PlannedCourse) -> str:
+    def _begin(self, plan: CheckedProfile) -> str:
         """Run a profile from its beginning; return the reason if it cannot run."""
         if refusal := self._missing(plan):
             return refusal
@@ -347,7 +347,7 @@ class ProfileController(BaseNode):
             self._timed.abort(self._now, "canceled by who asked for it on ~/run")
             return self._timed.run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
 
-    def _missing(self, plan: PlannedCourse) -> str:
+    def _missing(self, plan: CheckedProfile) -> str:
         """Return the condition that a start still lacks; empty if there is none."""
         if self._simulated and topics.CLOCK.publishers(self) == 0:
             clock = self.resolve_topic_name(topics.CLOCK.name)
@@ -398,7 +398,7 @@ class ProfileController(BaseNode):
                     lambda: profile_words.progress(run, self._timed.elapsed), run.status
                 )
             else:
-                self._finish(run.course is not None and run.course.reached)
+                self._finish(run.execution is not None and run.execution.reached)
 
     def _finish(self, well: bool) -> None:
         """Set the result of the action's goal, if the run has one."""

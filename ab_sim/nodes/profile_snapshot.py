@@ -33,7 +33,7 @@ class ProfileSnapshot(NamedTuple):
     """Parameter ``profile`` at the start of the profile; empty before the first."""
     changes: list[str]
     made_of: Mapping[str, Any] | None
-    """Definition of the profile: see ``PlannedCourse.made_of``; None before the first."""
+    """Definition of the profile: see ``CheckedProfile.made_of``; None before the first."""
     run: Mapping[str, Any]
     """State of the run: see ``ProfileRun.state_values``."""
     trajectory: int | None = None

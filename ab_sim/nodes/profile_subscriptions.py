@@ -7,9 +7,9 @@ from rclpy.node import Node
 
 from ab_msgs_py import Qos, Topic, topics
 from ab_msgs_py.samples import spindle_of
-from ab_sim.model.spindle.course import Course, ProfileInputs
-from ab_sim.model.spindle.segments_course import SegmentsCourse
-from ab_sim.nodes.adaptive_course import AdaptiveCourse
+from ab_sim.model.spindle.profile_execution import ProfileExecution, ProfileInputs
+from ab_sim.model.spindle.segments_execution import SegmentsExecution
+from ab_sim.nodes.adaptive_execution import AdaptiveExecution
 from ab_sim.nodes.paired_samples import Reading, SpindleSample
 
 
@@ -35,14 +35,14 @@ class ProfileSubscriptions:
 
     Args:
         node: subscribing node.
-        course: returns the profile in progress, if any; called by the subscriptions' callbacks.
+        execution: returns the profile in progress, if any; called by the subscriptions' callbacks.
         now: returns the time by the node's clock [s].
     """
 
     def __init__(
-        self, node: Node, course: Callable[[], Course | None], now: Callable[[], float]
+        self, node: Node, execution: Callable[[], ProfileExecution | None], now: Callable[[], float]
     ) -> None:
-        self._node, self._course, self._now = node, course, now
+        self._node, self._execution, self._now = node, execution, now
         self._subscribed: set[str] = set()
 
     def subscribe_to(self, inputs: ProfileInputs) -> None:
@@ -78,28 +78,28 @@ class ProfileSubscriptions:
             topic.subscription(self._node, callback)
 
     def _vibration(self, message: Any) -> None:
-        course = self._course()
-        if isinstance(course, SegmentsCourse):
+        execution = self._execution()
+        if isinstance(execution, SegmentsExecution):
             sample = topics.VIBRATION.sample(message)
-            course.receive(self._now(), sample.frame, sample.time, sample.linear)
+            execution.receive(self._now(), sample.frame, sample.time, sample.linear)
 
     def _spindle(self, message: Any) -> None:
-        course = self._course()
-        if isinstance(course, AdaptiveCourse):
+        execution = self._execution()
+        if isinstance(execution, AdaptiveExecution):
             if (spindle := spindle_of(message)) is not None:
-                course.spindle(SpindleSample(*spindle))
+                execution.spindle(SpindleSample(*spindle))
 
     def _reading(self, message: Any) -> None:
-        course = self._course()
-        if isinstance(course, AdaptiveCourse):
+        execution = self._execution()
+        if isinstance(execution, AdaptiveExecution):
             sample = topics.IMU.sample(message)
-            course.reading(Reading(sample.time, *sample.force[:2]))
+            execution.reading(Reading(sample.time, *sample.force[:2]))
 
     def _displacement(self, message: Any) -> None:
-        course = self._course()
-        if isinstance(course, AdaptiveCourse):
+        execution = self._execution()
+        if isinstance(execution, AdaptiveExecution):
             sample = topics.PROBE.sample(message)
-            course.reading(Reading(sample.time, *sample.place[:2]))
+            execution.reading(Reading(sample.time, *sample.place[:2]))
 
 
 def _samples_of(inputs: ProfileInputs) -> Topic:

@@ -36,16 +36,16 @@ def health(run: ProfileRun) -> tuple[Level, str, dict[str, str]]:
         "status": run.status,
         "speed commanded [rad/s]": f"{run.command:.9g}",
     }
-    if run.course is not None and run.state in (ProfileState.RUNNING, ProfileState.DONE):
-        values |= run.course.values
+    if run.execution is not None and run.state in (ProfileState.RUNNING, ProfileState.DONE):
+        values |= run.execution.values
     return Level.WARN if run.why else Level.OK, message, values
 
 
 def progress(run: ProfileRun, elapsed: float) -> Progress:
     """Return the feedback for a goal's client, with the time since the start [s]."""
-    assert run.course is not None
-    believed, (segment, segments) = run.course.believed, run.course.segment
-    return Progress(run.status, segment, segments, run.command, elapsed, *believed)
+    assert run.execution is not None
+    estimates, (segment, segments) = run.execution.estimates, run.execution.segment
+    return Progress(run.status, segment, segments, run.command, elapsed, *estimates)
 
 
 def outcome(run: ProfileRun, elapsed: float, first: str = "") -> Outcome:

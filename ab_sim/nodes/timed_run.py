@@ -4,9 +4,9 @@ from collections.abc import Callable
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.base.quoting import short
-from ab_sim.model.spindle.course import Course
+from ab_sim.model.spindle.profile_execution import ProfileExecution
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
-from ab_sim.nodes.courses import PlannedCourse
+from ab_sim.nodes.checked_profile import CheckedProfile
 from ab_sim.nodes.profile_snapshot import ProfileSnapshot
 
 LEAP = 2_000_000_000
@@ -35,7 +35,7 @@ class TimedRun:
     ) -> None:
         self._period = round(period * 1e9)
         self._simulated, self._warn = simulated, warn
-        self._plan: PlannedCourse | None = None
+        self._plan: CheckedProfile | None = None
         self._now = self._began = 0
         self._put_back: int | None = None
         self.run = ProfileRun(period, say)
@@ -46,9 +46,9 @@ class TimedRun:
         return self._put_back is not None
 
     @property
-    def course(self) -> Course | None:
-        """Course that receives samples; None while waiting for the drive."""
-        return None if self.waits else self.run.course
+    def execution(self) -> ProfileExecution | None:
+        """Execution that receives samples; None while waiting for the drive."""
+        return None if self.waits else self.run.execution
 
     @property
     def elapsed(self) -> float:
@@ -58,7 +58,7 @@ class TimedRun:
     def start(
         self,
         now: int,
-        plan: PlannedCourse,
+        plan: CheckedProfile,
         silence: float,
         deceleration: float,
         begin: int | None = None,
@@ -68,15 +68,15 @@ class TimedRun:
         Args:
             now: time [ns].
             plan: the profile.
-            silence: see ``PlannedCourse.course``.
+            silence: see ``CheckedProfile.execution``.
             deceleration: deceleration of an abort [rad/s^2].
             begin: time of the beginning [ns], not before now; None: now.
 
         Returns:
             Reason of a refusal; empty if the profile runs.
         """
-        course, begin = plan.course(silence), now if begin is None else begin
-        if refusal := self.run.start(now * 1e-9, course, deceleration, begin * 1e-9):
+        execution, begin = plan.execution(silence), now if begin is None else begin
+        if refusal := self.run.start(now * 1e-9, execution, deceleration, begin * 1e-9):
             return refusal
         self._plan, self._put_back = plan, None
         self._now, self._began = now, begin
@@ -127,7 +127,7 @@ class TimedRun:
         )
 
     def restore(
-        self, now: int, snapshot: ProfileSnapshot, plan: PlannedCourse | None, silence: float
+        self, now: int, snapshot: ProfileSnapshot, plan: CheckedProfile | None, silence: float
     ) -> None:
         """Continue from a snapshot, as soon as the drive has reached its time.
 
@@ -135,7 +135,7 @@ class TimedRun:
             now: time [ns].
             snapshot: state to restore.
             plan: profile of the snapshot; None: no profile.
-            silence: see ``PlannedCourse.course``.
+            silence: see ``CheckedProfile.execution``.
 
         Raises:
             InputError: the snapshot belongs to another profile or is damaged; nothing has changed.
@@ -143,7 +143,7 @@ class TimedRun:
         if plan is not None and plan.made_of != snapshot.made_of:
             raise InputError(f"{plan.source} is another profile than it was; save it again")
         try:
-            self.run.restore(snapshot.run, None if plan is None else plan.course(silence))
+            self.run.restore(snapshot.run, None if plan is None else plan.execution(silence))
         except NOT_AS_WRITTEN as error:
             raise InputError(f"it holds no state of a profile: {short(error)}") from error
         self._plan, self._now, self._began = plan, snapshot.time, snapshot.began

@@ -144,7 +144,7 @@ class Scene(Section):
         return (e, "e") if e > 0 else (self.race.radius, "R")
 
     @property
-    def is_led(self) -> bool:
+    def is_controlled(self) -> bool:
         """Return whether measurements during the run decide the speed."""
         return planned(self.profile) != self.profile
 

@@ -19,7 +19,7 @@ GIVEN = "the profile in braces"
 INF = float("inf")
 
 
-class AskedProfile(NamedTuple):
+class RequestedProfile(NamedTuple):
     """A requested profile and its start."""
 
     profile: AnyProfile
@@ -29,7 +29,7 @@ class AskedProfile(NamedTuple):
     """Scene of the profile; None: it is alone."""
 
 
-def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
+def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:
     """Read and check a profile.
 
     Args:
@@ -51,10 +51,10 @@ def load_profile(source: str, changes: Iterable[str] = ()) -> AskedProfile:
     scene = load_scene(source, changes)
     if scene.profile is None:
         raise SceneError(f"{path}: that scene has no profile to run; add one, or take another")
-    return AskedProfile(scene.profile, scene.start.speed, scene)
+    return RequestedProfile(scene.profile, scene.start.speed, scene)
 
 
-def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedProfile:
+def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> RequestedProfile:
     whole = {"profile": raw}
     apply(whole, all_parsed(changes))
     if others := whole.keys() - {"profile"}:
@@ -73,7 +73,7 @@ def _alone(raw: dict[str, Any], changes: Iterable[str], origin: str) -> AskedPro
         ) from error
     except ValueError as error:
         raise SceneError(f"{origin}: {error}") from error
-    return AskedProfile(profile, 0.0)
+    return RequestedProfile(profile, 0.0)
 
 
 def _mapping(text: str) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import pytest
 from ab_sim.control import StartUp, State
 from ab_sim.control.chosen import LONGEST_GAP, UNIT
 from ab_sim.control.observer import Observer
-from ab_sim.control.watch import Reason
+from ab_sim.control.sensor_monitor import Reason
 from tests.control.course import FINAL, Course, Sample, settings
 
 
@@ -94,7 +94,7 @@ def test_noise_alone_makes_a_plain_start_up() -> None:
     start_up, course = StartUp(told), Course(told, change)
     course.on(9.5, start_up)
     assert start_up.state is State.GAVE_UP and course.commands[-1] == FINAL
-    assert start_up.belief.dwells == 0
+    assert start_up.estimates.dwells == 0
 
 
 def test_a_reading_beyond_the_limit() -> None:

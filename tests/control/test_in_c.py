@@ -113,7 +113,7 @@ def test_single_precision_believes_the_same(quantity: str, axes: int, single: ct
     course.on(5.0, python, c)
     other = StartUp(told)
     other.restore(c.state_numbers())
-    mine, its = python.belief, other.belief
+    mine, its = python.estimates, other.estimates
     assert its.critical_speed == pytest.approx(mine.critical_speed, rel=1e-3)
     assert abs(its.net_unbalance - mine.net_unbalance) < 0.05 * mine.without_balls
 
@@ -128,7 +128,7 @@ def test_chosen_numbers_are_the_same() -> None:
 
 
 def test_the_texts_are_the_same(double: ctypes.CDLL) -> None:
-    from ab_sim.control.watch import TEXTS, Reason
+    from ab_sim.control.sensor_monitor import TEXTS, Reason
 
     for name in ("adaptive_reason_text", "adaptive_state_text"):
         getattr(double, name).restype = ctypes.c_char_p

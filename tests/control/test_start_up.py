@@ -9,7 +9,7 @@ import pytest
 
 from ab_sim import Drive, InputError, load_scene
 from ab_sim.control import SensorFacts, StartUp, State, checked
-from ab_sim.drive.adaptive import settings_of
+from ab_sim.drive.adaptive_controller import settings_of
 from tests.control.course import FINAL, Change, Course, settings
 
 WITHOUT_BALLS = 1.33e-4
@@ -36,16 +36,16 @@ def test_what_it_believes_is_true() -> None:
     told = settings(axes=2)
     start_up, course = StartUp(told), Course(told)
     course.on(4.0, start_up)
-    belief, scene = start_up.belief, course.drive.scene
-    off = abs(belief.critical_speed - 100.0)
-    assert off < min(3.0 * belief.critical_speed_deviation, 0.5)
+    estimates, scene = start_up.estimates, course.drive.scene
+    off = abs(estimates.critical_speed - 100.0)
+    assert off < min(3.0 * estimates.critical_speed_deviation, 0.5)
     run = course.drive.advance(1)
     total = 0.1
     net = (total - sum(scene.balls.masses)) * scene.rotor.eccentricity + 0j
     for i, mass in enumerate(scene.balls.masses):
         angle = float(run[f"ball_{i}_angle"][0])
         net += mass * scene.race.radius * complex(math.cos(angle), math.sin(angle))
-    assert abs(belief.net_unbalance - net / total) < 5e-6
+    assert abs(estimates.net_unbalance - net / total) < 5e-6
 
 
 def test_a_filter_that_goes_astray_is_no_fault_of_the_sensor() -> None:
@@ -109,7 +109,7 @@ def test_a_weak_motor_is_waited_for() -> None:
     told = settings()
     start_up, course = StartUp(told), Course(told, changes=[motor])
     course.on(2.5, start_up)
-    assert start_up.state is State.DWELL and start_up.belief.retries == 0
+    assert start_up.state is State.DWELL and start_up.estimates.retries == 0
     assert course.drive.advance(1)["speed"][0] == pytest.approx(105.0, abs=20.0)
 
 
@@ -126,7 +126,7 @@ def test_a_gain_of_the_sensor_does_not_matter() -> None:
         start_up = StartUp(told._replace(sensing=sensing))
         course = Course(told, amplified(gain))
         course.on(3.0, start_up)
-        ones.append((course.commands, start_up.belief))
+        ones.append((course.commands, start_up.estimates))
     # 1e-30 in a denominator is all that has a unit.
     assert ones[0][0] == pytest.approx(ones[1][0], rel=1e-9)
     assert ones[1][1].without_balls == pytest.approx(1024.0 * ones[0][1].without_balls, rel=1e-6)

@@ -9,7 +9,7 @@ from ab_sim import Drive, Scene, load_scene
 from ab_sim.analysis.adaptive import net_unbalance
 from ab_sim.base.errors import CommandError
 from ab_sim.control import StartUp, State
-from ab_sim.drive.adaptive import AdaptiveRun, settings_of
+from ab_sim.drive.adaptive_controller import AdaptiveController, settings_of
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.drive.snapshot_file import read_snapshot, write_snapshot
 from tests.conftest import SceneMaker
@@ -29,9 +29,9 @@ def led(scene: Scene, steps: int = STEPS, faults: tuple[str, ...] = ()) -> Drive
     return drive
 
 
-def run_of(drive: Drive) -> AdaptiveRun:
-    assert isinstance(drive.leader, AdaptiveRun)
-    return drive.leader
+def run_of(drive: Drive) -> AdaptiveController:
+    assert isinstance(drive.controller, AdaptiveController)
+    return drive.controller
 
 
 def by_hand(scene: Scene, steps: int) -> tuple[np.ndarray, StartUp]:
@@ -60,8 +60,8 @@ def test_it_is_the_controller_and_the_drive_by_hand(adaptive: Scene) -> None:
     assert np.array(run_of(drive).state).tobytes() == np.array(start_up.state_numbers()).tobytes()
     assert run_of(drive).decisions[-1].text == start_up.decision.text
     assert len(run_of(drive).decisions) == start_up.decision.number > 1
-    assert [each.time for each in run_of(drive).beliefs[:3]] == [0.0, 0.005, 0.01]
-    assert len(run_of(drive).beliefs) == STEPS // 5 + 1
+    assert [each.time for each in run_of(drive).history[:3]] == [0.0, 0.005, 0.01]
+    assert len(run_of(drive).history) == STEPS // 5 + 1
 
 
 @pytest.mark.parametrize("pieces", [(1, 3, 7, 989), (999, 1)])
@@ -100,10 +100,10 @@ def test_a_snapshot_of_no_such_start_up_is_refused(adaptive: Scene, scene: Scene
     drive = led(adaptive, 50)
     for numbers, words in (((1.0,), "numbers"), ((float("nan"),) * 500, "numbers")):
         with pytest.raises(ValueError, match=words):
-            drive.restore(drive.snapshot()._replace(leader=numbers))
+            drive.restore(drive.snapshot()._replace(controller=numbers))
     plain = Drive(scene())
     with pytest.raises(ValueError, match="of a drive whose profile decides while it runs"):
-        plain.restore(plain.snapshot()._replace(leader=drive.snapshot().leader))
+        plain.restore(plain.snapshot()._replace(controller=drive.snapshot().controller))
     assert plain.steps == 0 and drive.steps == 50
 
 
@@ -111,11 +111,11 @@ def test_a_command_takes_over_and_one_that_is_refused_does_not(adaptive: Scene) 
     drive = led(adaptive, 500)
     with pytest.raises(CommandError):
         drive.command(1000.0)
-    assert drive.leader is not None
+    assert drive.controller is not None
     drive.command(20.0)
-    assert drive.leader is None and drive.advance(1000)["speed"][-1] == 20.0
+    assert drive.controller is None and drive.advance(1000)["speed"][-1] == 20.0
     held = Drive(adaptive, commanded=True)
-    assert held.leader is None and held.advance(100)["speed"][-1] == 0.0
+    assert held.controller is None and held.advance(100)["speed"][-1] == 0.0
 
 
 def test_it_begins_at_the_speed_that_there_is(adaptive: Scene) -> None:
@@ -142,13 +142,13 @@ def test_sensors_are_heard_at_their_own_rate(adaptive: Scene) -> None:
 @pytest.mark.parametrize("fault", ["pick_up drops", "spindle drops"])
 def test_a_sensor_that_is_never_heard_leaves_it_waiting(adaptive: Scene, fault: str) -> None:
     drive = led(adaptive, 2000, (fault,))
-    assert run_of(drive).controller.state is State.WAITING
+    assert run_of(drive).start_up.state is State.WAITING
     assert drive.observe().omega == 0.0
 
 
 def judged(drive: Drive) -> State:
     """How a start-up ends: aborted and standing still, or safely at its final speed."""
-    controller, scene = run_of(drive).controller, drive.scene
+    controller, scene = run_of(drive).start_up, drive.scene
     unbalance = scene.eccentric_mass * scene.rotor.eccentricity
     worst = unbalance + scene.balls.total_mass * scene.race.radius
     critical, damping = scene.critical_speed, scene.effects["suspension"].damping
@@ -184,7 +184,7 @@ def test_a_faulty_sensor_ends_in_a_clear_abort_or_a_safe_start_up(
 )
 def test_a_sensor_that_fails_while_it_dwells(adaptive: Scene, fault: str, aborts: bool) -> None:
     sound = led(adaptive, 900)
-    assert run_of(sound).controller.state is State.DWELL
+    assert run_of(sound).start_up.state is State.DWELL
     drive = Drive(adaptive, faults=faults_of([fault]))
     drive.restore(sound.snapshot())
     assert (judged(drive) is State.ABORTED) is aborts
@@ -202,9 +202,9 @@ def test_what_the_spindle_may_not_do_is_not_followed(adaptive: Scene) -> None:
     """As live: the drive refuses a command beyond its limits, and stays as it was."""
     drive = led(adaptive, 400)
     before = drive.snapshot().command
-    run_of(drive).controller._command = 1e4
+    run_of(drive).start_up._command = 1e4
     drive.advance(5)
-    assert drive.snapshot().command == before and drive.leader is not None
+    assert drive.snapshot().command == before and drive.controller is not None
 
 
 def test_faults_change_what_it_hears_and_not_what_there_is(adaptive: Scene) -> None:

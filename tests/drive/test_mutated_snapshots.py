@@ -30,7 +30,7 @@ STEPS = 200
 
 def commanded(scene: Scene) -> CommandedDrive:
     """A drive on a bus, as a node has it; led by its profile if that decides while it runs."""
-    drive = Drive(scene, commanded=not scene.is_led)
+    drive = Drive(scene, commanded=not scene.is_controlled)
     return CommandedDrive(drive, CommandPath(drive.servo, drive.step, Rules(delay=0.05)))
 
 
@@ -54,12 +54,12 @@ def test_a_mutated_snapshot_is_refused_or_runs(name: str, tmp_path: Path) -> Non
     drive = commanded(scene)
     top = scene.spindle.max_speed
     for speed in (0.5 * top, 0.4 * top):
-        if not scene.is_led:
+        if not scene.is_controlled:
             drive.path.receive(speed, drive.drive.steps)
         for _ in drive.advance(STEPS // 2):
             pass
     beside = {}
-    if not scene.is_led:
+    if not scene.is_controlled:
         drive.path.receive(0.3 * top, drive.drive.steps)
         beside = drive.path.state()
     write_snapshot(path, scene, drive.drive.snapshot(), beside)

@@ -8,8 +8,8 @@ import pytest
 
 from ab_sim.analysis import Comparison, run_scene
 from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
-from ab_sim.control import Belief, State
-from ab_sim.drive.adaptive import BeliefAt
+from ab_sim.control import Estimates, State
+from ab_sim.drive.adaptive_controller import EstimatesAt
 from ab_sim.scene import load_scene
 from ab_sim.show.figures.adaptive import Stretch, stretches
 from ab_sim.show.figures.run import drawn_run
@@ -19,22 +19,22 @@ STATES = {0.0: State.WAITING, 0.1: State.RUN_UP, 0.8: State.DWELL, 1.4: State.TO
 STATES |= {2.0: State.JUDGING, 2.5: State.RETRY, 2.9: State.DWELL, 3.3: State.DONE}
 
 
-def believed(time: float) -> BeliefAt:
+def believed(time: float) -> EstimatesAt:
     state = next(state for begins, state in reversed(STATES.items()) if begins <= time)
     if time < 0.6:
-        return BeliefAt(time, state, *[math.nan] * 4)
-    return BeliefAt(time, state, 99.0, 0.5, 0.9e-4 * math.exp(-time), 5e-6)
+        return EstimatesAt(time, state, *[math.nan] * 4)
+    return EstimatesAt(time, state, 99.0, 0.5, 0.9e-4 * math.exp(-time), 5e-6)
 
 
 @pytest.fixture(scope="module")
 def outcome() -> AdaptiveOutcome:
-    beliefs = tuple(believed(float(time)) for time in np.arange(0, 801) * 0.005)
-    belief = Belief(99.0, 0.5, complex(2e-6, 0.0), 1e-6, 0.9e-4, 2, 1)
-    return AdaptiveOutcome(State.DONE, "done", belief, beliefs)
+    history = tuple(believed(float(time)) for time in np.arange(0, 801) * 0.005)
+    estimates = Estimates(99.0, 0.5, complex(2e-6, 0.0), 1e-6, 0.9e-4, 2, 1)
+    return AdaptiveOutcome(State.DONE, "done", estimates, history)
 
 
 def test_stretches_follow_each_other(outcome: AdaptiveOutcome) -> None:
-    found = list(stretches(outcome.beliefs))
+    found = list(stretches(outcome.history))
     assert [each.state for each in found] == list(STATES.values())
     assert [each.begin for each in found] == pytest.approx(list(STATES), abs=1e-9)
     assert [each.end for each in found[:-1]] == [each.begin for each in found[1:]]
@@ -64,6 +64,6 @@ def test_what_is_true_is_the_residual_unbalance_in_other_words() -> None:
 
 def test_what_is_not_known_is_none_in_reports(outcome: AdaptiveOutcome) -> None:
     assert outcome.report()["critical_speed"] == 99.0
-    nothing = Belief(*[math.nan] * 2, complex(math.nan, math.nan), *[math.nan] * 2, 0, 0)
-    report = outcome._replace(belief=nothing).report()
+    nothing = Estimates(*[math.nan] * 2, complex(math.nan, math.nan), *[math.nan] * 2, 0, 0)
+    report = outcome._replace(estimates=nothing).report()
     assert [report[key] for key in ("critical_speed", "net_unbalance", "dwells")] == [None, None, 0]

@@ -12,8 +12,8 @@ import yaml
 from ab_msgs_py import JointSample, Level, WhirlSample, topics
 from ab_msgs_py.samples import text_of
 from ab_sim.drive import Drive
-from ab_sim.drive.adaptive import AdaptiveRun
-from ab_sim.nodes.adaptive_course import SPINDLE_SILENT
+from ab_sim.drive.adaptive_controller import AdaptiveController
+from ab_sim.nodes.adaptive_execution import SPINDLE_SILENT
 from ab_sim.scene import load_scene
 from ab_sim.scene.load import changed_scene
 from tests.domains import own_domain
@@ -38,14 +38,14 @@ def test_in_lock_step_it_is_the_offline_start_up(fleet: Fleet) -> None:
     np.testing.assert_array_equal(heard.samples[:, 0], np.arange(PERIODS * PERIOD + 1))
     np.testing.assert_array_equal(heard.samples[1:], offline.samples)
     assert offline["speed"].max() > 100.0
-    assert isinstance(drive.leader, AdaptiveRun)
-    decided = [decision.text for decision in drive.leader.decisions]
+    assert isinstance(drive.controller, AdaptiveController)
+    decided = [decision.text for decision in drive.controller.decisions]
     assert live.statuses[2:] == [f"running: {text}" for text in decided]
-    belief = drive.leader.controller.belief
+    estimates = drive.controller.start_up.estimates
     for key, value in (
-        ("dwells", str(belief.dwells)),
-        ("critical speed [rad/s]", f"{belief.critical_speed:.6g}"),
-        ("net unbalance [m]", f"{abs(belief.net_unbalance):.6g}"),
+        ("dwells", str(estimates.dwells)),
+        ("critical speed [rad/s]", f"{estimates.critical_speed:.6g}"),
+        ("net unbalance [m]", f"{abs(estimates.net_unbalance):.6g}"),
     ):
         fleet.until(
             lambda key=key, value=value: fleet.value("profile_controller", key) == value, key

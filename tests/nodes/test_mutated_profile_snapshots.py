@@ -8,10 +8,10 @@ from pathlib import Path
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.model.spindle.course import Course
+from ab_sim.model.spindle.profile_execution import ProfileExecution
 from ab_sim.model.spindle.profile_run import MOST_SPEED
-from ab_sim.model.spindle.segments_course import SegmentsCourse
-from ab_sim.nodes.adaptive_course import AdaptiveCourse
+from ab_sim.model.spindle.segments_execution import SegmentsExecution
+from ab_sim.nodes.adaptive_execution import AdaptiveExecution
 from ab_sim.nodes.paired_samples import Reading, SpindleSample
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from tests.drive.mutations import changed
@@ -25,21 +25,21 @@ EACH = 70
 """Mutations of each profile's snapshot."""
 
 
-def hear(course: Course | None, now: int) -> None:
-    """Let a course hear a vibration that decays, at a time [ms]."""
+def hear(execution: ProfileExecution | None, now: int) -> None:
+    """Let an execution hear a vibration that decays, at a time [ms]."""
     swing = 3.0 * math.exp(-now / 300.0) * math.sin(0.6 * now)
-    if isinstance(course, AdaptiveCourse):
-        course.spindle(SpindleSample(now * MS, 0.05 * now, 50.0))
-        course.reading(Reading(now * MS, swing, -swing))
-    elif isinstance(course, SegmentsCourse):
-        course.receive(now * 1e-3, "pickup", now * MS, (swing, 0.0, 0.0))
+    if isinstance(execution, AdaptiveExecution):
+        execution.spindle(SpindleSample(now * MS, 0.05 * now, 50.0))
+        execution.reading(Reading(now * MS, swing, -swing))
+    elif isinstance(execution, SegmentsExecution):
+        execution.receive(now * 1e-3, "pickup", now * MS, (swing, 0.0, 0.0))
 
 
 def run_on(bench: Bench, until: int) -> list[float]:
     """Commands while a bench's clock goes on [ms]."""
     speeds = []
     while bench.now < until:
-        hear(bench.timed.course, bench.now)
+        hear(bench.timed.execution, bench.now)
         speeds += bench.to(bench.now + 4)
     return speeds
 

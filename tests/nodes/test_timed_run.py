@@ -8,8 +8,8 @@ from typing import Any
 import pytest
 
 from ab_sim.base.errors import InputError
-from ab_sim.nodes.adaptive_course import SPINDLE_SILENT, AdaptiveCourse
-from ab_sim.nodes.courses import PlannedCourse
+from ab_sim.nodes.adaptive_execution import SPINDLE_SILENT, AdaptiveExecution
+from ab_sim.nodes.checked_profile import CheckedProfile
 from ab_sim.nodes.paired_samples import Reading, SpindleSample
 from ab_sim.nodes.profile_snapshot import read_profile_snapshot, write_profile_snapshot
 from ab_sim.nodes.profile_words import logged
@@ -21,8 +21,8 @@ SLOW = "{kind: segments, segments: [{to: 100, acceleration: 50}]}"
 ADAPTIVE = "adaptive-start-up"
 
 
-def planned(source: str, *changes: str, period: float = PERIOD) -> PlannedCourse:
-    return PlannedCourse(load_profile(source, changes), source, [*changes], period)
+def planned(source: str, *changes: str, period: float = PERIOD) -> CheckedProfile:
+    return CheckedProfile(load_profile(source, changes), source, [*changes], period)
 
 
 class Bench:
@@ -93,9 +93,9 @@ def test_it_goes_on_when_the_drive_is_where_it_was(tmp_path: Path, later: int) -
     assert again.said[-1] == bench.said[-2]
     if later != 1000:
         assert again.leap(later + 8 if later > 1000 else later + 8) is None and again.timed.waits
-        assert again.timed.course is None, "and hears nothing meanwhile"
+        assert again.timed.execution is None, "and hears nothing meanwhile"
     assert again.leap(1000) == last, "the last command, once more"
-    assert not again.timed.waits and again.timed.course is not None
+    assert not again.timed.waits and again.timed.execution is not None
     assert again.to(2400) == expected
     assert again.said[-1] == "done"
 
@@ -141,7 +141,7 @@ def test_what_is_no_snapshot_of_that_profile(tmp_path: Path) -> None:
     kept = snapshot_of(bench, path)
     status, text = bench.timed.run.status, path.read_text()
     other = planned(ADAPTIVE, "sensors.pick_up.axis_angle=0.1")
-    numbers = {**kept.run, "course": {**kept.run["course"], "numbers": [1.0, math.nan]}}
+    numbers = {**kept.run, "execution": {**kept.run["execution"], "numbers": [1.0, math.nan]}}
     for snapshot, plan, words in (
         (kept, other, "another profile than it was"),
         (kept._replace(run=numbers), planned(ADAPTIVE), "holds no state"),
@@ -179,13 +179,13 @@ def test_an_adaptive_start_up_says_which_topic_is_silent(silent: str) -> None:
     bench = Bench()
     assert bench.start(ADAPTIVE) == ""
     for now in range(1, 1001):
-        course = bench.timed.course
-        assert isinstance(course, AdaptiveCourse)
+        execution = bench.timed.execution
+        assert isinstance(execution, AdaptiveExecution)
         t = now * 1e-3
         if silent != "spindle" or now < 300:
-            course.spindle(SpindleSample(now * MS, 20.0 * t * t, 40.0 * t))
+            execution.spindle(SpindleSample(now * MS, 20.0 * t * t, 40.0 * t))
         if silent != "sensor" or now < 300:
-            course.reading(Reading(now * MS, math.sin(37.0 * t), math.cos(37.0 * t)))
+            execution.reading(Reading(now * MS, math.sin(37.0 * t), math.cos(37.0 * t)))
         bench.to(now, 1)
     why = next(text for text in bench.said if text.startswith("aborting: "))
     assert "no good sample" in why and (SPINDLE_SILENT in why) is (silent == "spindle")

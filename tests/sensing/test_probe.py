@@ -9,7 +9,7 @@ from ab_sim.base.errors import SceneError
 from ab_sim.control import State
 from ab_sim.design.batch import simulate_batch
 from ab_sim.drive import Drive
-from ab_sim.drive.adaptive import AdaptiveRun, settings_of
+from ab_sim.drive.adaptive_controller import AdaptiveController, settings_of
 from ab_sim.drive.faults.fault import faults_of
 from ab_sim.scene import check_scene, load_scene
 from tests.conftest import SceneMaker
@@ -83,17 +83,17 @@ def test_an_adaptive_start_up_is_told_of_displacement() -> None:
     assert 1e-7 < sensing.noise < 2e-6
     drive = Drive(made)
     drive.advance(12_000)
-    assert isinstance(drive.leader, AdaptiveRun)
-    assert drive.leader.controller.state is State.DONE
-    assert drive.leader.controller.belief.critical_speed == pytest.approx(100.0, rel=0.02)
+    assert isinstance(drive.controller, AdaptiveController)
+    assert drive.controller.start_up.state is State.DONE
+    assert drive.controller.start_up.estimates.critical_speed == pytest.approx(100.0, rel=0.02)
 
 
 def test_a_probe_may_drop_out() -> None:
     made = load_scene("adaptive-start-up", ["probes.probe={}", "profile.sensor=probe"])
     drive = Drive(made, faults=faults_of(["probe drops"]))
     drive.advance(500)
-    assert isinstance(drive.leader, AdaptiveRun)
-    assert drive.leader.controller.state is State.WAITING
+    assert isinstance(drive.controller, AdaptiveController)
+    assert drive.controller.start_up.state is State.WAITING
 
 
 @pytest.mark.parametrize(

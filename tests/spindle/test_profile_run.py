@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
-from ab_sim.model.spindle.segments_course import SegmentsCourse
-from ab_sim.nodes.courses import PlannedCourse
+from ab_sim.model.spindle.segments_execution import SegmentsExecution
+from ab_sim.nodes.checked_profile import CheckedProfile
 from ab_sim.scene.profile_file import load_profile
 
 AHEAD = 0.005
@@ -17,9 +17,9 @@ QUIET = {"vibration_rms_below": 0.5, "over": 0.2, "at_most": 5.0}
 HELD = ({"to": 100, "acceleration": 100}, {"until": QUIET}, {"to": 200, "acceleration": 50})
 
 
-def planned(*segments: dict[str, Any]) -> PlannedCourse:
+def planned(*segments: dict[str, Any]) -> CheckedProfile:
     text = str({"kind": "segments", "segments": list(segments)})
-    return PlannedCourse(load_profile(text), text, [], AHEAD)
+    return CheckedProfile(load_profile(text), text, [], AHEAD)
 
 
 class Bench:
@@ -37,12 +37,12 @@ class Bench:
         self.commands: list[float] = []
 
     def start(self) -> str:
-        return self.run.start(self.now, self.plan.course(1.0), self.deceleration)
+        return self.run.start(self.now, self.plan.execution(1.0), self.deceleration)
 
     @property
-    def course(self) -> SegmentsCourse:
-        assert isinstance(self.run.course, SegmentsCourse)
-        return self.run.course
+    def execution(self) -> SegmentsExecution:
+        assert isinstance(self.run.execution, SegmentsExecution)
+        return self.run.execution
 
     def say(self, status: str, well: bool) -> None:
         self.said.append(status)
@@ -56,8 +56,8 @@ class Bench:
             turn = 2 * math.pi * 30.0 * self.now
             for sensor, large in self.shaking.items():
                 vector = large * math.cos(turn), large * math.sin(turn), self.offset
-                if self.run.course is not None:
-                    self.course.receive(self.now, sensor, stamp, vector)
+                if self.run.execution is not None:
+                    self.execution.receive(self.now, sensor, stamp, vector)
             if (command := self.run.tick(self.now)) is not None:
                 self.commands.append(command)
 
@@ -78,7 +78,7 @@ def test_the_condition_ends_the_segment() -> None:
     assert session.run.status == (
         "running: segment 2 of 3, hold 100 rad/s until vibration below 0.5 m/s^2, at most 5 s"
     )
-    assert session.course.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
+    assert session.execution.vibration == pytest.approx(3.0, rel=0.02), "whatever gravity is"
     assert session.commands[-1] == 100.0
     session.shaking[""] = 0.4
     session.go(0.45)  # two windows at most
@@ -94,7 +94,7 @@ def test_the_loudest_sensor_counts_and_its_word_is_awaited() -> None:
     session = started(*HELD)
     session.shaking = {"near": 0.1, "far": 3.0}
     session.go(2.0)
-    assert "segment 2" in session.run.status and session.course.vibration == pytest.approx(
+    assert "segment 2" in session.run.status and session.execution.vibration == pytest.approx(
         3.0, rel=0.02
     )
     session.shaking["far"] = 0.1
@@ -159,7 +159,7 @@ def test_vibration_that_does_not_come(bad: str) -> None:
         session.go(0.01)
         if bad == "stamp":
             for sensor in ("", "other"):
-                session.course.receive(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
+                session.execution.receive(session.now, sensor, 12_000_000_000, (0.0, 0.0, 0.0))
     assert session.state == "running", "not yet"
     if bad == "stamp":  # which once went back to that, and then stood still
         session.go(0.9)

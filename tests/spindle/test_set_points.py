@@ -38,7 +38,7 @@ def known_beforehand() -> list[str]:
     found = []
     for name in scene_names():
         scene = load_scene(name)
-        if not scene.is_led and scene.profile is not None:
+        if not scene.is_controlled and scene.profile is not None:
             segments = SpeedSchedule.of_scene(scene).segments
             if all(isinstance(scheduled.segment, Ramp) for scheduled in segments):
                 found.append(name)

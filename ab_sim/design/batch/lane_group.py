@@ -14,6 +14,7 @@ from ab_sim.engine.events.run import Run
 from ab_sim.engine.integrate.steppers.taylor import TaylorParameters
 from ab_sim.engine.kernels.code import Code, code_of
 from ab_sim.engine.stepping.assemble import known_of, run_of
+from ab_sim.engine.stepping.event_test import event_test_address, size_of_seen
 from ab_sim.engine.stepping.over_events import EightRuns, LanesOverEvents, advance_over_events
 from ab_sim.engine.stepping.settle import SOUND, settle_address
 from ab_sim.engine.stepping.side_by_side import (
@@ -24,7 +25,6 @@ from ab_sim.engine.stepping.side_by_side import (
     advance_side_by_side,
     stacked,
 )
-from ab_sim.engine.stepping.watch import size_of_seen, watch_address
 from ab_sim.engine.taylor.assemble import lanes_of
 from ab_sim.engine.taylor.run import TaylorRuns
 from ab_sim.engine.taylor.side_by_side import advance_by_taylor_side_by_side
@@ -136,7 +136,7 @@ class LaneGroup:
         return LanesOverEvents(
             lanes,
             has_contact=contact,
-            watch=0 if contact else watch_address(code, LANES),
+            event_test=0 if contact else event_test_address(code, LANES),
             seen=_room(size_of_seen(code)),
             evaluate=code.address("evaluate", LANES) if contact else 0,
             x=_room(len(alone[0].balls.x)),

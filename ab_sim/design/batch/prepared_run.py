@@ -88,8 +88,8 @@ class PreparedRun:
         self._pattern = pattern(self.system)
         choice = _chosen(_Asked(self._asked(), self.scene, self.system))
         self.stepper, self.steps = choice.stepper, steps_of(self.scene)
-        self._led = self.scene.is_led
-        schedule = SpeedSchedule.at_start if self._led else SpeedSchedule.of_scene
+        self._controlled = self.scene.is_controlled
+        schedule = SpeedSchedule.at_start if self._controlled else SpeedSchedule.of_scene
         scheduled_segments = schedule(self.scene).segments
         # Step ranges of ramps do not depend on the cycle, which differs with mass and stiffness.
         curved = any(not isinstance(scheduled.segment, Ramp) for scheduled in scheduled_segments)
@@ -97,7 +97,7 @@ class PreparedRun:
             scheduled_segments, StepGrid(self.scene.solver.step, choice.cycle if curved else 0.0)
         )
         # With a profile that is controlled during the run, each drive is commanded separately.
-        self.fits_lane = self.stepper.takes_lanes and not self._led
+        self.fits_lane = self.stepper.takes_lanes and not self._controlled
 
     def with_numbers_of(self, scene: Scene) -> "PreparedRun":
         """Return the run of a scene that differs in numbers only, including its start angle.
@@ -121,7 +121,7 @@ class PreparedRun:
         """Key of runs that share machine code and thus a group."""
         names = tuple(self.scene.effects), tuple(self.scene.pickups)
         solver = self.stepper, self.scene.solver.step
-        return names, self._pattern, self.scene.balls.count, solver, self.steps, self._led
+        return names, self._pattern, self.scene.balls.count, solver, self.steps, self._controlled
 
     def _asked(self) -> Any:
         """Return all inputs of the choice of a stepper."""

@@ -22,7 +22,7 @@ def run_one_by_one(members: Sequence[PreparedRun], every: int) -> tuple[list[Bat
             drive.reset()
             taken = drive.advance(sound, every)
         seconds += time.thread_time() - begin
-        aborted = drive.leader.aborted if drive.leader is not None else None
+        aborted = drive.controller.aborted if drive.controller is not None else None
         why = "" if aborted is None else aborted.text
         runs.append(BatchRun(member.scene, taken, failure, why))
     return runs, seconds

@@ -39,6 +39,6 @@ restitution(c, b, out, approach)              impact: coefficients of restitutio
 tangent(c, b, t, y, d, out)                   exact derivative of the slope along directions
 
 Lanes also have ``engine.stepping.settle``, which accepts or rejects a step, and
-``engine.stepping.watch``, which finds lanes that may have an event. An address is valid as long as
-its ``Code`` object lives; ``code_of`` keeps the 16 kinds used last, at 0.7 MB each.
+``engine.stepping.event_test``, which finds lanes that may have an event. An address is valid as
+long as its ``Code`` object lives; ``code_of`` keeps the 16 kinds used last, at 0.7 MB each.
 """

@@ -4,6 +4,6 @@ fixed_step         one step after the other, cut at events where there are set-v
 side_by_side       steps of eight runs at once, without events
 over_events        steps of eight runs at once, with events
 settle             emitted: new states of eight runs from the results of a step
-watch              emitted: test for possible events in the steps of eight runs
+event_test         emitted: test for possible events in the steps of eight runs
 assemble           build a Run from a system and its machine code
 """

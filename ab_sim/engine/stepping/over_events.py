@@ -45,10 +45,10 @@ class LanesOverEvents(NamedTuple):
     lanes: LaneRuns
     has_contact: bool
     """True if balls can touch. Neighbours differ between runs, so each run is then tested alone."""
-    watch: int
-    """Function watch(c, b, t, y, k, seen, found), in lanes: see ``watch``. Without contact."""
+    event_test: int
+    """Address of the function in ``event_test``, in lanes; 0 with contact."""
     seen: Table
-    """Memory of ``watch`` between steps, shape (numbers, 8)."""
+    """Memory of ``event_test`` between steps, shape (numbers, 8)."""
     evaluate: int
     """Function evaluate(c, b, t, y, k, x, motor, table), in lanes. With contact."""
     x: Table
@@ -86,7 +86,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             if is_any(all_runs.found):
                 step_alone(all_runs)
             settle(runs)
-            # Without contact, ``watch`` keeps the values at the step's end in ``seen``.
+            # Without contact, ``event_test`` keeps the values at the step's end in ``seen``.
             if all_runs.has_contact:
                 reuse_step_ends(all_runs)
             if is_any(all_runs.took_alone) or is_any(runs.said[MOVED]):
@@ -111,7 +111,7 @@ def look(all_runs: LanesOverEvents) -> None:
     runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
     if not all_runs.has_contact:
-        call(all_runs.watch, c, b, after, trial, slopes, all_runs.seen, all_runs.found)
+        call(all_runs.event_test, c, b, after, trial, slopes, all_runs.seen, all_runs.found)
         return
     x, motor, table = all_runs.x, all_runs.motor, all_runs.table
     call(all_runs.evaluate, c, b, runs.times[END:], trial, slopes, x, motor, table)
@@ -124,11 +124,11 @@ def look(all_runs: LanesOverEvents) -> None:
 
 
 def refresh(all_runs: LanesOverEvents) -> None:
-    """Update the memory of ``watch`` to the present states."""
+    """Update the memory of ``event_test`` to the present states."""
     runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     if not all_runs.has_contact:
         c, b, state, slopes = runs.c, runs.b, runs.state, runs.slopes
-        call(all_runs.watch, c, b, now, state, slopes, all_runs.seen, all_runs.found)
+        call(all_runs.event_test, c, b, now, state, slopes, all_runs.seen, all_runs.found)
 
 
 def is_going(runs: LaneRuns, lane: int) -> bool:
@@ -188,7 +188,7 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
 def join(all_runs: LanesOverEvents) -> None:
     """Check the branches of runs whose step ended in doubt, or whose angles were unwound.
 
-    The memory of ``watch`` then follows, as states or branches have changed.
+    The memory of ``event_test`` then follows, as states or branches have changed.
     """
     runs, lane = all_runs.lanes, 0
     for run in all_runs.one:

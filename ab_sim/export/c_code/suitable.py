@@ -78,7 +78,7 @@ def _refusals(scene: Scene) -> Iterator[_Refusal]:
             + options,
             options,
         )
-    if scene.is_led:
+    if scene.is_controlled:
         try:
             SpeedSchedule.of_scene(scene)
         except SceneError as error:

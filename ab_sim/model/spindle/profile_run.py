@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from typing import Any
 
 from ab_sim.base.stored_numbers import MOST_TIME, finite
-from ab_sim.model.spindle.course import Course
+from ab_sim.model.spindle.profile_execution import ProfileExecution
 
 
 class ProfileState(enum.Enum):
@@ -46,7 +46,7 @@ class ProfileRun:
 
     def __init__(self, ahead: float, say: Callable[[str, bool], None]) -> None:
         self._ahead, self._say = ahead, say
-        self.course: Course | None = None
+        self.execution: ProfileExecution | None = None
         """Profile that was started last; None before the first."""
         self._deceleration = math.inf
         self._falls = (0.0, 0.0)
@@ -66,13 +66,17 @@ class ProfileRun:
         self._enter(ProfileState.WAITING, what)
 
     def start(
-        self, now: float, course: Course, deceleration: float, begin: float | None = None
+        self,
+        now: float,
+        execution: ProfileExecution,
+        deceleration: float,
+        begin: float | None = None,
     ) -> str:
         """Run a profile from its beginning.
 
         Args:
             now: the time [s].
-            course: the profile, not yet begun.
+            execution: the profile, not yet begun.
             deceleration: deceleration of an abort [rad/s^2].
             begin: time of its beginning [s]; None: now.
 
@@ -83,13 +87,13 @@ class ProfileRun:
             return "running already; abort first"
         if self.state is ProfileState.ABORTING:
             return "ramping down; wait for standstill"
-        if self.state is ProfileState.DONE and self.command != course.first:
+        if self.state is ProfileState.DONE and self.command != execution.first:
             return (
                 f"{self.command:g} rad/s is commanded, and the profile begins at "
-                f"{course.first:g} rad/s; abort first"
+                f"{execution.first:g} rad/s; abort first"
             )
-        self.course, self._deceleration = course, deceleration
-        self.command, self.why = course.first, ""
+        self.execution, self._deceleration = execution, deceleration
+        self.command, self.why = execution.first, ""
         self.state = ProfileState.RUNNING
         self.shift(now if begin is None else begin)
         self.tick(now)
@@ -98,8 +102,8 @@ class ProfileRun:
     def shift(self, now: float) -> None:
         """Move the start of the profile to the present time."""
         self.began = now
-        if self.course is not None:
-            self.course.begin(now)
+        if self.execution is not None:
+            self.execution.begin(now)
 
     def abort(self, now: float, why: str) -> str:
         """Ramp down to standstill; return the reason if that makes no sense."""
@@ -124,8 +128,8 @@ class ProfileRun:
         """Return the speed to command now [rad/s]; None: no command."""
         speaks = self.state in COMMANDING
         leads = self.state in (ProfileState.RUNNING, ProfileState.DONE)
-        if leads and self.course is not None:
-            speaks = self._run(self.course, now)
+        if leads and self.execution is not None:
+            speaks = self._run(self.execution, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls
             left = abs(speed) - self._deceleration * max(now + self._ahead - since, 0.0)
@@ -147,15 +151,15 @@ class ProfileRun:
             "began": self.began,
             "falls": self._falls,
             "deceleration": self._deceleration,
-            "course": None if self.course is None else self.course.state(),
+            "execution": None if self.execution is None else self.execution.state(),
         }
 
-    def restore(self, kept: Mapping[str, Any], course: Course | None) -> None:
+    def restore(self, kept: Mapping[str, Any], execution: ProfileExecution | None) -> None:
         """Continue from a state of ``state_values``.
 
         Args:
             kept: the values.
-            course: the profile of the state, not yet begun; None if there was none.
+            execution: the profile of the state, not yet begun; None if there was none.
 
         Raises:
             ArithmeticError, AttributeError, LookupError, TypeError, ValueError: the values are
@@ -169,23 +173,23 @@ class ProfileRun:
         deceleration = float(kept["deceleration"])
         if not deceleration > 0.0 or (state is ProfileState.ABORTING and math.isinf(deceleration)):
             raise ValueError(f"deceleration = {deceleration}: must be above 0, and finite")
-        if course is not None:
-            course.restore(kept["course"])
-        self.course, self.state, self.why = course, state, why
+        if execution is not None:
+            execution.restore(kept["execution"])
+        self.execution, self.state, self.why = execution, state, why
         self.began, self.command, self._deceleration = began, command, deceleration
         self._falls, self.commanded = (since, speed), commanded
         self.status = status
         self._say(status, not why)
 
-    def _run(self, course: Course, now: float) -> bool:
-        """Run one period of the course; return whether it commands a speed."""
-        speed = course.command(max(now, self.began))
-        self.why = course.why
-        if course.failure:
-            self.abort(now, course.failure)
+    def _run(self, execution: ProfileExecution, now: float) -> bool:
+        """Run one period of the execution; return whether it commands a speed."""
+        speed = execution.command(max(now, self.began))
+        self.why = execution.why
+        if execution.failure:
+            self.abort(now, execution.failure)
             return True
         self.command = self.command if speed is None else speed
-        self._enter(ProfileState.DONE if course.ended else ProfileState.RUNNING, course.words)
+        self._enter(ProfileState.DONE if execution.ended else ProfileState.RUNNING, execution.words)
         return speed is not None
 
     def _enter(self, state: ProfileState, more: str = "") -> None:

@@ -9,7 +9,7 @@ from matplotlib.axes import Axes
 
 from ab_sim.analysis.adaptive import AdaptiveOutcome, net_unbalance
 from ab_sim.control import State
-from ab_sim.drive.adaptive import BeliefAt
+from ab_sim.drive.adaptive_controller import EstimatesAt
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.scene.model import Scene
 from ab_sim.show.figures.colours import GREEN, ORANGE, PURPLE, RUN, SKY, VERMILION
@@ -37,13 +37,13 @@ class Stretch(NamedTuple):
     """Start and end [s]."""
 
 
-def stretches(beliefs: Sequence[BeliefAt]) -> Iterator[Stretch]:
+def stretches(history: Sequence[EstimatesAt]) -> Iterator[Stretch]:
     """Yield the successive states of the controller."""
     begin = 0
-    for k, believed in enumerate(beliefs):
-        last = k + 1 == len(beliefs)
-        if last or beliefs[k + 1].state is not believed.state:
-            yield Stretch(believed.state, beliefs[begin].time, beliefs[k + (not last)].time)
+    for k, believed in enumerate(history):
+        last = k + 1 == len(history)
+        if last or history[k + 1].state is not believed.state:
+            yield Stretch(believed.state, history[begin].time, history[k + (not last)].time)
             begin = k + 1
 
 
@@ -52,7 +52,7 @@ def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
     counts: Counter[State] = Counter()
     rows: list[float] = []
     low, high = panels[0].get_xlim()
-    for stretch in stretches(adaptive.beliefs):
+    for stretch in stretches(adaptive.history):
         state, text = stretch.state, stretch.state.text
         color = SHADES.get(state) or ENDS.get(state)
         if color is None:
@@ -97,9 +97,9 @@ def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: Adaptiv
         adaptive: outcome of its controller.
     """
     length, symbol = scene.whirl_unit
-    times = np.array([believed.time for believed in adaptive.beliefs])
-    values = np.array([believed.net_unbalance for believed in adaptive.beliefs]) / length
-    spread = np.array([b.net_unbalance_deviation for b in adaptive.beliefs]) / length
+    times = np.array([believed.time for believed in adaptive.history])
+    values = np.array([believed.net_unbalance for believed in adaptive.history]) / length
+    spread = np.array([b.net_unbalance_deviation for b in adaptive.history]) / length
     true = net_unbalance(path, scene) / length
     draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
     labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]

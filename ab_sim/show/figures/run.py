@@ -10,8 +10,8 @@ from ab_sim.analysis.adaptive import AdaptiveOutcome
 from ab_sim.analysis.compared import Compared, Comparison
 from ab_sim.analysis.metrics import Metrics, metrics_of
 from ab_sim.analysis.rest import from_rest, rest_of
+from ab_sim.drive.controller import TimedDecision
 from ab_sim.drive.driving_forces import driving_forces
-from ab_sim.drive.leader import Decided
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.model.equations.effects.motor import Motor
 from ab_sim.scene.model import Scene
@@ -75,7 +75,7 @@ def drawn_run(
     period_start: float | None = None,
     title: str | None = None,
     adaptive: AdaptiveOutcome | None = None,
-    aborted: Decided | None = None,
+    aborted: TimedDecision | None = None,
 ) -> ResultFigure:
     """Return the figure of ``run_figure`` without writing it; arguments as there.
 
@@ -126,7 +126,7 @@ def drawn_run(
 
 
 def _summary(
-    metrics: Metrics, scene: Scene, comparison: Comparison, aborted: Decided | None
+    metrics: Metrics, scene: Scene, comparison: Comparison, aborted: TimedDecision | None
 ) -> str:
     """Return a summary of the run in one line."""
     if aborted is not None:  # there is no whirl at standstill

@@ -268,7 +268,7 @@ def _follows_profile(run: StoredRun, scene: Scene) -> bool:
     blocks = run.blocks(("step", "command"))
     return all(
         replay.at_steps(*block.T)["command"].tobytes() == block[:, 1].tobytes()
-        for block in (blocks if scene.is_led else itertools.islice(blocks, 1))
+        for block in (blocks if scene.is_controlled else itertools.islice(blocks, 1))
     )
 
 

@@ -54,7 +54,7 @@ class _Sensor:
             self._spread += off * (value - self._mean[axis])
 
 
-class VibrationWatch:
+class VibrationCondition:
     """Evaluation of a condition on the measured vibration, from now on.
 
     Args:

@@ -78,12 +78,12 @@ def test_pieces_do_not_matter_and_a_snapshot_goes_on(waiting: Scene, tmp_path: A
         drive.restore(snapshot)
         assert drive.advance(left).samples.tobytes() == taken[-1].tobytes()
     with pytest.raises(ValueError, match="no state of a profile"):
-        drive.restore(kept._replace(leader={"state": "running"}))
+        drive.restore(kept._replace(controller={"state": "running"}))
 
 
 def test_a_sensor_that_is_not_heard_aborts(waiting: Scene) -> None:
     drive = Drive(waiting, faults=faults_of(["pickup drops"]))
     drive.advance(STEPS)
-    assert drive.leader is not None and drive.observe().omega == 0.0
-    texts = [decided.text for decided in drive.leader.decisions]
+    assert drive.controller is not None and drive.observe().omega == 0.0
+    texts = [decided.text for decided in drive.controller.decisions]
     assert any("no good sample of it has come for 1" in text for text in texts)

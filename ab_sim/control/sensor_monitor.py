@@ -37,7 +37,7 @@ TEXTS = {
 }
 
 
-class Watch:
+class SensorMonitor:
     """Monitor of the readings of a sensor with one or two axes.
 
     Parameters

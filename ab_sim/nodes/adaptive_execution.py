@@ -6,8 +6,8 @@ from typing import Any
 
 from ab_msgs_py import topics
 from ab_sim.control import StartUp, StartUpSettings, State
-from ab_sim.control.watch import TEXTS, Reason
-from ab_sim.model.spindle.course import Believed
+from ab_sim.control.sensor_monitor import TEXTS, Reason
+from ab_sim.model.spindle.profile_execution import DriveEstimates
 from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 
 SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
@@ -16,7 +16,7 @@ SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
 SPINDLE_SILENT = f"it is {topics.JOINT_STATES.name} that is silent, the sensor goes on"
 
 
-class AdaptiveCourse:
+class AdaptiveExecution:
     """An adaptive start-up in progress.
 
     Args:
@@ -33,23 +33,23 @@ class AdaptiveCourse:
 
     @property
     def words(self) -> str:
-        """Present action, as text; see ``Course``."""
+        """Present action, as text; see ``ProfileExecution``."""
         state, text = self._start_up.state, self._text
         return text.removeprefix(f"{state.text}: ") if state in SAID_TWICE else text
 
     @property
     def ended(self) -> bool:
-        """True if the final speed is held; see ``Course``."""
+        """True if the final speed is held; see ``ProfileExecution``."""
         return self._start_up.state in (State.DONE, State.GAVE_UP)
 
     @property
     def reached(self) -> bool:
-        """True if the start-up has reached its aim; see ``Course``."""
+        """True if the start-up has reached its aim; see ``ProfileExecution``."""
         return self._start_up.state is State.DONE
 
     @property
     def failure(self) -> str:
-        """Reason for an abort; see ``Course``."""
+        """Reason for an abort; see ``ProfileExecution``."""
         if self._start_up.state not in (State.ABORTING, State.ABORTED):
             return ""
         # In both cases the controller gets no samples: a reading without an angle is not passed on.
@@ -58,40 +58,40 @@ class AdaptiveCourse:
 
     @property
     def why(self) -> str:
-        """Problem so far; see ``Course``."""
+        """Problem so far; see ``ProfileExecution``."""
         return self.words if self._start_up.state is State.GAVE_UP else ""
 
     @property
     def values(self) -> Mapping[str, str]:
-        """Numbers for the diagnostics; see ``Course``."""
-        belief = self._start_up.belief
+        """Numbers for the diagnostics; see ``ProfileExecution``."""
+        estimates = self._start_up.estimates
         numbers = {
-            "critical speed [rad/s]": belief.critical_speed,
-            "critical speed, deviation [rad/s]": belief.critical_speed_deviation,
-            "net unbalance [m]": abs(belief.net_unbalance),
-            "net unbalance, deviation [m]": belief.net_unbalance_deviation,
-            "net unbalance before the balls moved [m]": belief.without_balls,
+            "critical speed [rad/s]": estimates.critical_speed,
+            "critical speed, deviation [rad/s]": estimates.critical_speed_deviation,
+            "net unbalance [m]": abs(estimates.net_unbalance),
+            "net unbalance, deviation [m]": estimates.net_unbalance_deviation,
+            "net unbalance before the balls moved [m]": estimates.without_balls,
         }
         return {
             **{key: _text(number) for key, number in numbers.items()},
-            "dwells": str(belief.dwells),
-            "retries": str(belief.retries),
+            "dwells": str(estimates.dwells),
+            "retries": str(estimates.retries),
             "samples without the spindle's angle": str(self._samples.unpaired),
         }
 
     @property
-    def believed(self) -> Believed:
-        """Estimates; see ``Course``."""
-        belief = self._start_up.belief
-        return Believed(
-            belief.critical_speed,
-            belief.critical_speed_deviation,
-            abs(belief.net_unbalance),
-            belief.net_unbalance_deviation,
+    def estimates(self) -> DriveEstimates:
+        """Estimates; see ``ProfileExecution``."""
+        estimates = self._start_up.estimates
+        return DriveEstimates(
+            estimates.critical_speed,
+            estimates.critical_speed_deviation,
+            abs(estimates.net_unbalance),
+            estimates.net_unbalance_deviation,
         )
 
     def begin(self, now: float) -> None:
-        """Do nothing: the clock is that of the samples. See ``Course``."""
+        """Do nothing: the clock is that of the samples. See ``ProfileExecution``."""
 
     def spindle(self, sample: SpindleSample) -> None:
         """Process a sample of the spindle."""
@@ -102,7 +102,7 @@ class AdaptiveCourse:
         self._samples.reading(reading)
 
     def command(self, now: float) -> float | None:
-        """Return the speed to command; None before the first sample. See ``Course``."""
+        """Return the speed to command; None before the first sample. See ``ProfileExecution``."""
         speed = self._start_up.command(now)
         # A decision is reported once, while the estimates keep changing.
         if self._start_up.decision.number != self._said:
@@ -110,7 +110,7 @@ class AdaptiveCourse:
         return None if self._start_up.state is State.WAITING else speed
 
     def state(self) -> dict[str, Any]:
-        """Return the state; see ``Course``."""
+        """Return the state; see ``ProfileExecution``."""
         return {
             "numbers": self._start_up.state_numbers(),
             "samples": self._samples.state(),
@@ -118,7 +118,7 @@ class AdaptiveCourse:
         }
 
     def restore(self, state: Mapping[str, Any]) -> None:
-        """Restore a state; see ``Course``."""
+        """Restore a state; see ``ProfileExecution``."""
         self._start_up.restore(tuple(float(number) for number in state["numbers"]))
         self._samples.restore(state["samples"])
         self._said, self._text = self._start_up.decision.number, str(state["text"])

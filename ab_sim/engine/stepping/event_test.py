@@ -22,22 +22,23 @@ NUMBERS_PER_BALL, NUMBERS_OF_MOTOR = 8, 4
 """Numbers kept between steps: value and change of each event function that is watched."""
 
 
-def watch_address(code: Code, lanes: int) -> int:
-    """Return the address of ``watch(c, b, t, y, k, seen, found)``, in lanes, at a step's end y.
+def event_test_address(code: Code, lanes: int) -> int:
+    """Return the address of ``event_test(c, b, t, y, k, seen, found)``, in lanes.
 
-    The length of each run's step and the time at its end follow t. The function fills in the slope
-    k, and ``found`` with a number for each run, 0.0 if the step cannot contain an event. ``seen``
-    must hold the values from the step's start and is overwritten: see ``size_of_seen``.
+    The state y is that of a step's end. The length of each run's step and the time at its end
+    follow t. The function fills in the slope k, and ``found`` with a number for each run, 0.0 if
+    the step cannot contain an event. ``seen`` must hold the values from the step's start and is
+    overwritten: see ``size_of_seen``.
 
     Args:
         code: machine code of the kind of scene, which caches the function.
         lanes: number of runs side by side.
     """
-    return code.made("watch", "watch", partial(_text, code.emission, lanes))
+    return code.made("event_test", "event_test", partial(_text, code.emission, lanes))
 
 
 def size_of_seen(code: Code) -> int:
-    """Return the count of numbers that ``watch`` keeps of each run between steps."""
+    """Return the count of numbers that ``event_test`` keeps of each run between steps."""
     return NUMBERS_PER_BALL * code.model.count + NUMBERS_OF_MOTOR
 
 
@@ -50,13 +51,13 @@ class _Function(NamedTuple):
 
 
 def _text(emission: Emission, lanes: int) -> str:
-    """Return the LLVM IR of ``watch``.
+    """Return the LLVM IR of ``event_test``.
 
     ``body`` evaluates the forces at the step's end, ``near`` a moment later. The values and changes
     are compared with those of the step's start in ``seen``, which they then replace.
     """
     into, body = emission.function(
-        "watch", ["y", "k", "seen", "found"], ["length", "time"], state="y", lanes=lanes
+        "event_test", ["y", "k", "seen", "found"], ["length", "time"], state="y", lanes=lanes
     )
     emission.store_slope(body, emission.roots["slope"], "k")
     forces, sliding = _forces(emission), _sliding(emission)

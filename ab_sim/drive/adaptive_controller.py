@@ -9,9 +9,9 @@ import numpy as np
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.control import SensorFacts, StartUp, StartUpSettings, State
 from ab_sim.control.settings import Quantity
+from ab_sim.drive.controller import TimedDecision, stamp
 from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
-from ab_sim.drive.leader import Decided, stamp
 from ab_sim.drive.sensing import digits, noise_variance
 from ab_sim.drive.trajectory import Trajectory, taken
 from ab_sim.scene.adaptive import AdaptiveProfile
@@ -41,7 +41,7 @@ def settings_of(scene: Scene) -> StartUpSettings:
     return profile.settings(SensorFacts(quantity, 2, turned, noise), math.nextafter(most, 0.0))
 
 
-class BeliefAt(NamedTuple):
+class EstimatesAt(NamedTuple):
     """Action and estimates of the controller after a command; NaN while an estimate is unknown."""
 
     time: float
@@ -56,8 +56,8 @@ class BeliefAt(NamedTuple):
     [m]."""
 
 
-class AdaptiveRun:
-    """Controller of a drive's adaptive start-up, between sensors and commands; see ``Leader``.
+class AdaptiveController:
+    """Controller of a drive's adaptive start-up, between sensors and commands (``RunController``).
 
     Its first sample is that of the sensor's first period; until then it commands nothing, as a live
     drive in lock step.
@@ -69,11 +69,11 @@ class AdaptiveRun:
 
     def __init__(self, scene: Scene, faults: Iterable[Fault] = ()) -> None:
         profile, step = scene.profile, scene.solver.step
-        self.controller = StartUp(settings_of(scene))
+        self.start_up = StartUp(settings_of(scene))
         assert isinstance(profile, AdaptiveProfile)
-        self.decisions: list[Decided] = []
-        self.aborted: Decided | None = None
-        self.beliefs: list[BeliefAt] = []
+        self.decisions: list[TimedDecision] = []
+        self.aborted: TimedDecision | None = None
+        self.history: list[EstimatesAt] = []
         """Estimates at each command so far."""
         self._decided = 0
         self._sensor, self._heard = profile.sensor, {profile.sensor, SPINDLE}
@@ -84,23 +84,23 @@ class AdaptiveRun:
 
     @property
     def state(self) -> tuple[float, ...]:
-        """Return the state; see ``Leader``."""
-        return self.controller.state_numbers()
+        """Return the state; see ``RunController``."""
+        return self.start_up.state_numbers()
 
     def restore(self, state: Any) -> None:
-        """Restore a state; see ``Leader``."""
+        """Restore a state; see ``RunController``."""
         try:
-            self.controller.restore(tuple(map(float, state)))
+            self.start_up.restore(tuple(map(float, state)))
         except NOT_AS_WRITTEN as error:
             raise ValueError(f"no state of an adaptive start-up: {error}") from error
-        self._decided, self.aborted = self.controller.decision.number, None
+        self._decided, self.aborted = self.start_up.decision.number, None
 
     def next(self, step: int) -> int:
-        """Return the step of the next command; see ``Leader``."""
+        """Return the step of the next command; see ``RunController``."""
         return step - step % self._per_command + self._per_command
 
     def command(self, newest: Trajectory, step: int) -> float | None:
-        """Return the command of a step; see ``Leader``."""
+        """Return the command of a step; see ``RunController``."""
         if len(newest):
             self._hear(newest)
         return None if step % self._per_command else self._decide(stamp(step, self._step_ns))
@@ -114,24 +114,24 @@ class AdaptiveRun:
         columns = np.column_stack((rows[:, at("angle")], speed, readings.T))
         for step, row in zip(steps.tolist(), columns.tolist(), strict=True):
             if not self._faults.silent(step) & self._heard:
-                self.controller.sample(stamp(step, self._step_ns), *row)
+                self.start_up.sample(stamp(step, self._step_ns), *row)
 
     def _decide(self, time: float) -> float | None:
-        controller = self.controller
-        speed = controller.command(time)
-        if controller.decision.number != self._decided:
-            self._decided = controller.decision.number
-            self.decisions.append(Decided(time, controller.decision.text))
-            if controller.state is State.ABORTING:
-                self.aborted = Decided(time, controller.reason)
-        believed = controller.belief
-        self.beliefs.append(
-            BeliefAt(
+        start_up = self.start_up
+        speed = start_up.command(time)
+        if start_up.decision.number != self._decided:
+            self._decided = start_up.decision.number
+            self.decisions.append(TimedDecision(time, start_up.decision.text))
+            if start_up.state is State.ABORTING:
+                self.aborted = TimedDecision(time, start_up.reason)
+        estimates = start_up.estimates
+        self.history.append(
+            EstimatesAt(
                 time,
-                controller.state,
-                *believed[:2],
-                abs(believed.net_unbalance),
-                believed.net_unbalance_deviation,
+                start_up.state,
+                *estimates[:2],
+                abs(estimates.net_unbalance),
+                estimates.net_unbalance_deviation,
             )
         )
-        return None if controller.state is State.WAITING else speed
+        return None if start_up.state is State.WAITING else speed

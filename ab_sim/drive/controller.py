@@ -5,7 +5,7 @@ from typing import Any, NamedTuple, Protocol
 from ab_sim.drive.trajectory import Trajectory
 
 
-class Decided(NamedTuple):
+class TimedDecision(NamedTuple):
     """A decision and its time."""
 
     time: float
@@ -14,17 +14,17 @@ class Decided(NamedTuple):
     """Action from now on and its reason, for people."""
 
 
-class Leader(Protocol):
+class RunController(Protocol):
     """Controller that receives sensor readings, faults included, and commands the drive.
 
     It is called every period from t = 0 on for a speed, after it has received all samples up to and
     including that instant.
     """
 
-    decisions: list[Decided]
+    decisions: list[TimedDecision]
     """Decisions so far."""
-    aborted: Decided | None
-    """Decision to ramp down, with its reason; None if there was none."""
+    aborted: TimedDecision | None
+    """TimedDecision to ramp down, with its reason; None if there was none."""
 
     @property
     def state(self) -> Any:

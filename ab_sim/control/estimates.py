@@ -29,7 +29,7 @@ class State(enum.IntEnum):
         return self in (State.DONE, State.GAVE_UP, State.ABORTED)
 
 
-class Belief(NamedTuple):
+class Estimates(NamedTuple):
     """Estimates of the drive's parameters; NaN while unknown."""
 
     critical_speed: float

@@ -1,4 +1,4 @@
-"""Choice of the course for a requested profile, and of its inputs."""
+"""Choice of the execution for a requested profile, and of its inputs."""
 
 import json
 from collections.abc import Mapping
@@ -6,19 +6,19 @@ from typing import Any
 
 from ab_sim.base.errors import InputError, exact
 from ab_sim.control import SensorFacts, StartUpSettings
-from ab_sim.drive.adaptive import settings_of
+from ab_sim.drive.adaptive_controller import settings_of
 from ab_sim.model.spindle import SpeedSchedule
-from ab_sim.model.spindle.course import Course, ProfileInputs
-from ab_sim.model.spindle.segments_course import SegmentsCourse, waits_for_vibration
-from ab_sim.nodes.adaptive_course import AdaptiveCourse
+from ab_sim.model.spindle.profile_execution import ProfileExecution, ProfileInputs
+from ab_sim.model.spindle.segments_execution import SegmentsExecution, waits_for_vibration
+from ab_sim.nodes.adaptive_execution import AdaptiveExecution
 from ab_sim.scene.adaptive import AdaptiveProfile
-from ab_sim.scene.profile_file import AskedProfile
+from ab_sim.scene.profile_file import RequestedProfile
 
 PERIODS_AGREE = 1e-9
 """Largest relative difference between the periods of an adaptive start-up and of the commands."""
 
 
-class PlannedCourse:
+class CheckedProfile:
     """A requested and checked profile before its start.
 
     Args:
@@ -31,7 +31,9 @@ class PlannedCourse:
         InputError: the profile cannot be run with that period.
     """
 
-    def __init__(self, asked: AskedProfile, source: str, changes: list[str], period: float) -> None:
+    def __init__(
+        self, asked: RequestedProfile, source: str, changes: list[str], period: float
+    ) -> None:
         self.source, self.changes = source, changes
         self._asked, self._period = asked, period
         self._settings: StartUpSettings | None = None
@@ -84,18 +86,18 @@ class PlannedCourse:
         }
         return dict(json.loads(json.dumps(told)))
 
-    def course(self, silence: float) -> Course:
-        """Return the course, ready to begin.
+    def execution(self, silence: float) -> ProfileExecution:
+        """Return the execution, ready to begin.
 
         Args:
             silence: time for which the vibration may be missing while a condition needs it [s].
         """
         if self._settings is not None:
-            return AdaptiveCourse(self._settings, self._asked.first)
-        return SegmentsCourse(self._asked, self._period, silence)
+            return AdaptiveExecution(self._settings, self._asked.first)
+        return SegmentsExecution(self._asked, self._period, silence)
 
 
-def _settings(asked: AskedProfile, profile: AdaptiveProfile) -> StartUpSettings:
+def _settings(asked: RequestedProfile, profile: AdaptiveProfile) -> StartUpSettings:
     if asked.scene is not None:
         return settings_of(asked.scene)
     # A profile alone does not describe the sensor. Its noise is then estimated, and the angle of

@@ -17,7 +17,7 @@ class ProfileInputs(NamedTuple):
     """True if that sensor is a proximity probe."""
 
 
-class Believed(NamedTuple):
+class DriveEstimates(NamedTuple):
     """Estimates of an adaptive start-up; NaN: unknown."""
 
     critical_speed: float = math.nan
@@ -28,7 +28,7 @@ class Believed(NamedTuple):
     """Offset of the rotor's mass centre, balls included, and its standard deviation [m]."""
 
 
-class Course(Protocol):
+class ProfileExecution(Protocol):
     """A profile in progress. Times are by the caller's clock [s]."""
 
     first: float
@@ -63,7 +63,7 @@ class Course(Protocol):
         """Numbers for the diagnostics, units in the keys."""
 
     @property
-    def believed(self) -> Believed:
+    def estimates(self) -> DriveEstimates:
         """Estimates of the drive's parameters."""
 
     def begin(self, now: float) -> None:
