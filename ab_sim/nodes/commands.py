@@ -76,8 +76,8 @@ class PendingCommands:
         """Reasons for which joint commands were refused, each of which is logged once."""
         self._steady = time.monotonic_ns() - time.time_ns()
         """Steady time less the system's [ns]."""
-        self._wrong_type: dict[tuple[int, ...], str] = {}
-        """Publishers of another type at the last check: the message for people, by endpoint."""
+        self._wrong_type: list[str] = []
+        """Warnings of publishers of another type at the last check."""
         self._nameless: set[tuple[int, ...]] = set()
         """Publishers whose node had no name yet."""
 
@@ -178,14 +178,13 @@ class PendingCommands:
         return before != self._publishers
 
     def check_publishers(self) -> None:
-        """Count the nodes that command, and log publishers of another type.
+        """Count the nodes that command, and find publishers of another type.
 
-        DDS ignores such publishers silently. The graph query is too slow for every wake-up. A
-        publisher is logged when it is found. The name of its node may be discovered later; without
-        a name, it is logged at the second check.
+        DDS ignores such publishers silently. The graph query is too slow for every wake-up. The
+        name of a publisher's node may be discovered later; without a name, it counts from the
+        second check on.
         """
         self._sources = self._count_sources()
-        before = self._wrong_type
         publishers = {
             tuple(info.endpoint_gid): (topic, info)
             for topic in TOPICS[: len(self._subscriptions)]
@@ -193,18 +192,16 @@ class PendingCommands:
             if info.topic_type != topic.type_name
         }
         nameless = {gid for gid, (_, info) in publishers.items() if info.node_name == NAMELESS}
-        self._wrong_type = {
-            gid: (
+        self._wrong_type = sorted(
+            {
                 f"{info.node_namespace.rstrip('/')}/{info.node_name} publishes {info.topic_type} "
                 f"on {self._node.resolve_topic_name(topic.name)} and is not heard: commands are "
                 f"{topic.type_name}"
-            )
-            for gid, (topic, info) in publishers.items()
-            if gid not in nameless - self._nameless
-        }
+                for gid, (topic, info) in publishers.items()
+                if gid not in nameless - self._nameless
+            }
+        )
         self._nameless = nameless
-        for endpoint in self._wrong_type.keys() - before.keys():
-            self._node.get_logger().warning(self._wrong_type[endpoint])
 
     def _publishers_of(self, topic: Topic) -> list[Any]:
         return self._node.get_publishers_info_by_topic(self._node.resolve_topic_name(topic.name))
@@ -227,7 +224,7 @@ class PendingCommands:
 
     def warnings(self) -> list[str]:
         """Return warnings for the diagnostics."""
-        path, warnings = self._path, sorted(self._wrong_type.values())
+        path, warnings = self._path, [*self._wrong_type]
         if path.stopped:
             warnings.append("emergency stop: commands are ignored until ~/reset_emergency_stop")
         elif path.silent:
@@ -286,6 +283,6 @@ class PendingCommands:
         try:
             path.limits.check(path.last_rejected)
         except CommandError as error:
-            return f"rejected {count} commands, the last one: {error}"
+            return f"commands rejected: {count}, the last one: {error}"
         last = exact(path.last_rejected)
-        return f"rejected {count} commands, the last one: {last} rad/s, beyond the limit then"
+        return f"commands rejected: {count}, the last one: {last} rad/s, beyond the limit then"

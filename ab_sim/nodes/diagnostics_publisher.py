@@ -29,8 +29,8 @@ class DiagnosticsPublisher:
         time_ns: int,
         hardware: str = "ab_sim",
         logged: bool = False,
-    ) -> None:
-        """Publish the present state, with the node's parameters.
+    ) -> bool:
+        """Publish the present state, with the node's parameters; return whether it is in the log.
 
         Args:
             level: level of the state.
@@ -47,6 +47,7 @@ class DiagnosticsPublisher:
         before, self._level = self._level, level
         if level is not before and not logged:
             self._log(level, text)
+        return logged or level is not before
 
     def _log(self, level: Level, text: str) -> None:
         logger = self._node.get_logger()

@@ -1,6 +1,9 @@
 """Diagnostics of a running drive; without ROS and without a clock."""
 
+import math
+import re
 from collections import deque
+from collections.abc import Iterable
 from typing import NamedTuple
 
 from ab_sim.drive import Drive
@@ -13,6 +16,9 @@ PERIOD = 1.0
 """Time between two reports, over which the real-time factor is measured [s]."""
 WINDOWS = (10, 60)
 """Longer windows for the real-time factor, in periods."""
+ABSENT = 10.0
+"""Time without a warning after which it is logged again [s]."""
+NUMBER = re.compile(r"\d+(\.\d+)?")
 
 
 class RealTimeTolerance(NamedTuple):
@@ -205,3 +211,24 @@ class DriveHealth:
             "error checks' share of work": f"{checks.share:.4f}",
             "steps checked": str(checks.checked),
         }
+
+
+class NewWarnings:
+    """Selects the warnings that begin, of those in each report; numbers in them may change."""
+
+    def __init__(self) -> None:
+        self._seen: dict[str, float] = {}
+        """Time of the last report with each warning [s], by its text without numbers."""
+
+    def of(self, warnings: Iterable[str], now: float) -> list[str]:
+        """Return the warnings of a report that have not been in one for some time.
+
+        Args:
+            warnings: all of the report.
+            now: time [s].
+        """
+        present = {NUMBER.sub("#", warning): warning for warning in warnings}
+        new = [w for key, w in present.items() if now - self._seen.get(key, -math.inf) > ABSENT]
+        recent = {key: time for key, time in self._seen.items() if now - time <= ABSENT}
+        self._seen = recent | dict.fromkeys(present, now)
+        return new

@@ -181,7 +181,7 @@ class DriveNode(ManagedNode):
             guard.begin()
             with self._turn:
                 if self._session is None:
-                    self._outputs.report(0, Level.OK, ENDED)
+                    self._outputs.report(0, Level.OK, ENDED, logged=True)
                 else:
                     self._session.finish(ENDED)
 

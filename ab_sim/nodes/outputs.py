@@ -166,10 +166,13 @@ class Outputs:
         text: str,
         values: Mapping[str, str] | None = None,
         logged: bool = False,
-    ) -> None:
-        """Publish the node's diagnostics; ``logged``: the text is in the log already."""
+    ) -> bool:
+        """Publish the node's diagnostics, and return whether the text is in the log.
+
+        ``logged``: it is in the log already.
+        """
         hardware = self._hardware or f"{self._node.get_namespace()}/{self._scene}".lstrip("/")
-        self._diagnostics.publish(level, text, values or {}, time_ns, hardware, logged)
+        return self._diagnostics.publish(level, text, values or {}, time_ns, hardware, logged)
 
     def other_clock(self) -> str:
         """Return an error text if another node publishes the same clock; empty if not."""

@@ -186,6 +186,8 @@ QOS_POLICIES: dict[str, Sequence[str]] = {
     "history": ("keep_last", "keep_all"),
     "depth": (),  # a number
 }
+ALIKE = 0.8
+"""Similarity above which a parameter of a section for all nodes may be a misspelt one of ours."""
 PARAMETERS = "parameters"
 """Key of a node's diagnostics, and first word of the log entry, with its parameters."""
 
@@ -202,7 +204,8 @@ def _refuse_undeclared(node: Node) -> None:
         elif node.has_parameter(name):
             continue
         elif name in shared:
-            foreign.append(name)
+            suggestion = nearest(name, known, ALIKE).removeprefix("; ")
+            foreign.append(f"{name} ({suggestion})" if suggestion else name)
         else:
             raise InputError(
                 f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"

@@ -12,6 +12,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath
 from ab_sim.nodes.commanded_drive import CommandedDrive
 from ab_sim.nodes.commands import PendingCommands
+from ab_sim.nodes.drive_health import NewWarnings
 from ab_sim.nodes.drive_settings import TimeMode, mode_of, real_time_of, rules_of, tolerance_of
 from ab_sim.nodes.durations import StageTimer
 from ab_sim.nodes.fault_publisher import FaultPublisher
@@ -54,7 +55,7 @@ class Session:
         self.pending: list[Trajectory] = []
         self.stepped_for = 0
         """Number of commands received before the last answer of ~/step; see ``new_commands``."""
-        self._wakes, self._reported = 0, False
+        self._wakes, self._reported, self._new = 0, False, NewWarnings()
         self._stages = StageTimer("inputs", "integration", "observing", "publishing")
         drive = prepared.drive
         self.path = CommandPath(drive.servo, drive.step, rules_of(values), values["jitter_seed"])
@@ -255,7 +256,12 @@ class Session:
             "time": self.mode.value,
             "scheduling": self._real_time.words,
         }
-        self._outputs.report(self.now.time_ns, level, instead or text, values)
+        logged = self._outputs.report(
+            self.now.time_ns, level, instead or text, values, logged=bool(instead)
+        )
+        new = self._new.of(warnings, time.monotonic())
+        if new and not logged:
+            self._node.get_logger().warning("; ".join(new))
         if rejections := self._commands.rejections():
             self._node.get_logger().warning(rejections)
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ab_sim.nodes import realtime
+from ab_sim.nodes.drive_health import ABSENT, NewWarnings
 from ab_sim.nodes.durations import DurationHistogram, StageTimer
 from ab_sim.nodes.fair_lock import FairLock
 
@@ -138,3 +139,14 @@ def test_what_lives_is_left_out_of_searches_for_garbage_until_it_is_asked_for_ag
         assert Knot.alive == 0
     finally:
         gc.unfreeze()
+
+
+def test_a_warning_is_new_until_it_has_been_reported() -> None:
+    new = NewWarnings()
+    assert new.of(["fell behind: 3 steps", "no command for 2 s"], 0.0) == [
+        "fell behind: 3 steps", "no command for 2 s",
+    ]  # fmt: skip
+    assert new.of(["fell behind: 71 steps", "2 publishers on /a"], 1.0) == ["2 publishers on /a"]
+    assert new.of(["2 publishers on /a, 1 possibly dead"], 2.0) != [], "its words changed"
+    assert new.of(["no command for 2 s"], 9.0) == []
+    assert new.of(["no command for 2 s"], 9.1 + ABSENT) == ["no command for 2 s"]

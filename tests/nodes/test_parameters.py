@@ -153,11 +153,13 @@ def test_a_file_may_hold_parameters_of_other_nodes(
 
 def test_a_parameter_for_all_nodes_may_be_of_others(domain: int, tmp_path: Path) -> None:
     file = tmp_path / "all.yaml"
-    file.write_text("/**:\n  ros__parameters: {joints: 6, arm: {length: 1.0}, queue: 100}\n")
+    shared = "{joints: 6, arm: {length: 1.0}, pathh: a.rrd, queue: 100}"
+    file.write_text(f"/**:\n  ros__parameters: {shared}\n")
     arguments = ["--ros-args", "--params-file", str(file)]
     assert Started(domain, tmp_path, "recorder", *arguments).comes_up()
     log = (tmp_path / "recorder.log").read_text()
-    warning = "parameter arm.length, joints: ignored; it stands in a section for all nodes, and"
+    names = "arm.length, joints, pathh (did you mean 'path'?)"
+    warning = f"parameter {names}: ignored; it stands in a section for all nodes, and"
     assert log.count(warning) == log.count("ignored") == 1, log
     again = Started(domain, tmp_path, "recorder", *arguments, "-p", "joints:=6").refusal()
     assert "parameter joints: /recorder has none of that name" in again

@@ -114,7 +114,9 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
     warned(fleet, "emergency stop: commands are ignored")
     second = topics.COMMAND.publisher(fleet.node)
     fleet.until(second.get_subscription_count, "a second one may command")
-    warned(fleet, "2 publishers on /spindle/command: the last to speak leads the drive")
+    publishers = "2 publishers on /spindle/command: the last to speak leads the drive"
+    warned(fleet, publishers)
+    fleet.reads("drive_sim", publishers)  # while the other warning continues
     fleet.node.destroy_publisher(second)
     unheard = "/mistaken publishes std_msgs/msg/Float32 on /spindle/command and is not heard"
     fleet.start_process("mistaken", sys.executable, Path(__file__).with_name("other_type.py"))
