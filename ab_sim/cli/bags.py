@@ -15,9 +15,10 @@ from ab_sim.base.output_file import (
     check_folder,
     check_writable,
 )
+from ab_sim.base.progress import Progress
 from ab_sim.cli.checks import check_positive, require_ros
 from ab_sim.cli.outputs import people, results, say_written
-from ab_sim.cli.progress import Tell, progress_bar
+from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.recording_commands import (
     ExportOptions,
     ImportOptions,
@@ -98,7 +99,7 @@ def _table_command(given: ExportOptions, part: formats.Part) -> Command:
             "nothing to write: name a file with --parquet or --csv, or a bag with --mcap"
         )
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         run = open_recording(recording)
         whole = replace(part, hangs=_hangs(run))
         channels, total = len(whole.names(run)), run.extent.rows

@@ -2,7 +2,7 @@
 
 from ab_sim.base.errors import InputError
 from ab_sim.base.output_file import FMU
-from ab_sim.cli.progress import Tell
+from ab_sim.base.progress import Progress
 from ab_sim.cli.recording_commands import UrdfOptions
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import COptions
@@ -21,7 +21,7 @@ def c_command(given: COptions) -> Command:
     if out is not None:
         check_output(out, list(NAMES), "--out")
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         sources, summary, written = sources_of(scene), [], []
         if fmu is not None:
             fmu_report = write_fmu(sources, fmu, "--fmu")

@@ -9,7 +9,7 @@ from rich.table import Table
 from ab_sim.analysis.accuracy_cost import AccuracyCost, SettingCost, accuracy_cost
 from ab_sim.analysis.effect_cost import EffectCost, VariantCost, effect_cost
 from ab_sim.base.errors import InputError
-from ab_sim.cli.progress import Tell
+from ab_sim.base.progress import Progress
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.cli.scene_commands import AccuracyOptions, CostOptions
 from ab_sim.scene import load_scene
@@ -25,7 +25,7 @@ def accuracy_command(given: AccuracyOptions) -> Command:
     _check_repeats(given.repeats)
     scene = load_scene(given.scene, given.change)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         cost = accuracy_cost(scene, given.repeats, progress=tell)
         draw = picture("ab_sim.show.figures.accuracy_cost:accuracy_figure", cost)
         return Outcome(accuracy_shown(cost, given.quartiles), cost.report, draw)
@@ -139,7 +139,7 @@ def cost_command(given: CostOptions) -> Command:
     _check_repeats(given.repeats)
     scene = load_scene(given.scene, given.change)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         cost = effect_cost(scene, given.repeats, leave_one_out=given.leave_one_out, progress=tell)
         draw = picture("ab_sim.show.figures.effect_cost:cost_figure", [cost])
         return Outcome([cost_table(cost, given.quartiles)], cost.report, draw)

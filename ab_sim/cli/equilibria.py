@@ -30,10 +30,10 @@ from ab_sim.analysis.held_speed import last_speed
 from ab_sim.api.resting import speeds_of_branches
 from ab_sim.base.conventions import NOTATION, in_one_turn
 from ab_sim.base.errors import DivergedError, InputError, SceneError
+from ab_sim.base.progress import Progress
 from ab_sim.cli.analysis_commands import EquilibriaOptions, StabilityOptions
 from ab_sim.cli.checks import check_speed
 from ab_sim.cli.outputs import own_command
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, picture
 from ab_sim.scene import load_scene
 from ab_sim.scene.model import Scene
@@ -48,7 +48,7 @@ def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
         check_speed(given.speed)
     scene = load_scene(given.scene, given.change)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         at = last_speed(scene) if given.speed is None else given.speed
         tell("at one speed", 0, 1)
         equilibria = equilibria_of(scene, at)

@@ -20,8 +20,9 @@ from ab_sim.analysis.floquet.follow import Case
 from ab_sim.base.conventions import NOTATION, in_one_turn
 from ab_sim.base.errors import InputError
 from ab_sim.base.limited_yaml import read_yaml
+from ab_sim.base.progress import Progress
 from ab_sim.cli.analysis_commands import FloquetOptions
-from ab_sim.cli.progress import Tell, progress_bar
+from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.runner import Command, Draw, Outcome, picture
 from ab_sim.model.dynamics.assemble import free_coordinates, system_of
 from ab_sim.scene import Scene, load_scene
@@ -42,7 +43,7 @@ def floquet_command(given: FloquetOptions) -> Command:
         speed = float(sweep[2][-1]) if sweep is not None else None
     at = held_speed(scene) if speed is None else speed
 
-    def work(_: Tell) -> Outcome:
+    def work(_: Progress) -> Outcome:
         solutions = solutions_of(scene, at, start)
         followed = None if sweep is None else _follow(solutions, start, *sweep)
 

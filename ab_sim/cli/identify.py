@@ -9,8 +9,8 @@ from rich.table import Table
 from ab_sim.base.errors import Interrupted
 from ab_sim.base.output_file import PAGE, SCENE
 from ab_sim.base.presentation import number, titled
+from ab_sim.base.progress import Progress
 from ab_sim.cli.checks import processes
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.recording_commands import IdentifyOptions
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
 from ab_sim.identification.files import Files, read_files, trial_masses_of
@@ -33,7 +33,7 @@ def identify_command(given: IdentifyOptions) -> Command:
     )  # fmt: skip
     workers = processes(given.workers)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         recordings, held_out = read_files(files, scene)
         identification = run_identification(scene, recordings, question, held_out, tell, workers)
 

@@ -6,9 +6,9 @@ from collections.abc import Iterator
 from rich.table import Table
 
 from ab_sim.analysis.modes import AVERAGE, ZERO, Mode, NaturalVibration, moving, vibration_of
+from ab_sim.base.progress import Progress
 from ab_sim.cli.analysis_commands import ModesOptions
 from ab_sim.cli.checks import check_speed
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.scene import load_scene
 
@@ -18,7 +18,7 @@ def modes_command(given: ModesOptions) -> Command:
     check_speed(given.speed)
     scene = load_scene(given.scene, given.change)
 
-    def work(_: Tell) -> Outcome:
+    def work(_: Progress) -> Outcome:
         modes = vibration_of(scene, given.speed)
         draw = picture("ab_sim.show.figures.campbell:campbell_figure", modes)
         return Outcome(_shown(modes), modes.report, draw)

@@ -11,8 +11,8 @@ from rich.table import Table
 import ab_sim
 from ab_sim.base.errors import InputError
 from ab_sim.base.output_file import check_can_be_made, check_writable, write_whole
+from ab_sim.base.progress import Progress
 from ab_sim.cli.analysis_commands import PaperOptions
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome
 
 if TYPE_CHECKING:
@@ -51,7 +51,7 @@ def paper_command(given: PaperOptions) -> Command:
     papers.check_known(name)
     page = out / f"{name}.md"
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         check_can_be_made(out, "--out")
         if out.exists():
             check_writable(page, "--out")

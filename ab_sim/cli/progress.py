@@ -1,25 +1,25 @@
 """Progress bar for long work; without a terminal, a line now and then."""
 
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import contextmanager
 
-from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+from rich.progress import Progress as Bar
 
 from ab_sim.base.errors import AbSimError, Interrupted
 from ab_sim.base.interruption import in_order
+from ab_sim.base.progress import Progress
 from ab_sim.cli.outputs import people
 
 EVERY = 10.0
 """Time between two lines [s]."""
 A_MOMENT = 0.3
 """Time for a signal to be noticed [s]."""
-Tell = Callable[[str, int, int], None]
-"""Callback that receives the present work, the finished count and the total."""
 
 
 @contextmanager
-def progress_bar(name: str) -> Iterator[Tell]:
+def progress_bar(name: str) -> Iterator[Progress]:
     """Show a bar that disappears at the end, and yield the callback for its progress.
 
     Without a terminal, print a line every ``EVERY`` seconds.
@@ -35,7 +35,7 @@ def progress_bar(name: str) -> Iterator[Tell]:
         TextColumn("{task.completed} of {task.total}"),
         TimeElapsedColumn(),
     )
-    with Progress(*columns, console=people, transient=True) as bar:
+    with Bar(*columns, console=people, transient=True) as bar:
         task = bar.add_task("", name=name)
 
         def update(what: str, done: int, total: int) -> None:
@@ -45,7 +45,7 @@ def progress_bar(name: str) -> Iterator[Tell]:
 
 
 @contextmanager
-def _lines(name: str) -> Iterator[Tell]:
+def _lines(name: str) -> Iterator[Progress]:
     """Print progress from a separate thread, because compiling a kernel reports nothing."""
     ended = threading.Event()
     newest: list[tuple[str, int, int]] = []
@@ -68,7 +68,7 @@ def _lines(name: str) -> Iterator[Tell]:
 
 
 @contextmanager
-def interruptible(name: str, left: str) -> Iterator[Tell]:
+def interruptible(name: str, left: str) -> Iterator[Progress]:
     """Show a bar whose work ends in order at Ctrl-C; ``left`` describes the files that remain."""
     with in_order() as stopping, progress_bar(name) as show:
 

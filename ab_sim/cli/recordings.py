@@ -10,7 +10,8 @@ from rich.table import Table
 from ab_sim.analysis.start_state import start_from
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.output_file import PAGE, PNG
-from ab_sim.cli.progress import Tell, interruptible
+from ab_sim.base.progress import Progress
+from ab_sim.cli.progress import interruptible
 from ab_sim.cli.recording_commands import CompareOptions, ReportOptions, StateOptions
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.drive.trajectory import balls_in
@@ -31,7 +32,7 @@ def report_command(given: ReportOptions) -> Command:
     if len(recordings) > MOST_RUNS:
         raise InputError(f"{len(recordings)} recordings: at most {MOST_RUNS} side by side")
 
-    def work(_: Tell) -> Outcome:
+    def work(_: Progress) -> Outcome:
         opened = [open_recording(recording) for recording in recordings]
         runs = []
         for run, name in zip(opened, _names(recordings), strict=True):
@@ -92,7 +93,7 @@ def compare_command(given: CompareOptions) -> Command:
     """Return the command that compares a scene's run with a recording, by the recorded commands."""
     recording, scene = given.recording, load_scene(given.scene, given.change)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         run = open_recording(recording)
         total = run.extent.rows
         comparison = compare_recording(

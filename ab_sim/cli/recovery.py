@@ -14,8 +14,8 @@ from ab_sim.analysis.recovery import (
 )
 from ab_sim.analysis.recovery.response import LONGEST
 from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
 from ab_sim.cli.analysis_commands import RecoveryOptions
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.scene import load_scene
 
@@ -28,7 +28,7 @@ def recovery_command(given: RecoveryOptions) -> Command:
     values = drags_of(given.drags)
     scene = load_scene(given.scene, given.change)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         recovery = recovery_over_drag(scene, values, tell)
         draw = picture("ab_sim.show.figures.recovery:recovery_figure", recovery)
         return Outcome(_shown(recovery), recovery.report, draw)

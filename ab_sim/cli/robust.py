@@ -7,11 +7,11 @@ from rich.table import Table
 
 from ab_sim.base.output_file import CSV, PARQUET
 from ab_sim.base.presentation import number
+from ab_sim.base.progress import Progress
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes, share_of, wanted_metrics
 from ab_sim.cli.design_commands import RobustOptions
 from ab_sim.cli.outputs import Output, own_command
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, WholeLine, Write, new_table, plotted
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.fitted_spread import fitted_tolerances
@@ -52,7 +52,7 @@ def robust_command(given: RobustOptions) -> Command:
     if given.worst is not None:
         check_worst_folder(given.worst)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         result = run_spread(scene, tolerances, question, executors, tell)
         spread = result.in_units(given.units)
         writes: dict[str, Write | None] = {

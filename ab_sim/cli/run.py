@@ -16,7 +16,7 @@ from ab_sim.analysis.metrics.wording import ANGULAR_SPEED, number_text, speed_te
 from ab_sim.base.conventions import ANGLES, LAST, WHIRL
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.output_file import RECORDING
-from ab_sim.cli.progress import Tell
+from ab_sim.base.progress import Progress
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
 from ab_sim.drive import Drive
@@ -43,7 +43,7 @@ def run_command(given: RunOptions) -> Command:
     if not times and given.json is not None:
         times = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         tell(f"{scene.name}, compiling; ms simulated", 0, round(1e3 * scene.duration))
 
         def update(drive: Drive, newest: Trajectory) -> None:

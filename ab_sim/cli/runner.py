@@ -11,6 +11,7 @@ from rich.table import Table
 from ab_sim.base.errors import InputError, NothingFound
 from ab_sim.base.output_file import PICTURE, REPORT, write_whole
 from ab_sim.base.presentation import Presented
+from ab_sim.base.progress import Progress
 from ab_sim.cli.outputs import (
     Output,
     check_files,
@@ -19,7 +20,7 @@ from ab_sim.cli.outputs import (
     say_written,
     write_json,
 )
-from ab_sim.cli.progress import Tell, interruptible, progress_bar
+from ab_sim.cli.progress import interruptible, progress_bar
 
 Write = Callable[[Path], list[Path] | None]
 """Function that writes a file; for a folder it returns the files in it."""
@@ -53,7 +54,7 @@ class Outcome(NamedTuple):
 class Command(NamedTuple):
     """A command whose arguments have been checked."""
 
-    work: Callable[[Tell], Outcome]
+    work: Callable[[Progress], Outcome]
     """Function that does the work; its argument is a progress callback."""
     bar: str | None = None
     """Name at the progress bar; None: no bar."""
@@ -103,7 +104,7 @@ class Command(NamedTuple):
         if outcome.failure is not None:
             raise NothingFound(outcome.failure)
 
-    def _progress(self) -> AbstractContextManager[Tell]:
+    def _progress(self) -> AbstractContextManager[Progress]:
         if self.bar is None:
             return nullcontext(lambda *_: None)
         return progress_bar(self.bar) if self.left is None else interruptible(self.bar, self.left)

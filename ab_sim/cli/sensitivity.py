@@ -7,8 +7,8 @@ import numpy as np
 from rich.table import Table
 
 from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
 from ab_sim.cli.design_commands import SensitivityOptions
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, plotted
 from ab_sim.design.batch import simulate_batch
 from ab_sim.design.derivatives import MetricSensitivities, metric_sensitivities, real_keys
@@ -25,7 +25,7 @@ def sensitivity_command(given: SensitivityOptions) -> Command:
         [real.key for real in real_keys(scene)] if given.to is None else _listed("--to", given.to)
     )
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         sensitivities = metric_sensitivities(
             scene, keys, names, progress=lambda done, runs: tell("running", done, runs)
         )

@@ -7,10 +7,10 @@ from rich.table import Table
 
 from ab_sim.base.output_file import SCENE
 from ab_sim.base.presentation import number
+from ab_sim.base.progress import Progress
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, share_of
 from ab_sim.cli.design_commands import SizeOptions
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
 from ab_sim.design.sizing.drag_window import SizedBalls
 from ab_sim.design.sizing.size import Sizing, run_sizing, sizing_failure
@@ -32,7 +32,7 @@ def size_command(given: SizeOptions) -> Command:
     )  # fmt: skip
     specification = specification_of(texts)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         sizing = run_sizing(specification, Running(given.runs, given.seed, executors, tell))
         return Outcome(
             _shown(sizing),

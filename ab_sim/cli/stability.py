@@ -15,11 +15,11 @@ from ab_sim.analysis.maps.plane import Plane, axes_of
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.analysis.maps.verdicts import name_of
 from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.analysis_commands import StabilityOptions
 from ab_sim.cli.checks import check_speed, processes
 from ab_sim.cli.equilibria import equilibria_command
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, picture
 from ab_sim.design import basin as basins
 from ab_sim.scene import load_scene
@@ -70,7 +70,7 @@ def _map_command(plane: Plane, coarse: int, against: int | None) -> Command:
     for each in planes:
         each.check()
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         maps = [stability_map(each, coarse, processes(None), tell) for each in planes]
         compared = None if against is None else BallCountComparison(*maps)
 
@@ -103,7 +103,7 @@ def _family_command(plane: Plane, coarse: int, key: str, values: tuple[float, ..
     """Return the command that computes a map for each value of another key."""
     members(plane, key, values)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         maps = family(plane, key, values, coarse, processes(None), tell)
         draw = picture("ab_sim.show.figures.stability_map:family_figure", maps)
         return Outcome([family_table(maps)], maps.report, draw)
@@ -115,7 +115,7 @@ def _basin_command(given: StabilityOptions, count: int) -> Command:
     """Return the command that computes the final states of runs over start angles of two balls."""
     scene = load_scene(given.scene, given.change)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         basin = basins.basin(scene, count, processes(None), progress=tell)
         draw = picture("ab_sim.show.figures.basin_map:basin_figure", basin)
         return Outcome([basin_table(basin)], basin.report, draw)

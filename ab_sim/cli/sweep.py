@@ -8,10 +8,10 @@ from rich.table import Table
 from ab_sim.analysis.metrics.metric import Better, metrics_named
 from ab_sim.base.output_file import CSV, PARQUET
 from ab_sim.base.presentation import number
+from ab_sim.base.progress import Progress
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes, wanted_metrics
 from ab_sim.cli.design_commands import SweepOptions
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted
 from ab_sim.design.judged import OUTCOME, has_settled
 from ab_sim.design.points import points_of
@@ -29,7 +29,7 @@ def sweep_command(given: SweepOptions) -> Command:
     points = points_of([variable_of(each) for each in given.over], given.design, given.seed)
     metrics = wanted_metrics(given.metrics)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         sweep = run_sweep(scene, points, metrics, executor, tell)
         table = sweep.in_units(given.units)
         writes = {"--parquet": sweep.write, "--csv": sweep.write}

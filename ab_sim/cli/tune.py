@@ -9,11 +9,11 @@ from rich.table import Table
 from ab_sim.base.errors import InputError
 from ab_sim.base.output_file import PARQUET, SCENE
 from ab_sim.base.presentation import number
+from ab_sim.base.progress import Progress
 from ab_sim.base.workers import KEPT
 from ab_sim.cli.checks import executor_of, outcome_notes
 from ab_sim.cli.design_commands import TuneOptions
 from ab_sim.cli.outputs import own_command
-from ab_sim.cli.progress import Tell
 from ab_sim.cli.runner import Command, Outcome, new_table, plotted, scene_writer
 from ab_sim.design.bounds import bound_of
 from ab_sim.design.candidates import Spreading
@@ -43,7 +43,7 @@ def tune_command(given: TuneOptions) -> Command:
     effort = Effort(given.runs // spreading.draws, given.seed)
     task = Task(scene, tuple(map(_range, given.vary)), standard, effort, spreading)
 
-    def work(tell: Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         result = run_tuning(task, executor, tell)
         tuning = result.in_units(given.units)
         return Outcome(
