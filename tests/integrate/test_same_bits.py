@@ -48,7 +48,7 @@ RUNS: dict[str, list[str]] = {
 """Scenes with and without events, in the plane and in space, by steps and by series."""
 IN_LANES = {"rk8": [], "imex8": [], "taylor": ["solver.parameters={order: 6}"]}
 """Steppers of batches, with their parameters."""
-STEPS = 300
+STEPS = 100
 
 
 def digests() -> dict[str, str]:
@@ -65,7 +65,7 @@ def digests() -> dict[str, str]:
 
 
 def varied(stepper: str) -> tuple[Any, list[dict[str, Any]]]:
-    changes = ["duration=0.3", "start.speed=100", f"solver.stepper={stepper}", *IN_LANES[stepper]]
+    changes = ["duration=0.1", "start.speed=100", f"solver.stepper={stepper}", *IN_LANES[stepper]]
     base = load_scene("nsc-case-1", changes)
     return base, [{"rotor.eccentricity": 1e-6 * (5 + k)} for k in range(9)]
 

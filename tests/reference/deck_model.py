@@ -77,32 +77,28 @@ class DeckModel(Plant):
         self.weight = np.zeros((4, 4))
         self.weight[:3, 3] = p.gravity
         self.places = np.array([[*mount.position, 1.0] for mount in p.mounts]).reshape(-1, 4)
-        self.axes = np.array([mount.axes for mount in p.mounts], float).reshape(-1, 3, 3)
-        self.stiffness = np.array([mount.stiffness for mount in p.mounts]).reshape(-1, 3)
-        self.damping = np.array([mount.damping for mount in p.mounts]).reshape(-1, 3)
+        axes = np.array([mount.axes for mount in p.mounts], float).reshape(-1, 3, 3)
+        self.stiffness, self.damping = (
+            np.einsum("mij,mj,mkj->mik", axes, np.reshape(values, (-1, 3)), axes)
+            for values in ([m.stiffness for m in p.mounts], [m.damping for m in p.mounts])
+        )
         self.cubic = np.array([mount.cubic for mount in p.mounts])
 
     def poses(self, q: Array, rates: Array) -> Poses:
         """Everything's pose and its derivatives."""
-        own, own_rates = np.append(q[:7], 0.0), np.append(rates[:7], 0.0)
-        unit, deck = np.eye(8), shifted(own, own_rates)
+        unit = np.eye(8)
+        deck = shifted(q[:3], rates[:3], 8)
         for generator, j in ANGLES:
-            deck = deck.then(generator, linear(unit[j], own, own_rates))
-        spindle = linear(unit[6], own, own_rates)
-        disc = deck.then(TURN[2], spindle)
-        mine = np.column_stack([np.tile(q[:7], (self.count, 1)), q[7:]])
-        my_rates = np.column_stack([np.tile(rates[:7], (self.count, 1)), rates[7:]])
-        theta = linear(unit[OWN] - unit[6], mine, my_rates)
+            deck = deck.then(generator, linear(unit[j], q[j], rates[j]))
+        disc = deck.then(TURN[2], linear(unit[6], q[6], rates[6]))
+        theta = linear(unit[OWN] - unit[6], self.theta(q), self.theta(rates))
         h, dh, path, dpath = self.curve.at(theta.value)
         normal = disc.fixed(self.race_centres).then(TURN[2], theta)
         balls = normal.then(SHIFT[0], theta.through(h, dh, path - h))
         balls = balls.then(SHIFT[1], theta.through(dh, path - h, dpath - dh))
         balls = balls.then(TURN[2], self._rolled(theta, path, dpath))
-        bodies = (
-            np.concatenate([one[None], other[None], each])
-            for one, other, each in zip(deck, disc, balls, strict=True)
-        )
-        return Poses(deck, Pose(*bodies), normal.value[:, :3, 0])
+        bodies = Pose(np.concatenate([deck.parts[None], disc.parts[None], balls.parts]))
+        return Poses(deck, bodies, normal.value[:, :3, 0])
 
     def _rolled(self, theta: Number, path: Array, dpath: Array) -> Number:
         """-theta - s/a: a ball's frame has turned with theta, and it turns by psi - s/a in all."""
@@ -121,10 +117,10 @@ class DeckModel(Plant):
         """The equations of motion; N = -m (P'' - g) . n."""
         poses = self.poses(q, rates)
         bodies, many = poses.bodies, 2 + self.count
-        weighted = (bodies.slopes @ self.inertias[:, None]).reshape(many, 8, 16)
-        inertial = (bodies.bias - self.weight).reshape(many, 16, 1)
-        masses = weighted @ np.moveaxis(bodies.slopes.reshape(many, 8, 16), 1, 2)
-        forces = -(weighted @ inertial)[:, :, 0]
+        slopes = bodies.slopes.reshape(many, 8, 16)
+        weighted = (slopes.reshape(many, 32, 4) @ self.inertias).reshape(many, 8, 16)
+        masses = weighted @ slopes.swapaxes(1, 2)
+        forces = -times(weighted, (bodies.bias - self.weight).reshape(many, 16))
         mass = np.zeros((self.size, self.size), masses.dtype)
         known = np.zeros(self.size, forces.dtype)
         mass[:7, :7], known[:7] = masses[:, :7, :7].sum(axis=0), forces[:, :7].sum(axis=0)
@@ -132,8 +128,8 @@ class DeckModel(Plant):
         mass[7:, 7:], known[7:] = np.diag(masses[2:, OWN, OWN]), forces[2:, OWN]
 
         at = self.mount_points(poses.deck)
-        damper = self.on_ground(self.damping, at.velocity)
-        force = -self.on_ground(self.stiffness, at.displacement) - damper
+        damper = times(self.damping, at.velocity)
+        force = -times(self.stiffness, at.displacement) - damper
         square = np.sum(at.displacement**2, axis=1)
         force = force - (self.cubic * square)[:, None] * at.displacement
         known[:6] += np.einsum("mji,mi->j", at.slopes, force)
@@ -148,10 +144,6 @@ class DeckModel(Plant):
         against = np.sum(pull * (bodies.bias[2:, :3, 3] - self.weight[:3, 3]), axis=1)
         return System(mass, known, rows, against, path, np.sum(damper * at.velocity))
 
-    def on_ground(self, values: Array, vectors: Array) -> Array:
-        """A (values * A^T vectors) for each mount."""
-        return np.einsum("mij,mj,mkj,mk->mi", self.axes, values, self.axes, vectors)
-
     def kinetic_energy(self, q: Array, rates: Array) -> float:
         """Of all that moves, the disc's spin included [J]."""
         moving = self.poses(q, rates).bodies.rate
@@ -161,7 +153,7 @@ class DeckModel(Plant):
         """Springs, and gravity from the ground's origin [J]."""
         poses = self.poses(q, np.zeros(self.size))
         u = self.mount_points(poses.deck).displacement
-        springs = 0.5 * np.sum(u * self.on_ground(self.stiffness, u))
+        springs = 0.5 * np.sum(u * times(self.stiffness, u))
         springs += 0.25 * self.cubic @ np.sum(u**2, axis=1) ** 2
         moment = np.einsum("bij,bj->i", poses.bodies.value, self.inertias[:, :, 3])
         return springs - moment[:3] @ self.weight[:3, 3]
@@ -185,6 +177,11 @@ class DeckModel(Plant):
         gain = np.einsum("jik,j,k->i", deck.slopes[:6], accelerations[:6], place)
         felt = (gain + (deck.bias - self.weight) @ place)[:3]
         return np.asarray(axes) @ deck.value[:3, :3].T @ felt
+
+
+def times(matrices: Array, vectors: Array) -> Array:
+    """The product of each matrix and its vector."""
+    return (matrices @ vectors[..., None])[..., 0]
 
 
 def deck_inertia(p: DeckParams) -> Array:

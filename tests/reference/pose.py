@@ -47,56 +47,71 @@ ONE = np.eye(4)
 
 
 class Number(NamedTuple):
-    """A function u(q), or a row of them, at one state: u, du/dq, u' and u'' where q'' = 0."""
+    """A function u(q), or a row of them, at one state."""
 
     value: Array
-    slopes: Array
-    """One more, last, index: the coordinate."""
-    rate: Array
-    bias: Array
+    gains: Array
+    """u', u'' where q'' = 0, and du/dq, along one more, last, index."""
 
     def through(self, f: Array, df: Array, ddf: Array) -> "Number":
         """f(u), with its first and second derivative by u."""
-        slopes = np.asarray(df)[..., None] * self.slopes
-        return Number(f, slopes, df * self.rate, df * self.bias + ddf * self.rate**2)
+        gains = np.asarray(df)[..., None] * self.gains
+        gains[..., 1] += ddf * self.gains[..., 0] ** 2
+        return Number(f, gains)
 
 
-def linear(weights: Array, q: Array, rates: Array) -> Number:
-    """weights . q."""
-    return Number(q @ weights, weights, rates @ weights, np.zeros(q.shape[:-1]))
+def linear(weights: Array, value: Array, rate: Array) -> Number:
+    """weights . q, with its value and its rate."""
+    rate = np.asarray(rate)
+    gains = np.zeros((*rate.shape, 2 + len(weights)), rate.dtype)
+    gains[..., 0], gains[..., 2:] = rate, weights
+    return Number(value, gains)
 
 
 class Pose(NamedTuple):
-    """H, or a row of them, at one state: H, dH/dq, H' and H'' where q'' = 0."""
+    """H, or a row of them, at one state."""
 
-    value: Array
-    slopes: Array
-    """One more index before the matrix's two: the coordinate."""
-    rate: Array
-    bias: Array
+    parts: Array
+    """H, H', H'' where q'' = 0, and dH/dq, along the index before the matrix's two."""
+
+    @property
+    def value(self) -> Array:
+        """H."""
+        return self.parts[..., 0, :, :]
+
+    @property
+    def rate(self) -> Array:
+        """H'."""
+        return self.parts[..., 1, :, :]
+
+    @property
+    def bias(self) -> Array:
+        """H'' where q'' = 0."""
+        return self.parts[..., 2, :, :]
+
+    @property
+    def slopes(self) -> Array:
+        """dH/dq, with the coordinate's index before the matrix's two."""
+        return self.parts[..., 3:, :, :]
 
     def then(self, generator: Generator, u: Number) -> "Pose":
         """H exp(G u)."""
-        motion = exponential(generator, u.value)
-        value, rate = self.value @ motion, self.rate @ motion
-        along, speed = value @ generator.matrix, u.rate[..., None, None]
-        slopes = self.slopes @ motion[..., None, :, :]
-        bias = self.bias @ motion + (2.0 * speed) * (rate @ generator.matrix)
+        moved = self.fixed(exponential(generator, u.value))
+        speed = u.gains[..., 0, None, None]
+        bend = (2.0 * speed) * (moved.rate @ generator.matrix)
         if generator.turns:
-            bias = bias + speed**2 * (value @ generator.square)
-        return Pose(
-            value,
-            slopes + along[..., None, :, :] * u.slopes[..., None, None],
-            rate + along * speed,
-            bias + along * u.bias[..., None, None],
-        )
+            bend = bend + speed**2 * (moved.value @ generator.square)
+        along = moved.value @ generator.matrix
+        parts = moved.parts.astype(np.result_type(moved.parts, u.gains), copy=False)
+        parts[..., 1:, :, :] += u.gains[..., None, None] * along[..., None, :, :]
+        parts[..., 2, :, :] += bend
+        return Pose(parts)
 
     def fixed(self, motion: Array) -> "Pose":
         """H A with a constant A."""
-        inside = motion[..., None, :, :]
-        return Pose(
-            self.value @ motion, self.slopes @ inside, self.rate @ motion, self.bias @ motion
-        )
+        *many, count, _, _ = self.parts.shape
+        rows = self.parts.reshape(*many, 4 * count, 4) @ motion  # quicker than one by one
+        return Pose(rows.reshape(*rows.shape[:-2], count, 4, 4))
 
 
 def exponential(generator: Generator, u: Array) -> Array:
@@ -115,12 +130,13 @@ def shift(vector: Array) -> Array:
     return made
 
 
-def shifted(q: Array, rates: Array) -> Pose:
-    """The pose of axes that the first three of the coordinates shift from the ground's."""
-    slopes = np.zeros((len(q), 4, 4))
-    slopes[[0, 1, 2], [0, 1, 2], 3] = 1.0
-    value, rate = (np.tensordot(v[:3], slopes[:3], axes=1) for v in (q, rates))
-    return Pose(ONE + value, slopes, rate, np.zeros((4, 4)))
+def shifted(place: Array, rate: Array, coordinates: int) -> Pose:
+    """The pose of axes that the first three of so many coordinates shift from the ground's."""
+    parts = np.zeros((3 + coordinates, 4, 4), np.result_type(place, rate))
+    parts[0] = ONE
+    parts[0, :3, 3], parts[1, :3, 3] = place, rate
+    parts[[3, 4, 5], [0, 1, 2], 3] = 1.0
+    return Pose(parts)
 
 
 def pseudo_inertia(mass: float, centre: Array, inertia: Array) -> Array:
