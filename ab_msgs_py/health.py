@@ -62,7 +62,9 @@ class Health:
     def all_of(cls, array: Any) -> list["Health"]:
         """Return the ab_sim entries of a message, without those of other hardware."""
         # ROS stores the level as a byte, bag files as a number.
-        levels = {each: level for level in Level for each in (level.value, bytes([level.value]))}
+        levels = {
+            spelling: level for level in Level for spelling in (level.value, bytes([level.value]))
+        }
         tasks = {task.value: task for task in Task}
         return [
             cls(

@@ -70,14 +70,14 @@ class Prefilled:
             self._room(4, struct.pack("<I", len(text)) + text)
         elif kind.startswith("sequence<"):
             self._room(4, struct.pack("<I", len(value)))
-            for each in value:
-                self._write(each, kind[len("sequence<") : -1])
+            for element in value:
+                self._write(element, kind[len("sequence<") : -1])
         elif kind.endswith("]"):
-            for each in value:
-                self._write(each, kind[: kind.index("[")])
+            for element in value:
+                self._write(element, kind[: kind.index("[")])
         elif "/" in kind or not kind:
-            for name, own in self._fields_of(value).items():
-                self._write(getattr(value, name), own)
+            for name, field in self._fields_of(value).items():
+                self._write(getattr(value, name), field)
         else:
             raise ValueError(f"a field of type {kind} cannot be prefilled")
 

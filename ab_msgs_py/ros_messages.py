@@ -40,6 +40,6 @@ def filled(message: Any, fields: Fields) -> Any:
         elif isinstance(value, list) and value and isinstance(value[0], dict):
             kind = message.get_fields_and_field_types()[name]
             element = class_of(kind.removeprefix("sequence<").rstrip(">"))
-            value = [filled(element(), each) for each in value]
+            value = [filled(element(), element_value) for element_value in value]
         setattr(message, name, value)
     return message

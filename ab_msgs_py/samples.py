@@ -342,10 +342,10 @@ def frames_fields(frames: Frames) -> Fields:
 def frames_of(message: Any) -> list[tuple[str, PoseSample]]:
     """Return the frames and poses in a TFMessage."""
     frames = []
-    for each in message.transforms:
-        time, place, frame = _headed(each, _triple(each.transform.translation))
-        pose = PoseSample(time, place, _turn(each.transform.rotation), frame)
-        frames.append((str(each.child_frame_id), pose))
+    for transform in message.transforms:
+        time, place, frame = _headed(transform, _triple(transform.transform.translation))
+        pose = PoseSample(time, place, _turn(transform.transform.rotation), frame)
+        frames.append((str(transform.child_frame_id), pose))
     return frames
 
 

@@ -146,9 +146,9 @@ if not TYPE_CHECKING:
             return import_module("ab_sim.results")
         for module, names in _MODULES.items():
             if name in names:
-                found = getattr(import_module(f"ab_sim.{module}"), name)
-                globals()[name] = found  # so that this is called only once
-                return found
+                attribute = getattr(import_module(f"ab_sim.{module}"), name)
+                globals()[name] = attribute  # so that this is called only once
+                return attribute
         if name.startswith("__"):
             raise AttributeError(f"module 'ab_sim' has no attribute {name!r}")
         from difflib import get_close_matches
@@ -159,5 +159,5 @@ if not TYPE_CHECKING:
 
 
 def __dir__() -> list[str]:
-    own = [name for name in globals() if name.startswith("__")]
-    return sorted({*__all__, *own})
+    dunders = [name for name in globals() if name.startswith("__")]
+    return sorted({*__all__, *dunders})

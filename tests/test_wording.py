@@ -1,4 +1,4 @@
-"""Docstrings, help texts and pages have no opening and no word of ``words.yaml``."""
+"""Docstrings, help texts, pages and locals have no opening, word and name of ``words.yaml``."""
 
 import ast
 import re
@@ -30,6 +30,22 @@ def pages() -> Iterator[tuple[str, str]]:
         yield str(path.relative_to(ROOT)), re.sub(r"```.*?```|`[^`]*`", "", text, flags=re.DOTALL)
 
 
+def locals_() -> Iterator[tuple[str, str]]:
+    """Yield the names of arguments and local variables; ``left`` next to ``right`` is a side."""
+    for path in (p for package in ("ab_sim", "ab_msgs_py") for p in (ROOT / package).rglob("*.py")):
+        for scope in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(scope, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda):
+                nodes = list(ast.walk(scope))
+                names = {node.arg for node in nodes if isinstance(node, ast.arg)}
+                names |= {
+                    node.id
+                    for node in nodes
+                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+                }
+                names -= {"left"} if "right" in names else set()
+                yield from ((f"{path.relative_to(ROOT)}:{scope.lineno}", name) for name in names)
+
+
 def test_docstrings_begin_with_a_verb_or_a_noun() -> None:
     every = list(docstrings())
     assert len(every) > 5000
@@ -43,3 +59,10 @@ def test_no_word_of_the_list_is_used() -> None:
         for word in WORDS.findall(" ".join(text.split()))
     ]
     assert found == []
+
+
+def test_locals_are_named_after_what_they_hold() -> None:
+    every = list(locals_())
+    assert len(every) > 10_000
+    unnamed = [(place, name, LIST["names"][name]) for place, name in every if name in LIST["names"]]
+    assert unnamed == []

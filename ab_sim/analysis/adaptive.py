@@ -52,8 +52,10 @@ def net_unbalance(trajectory: Trajectory, scene: Scene) -> np.ndarray:
     It is abs(M0 e + sum m_i R exp(i theta_i)) / M, which an adaptive start-up estimates.
     """
     moments = np.array(scene.balls.masses) * scene.race.radius
-    own = scene.eccentric_mass * scene.rotor.eccentricity
-    net: np.ndarray = np.abs(own + resultant(moments, trajectory.ball_angles)) / scene.total_mass
+    rotor_unbalance = scene.eccentric_mass * scene.rotor.eccentricity
+    net: np.ndarray = (
+        np.abs(rotor_unbalance + resultant(moments, trajectory.ball_angles)) / scene.total_mass
+    )
     return net
 
 

@@ -90,8 +90,8 @@ class CoexistingCirculation:
         return {
             "not_looked_for": self.not_looked_for,
             "numbers": list(self.numbers),
-            "states": [each.report() for each in self.states],
-            "elsewhere": [each.report() for each in self.elsewhere],
+            "states": [state.report() for state in self.states],
+            "elsewhere": [bunch.report() for bunch in self.elsewhere],
         }
 
 
@@ -108,7 +108,7 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
     some = np.linspace(drive.balls, 1, min(drive.balls, MOST_NUMBERS))
     numbers = tuple(int(round(x)) for x in some)
     bunches = [_confirmed(scene, drive, speed, count) for count in numbers]
-    states = tuple(each for each in bunches if each is not None)
+    states = tuple(bunch for bunch in bunches if bunch is not None)
     all_circulate = bool(states) and states[0].bunch.count == drive.balls
     elsewhere = () if all_circulate else tuple(reach_over_speed(drive, drive.balls))
     return CoexistingCirculation(speed, None, numbers, states, elsewhere)
@@ -116,7 +116,7 @@ def coexisting_circulation(scene: Scene, speed: float) -> CoexistingCirculation:
 
 def _confirmed(scene: Scene, drive: BunchDrive, speed: float, count: int) -> Coexisting | None:
     """Return a stable bunch of ``count`` balls; None if it does not exist or does not last."""
-    bunch = stalled(drive, speed, count, known=False)
+    bunch = stalled(drive, speed, count, known_only=False)
     if bunch is None:
         return None
     # The resting balls may sit in many ways, and a long beat takes long to integrate. Such a bunch
@@ -144,5 +144,5 @@ def _exact(scene: Scene, bunch: CirculatingBunch) -> CirculatingSolution | None:
     return solution
 
 
-def _about(value: float, found: list[Reach]) -> Reach | None:
-    return next((each for each in found if each.low <= value <= each.high), None)
+def _about(value: float, reaches: list[Reach]) -> Reach | None:
+    return next((reach for reach in reaches if reach.low <= value <= reach.high), None)

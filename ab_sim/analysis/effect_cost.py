@@ -120,9 +120,9 @@ class EffectCost(Presented):
     def table(self) -> dict[str, object]:
         """Return the results as JSON-able values."""
         table: dict[str, Any] = asdict(self)
-        for row, made in zip(table["rows"], self.rows, strict=True):
+        for row, result in zip(table["rows"], self.rows, strict=True):
             for key in ("ns_per_step", "ratio"):
-                spread = getattr(made, key)
+                spread = getattr(result, key)
                 row[key] = None if spread is None else spread._asdict()
         return table
 
@@ -186,19 +186,21 @@ def variants(scene: Scene, leave_one_out: bool = False) -> list[Variant]:
     """
     stepper = choose_stepper(scene, system_of(scene)).stepper.name
     effects, sensors = tuple(scene.effects), tuple(scene.sensors)
-    found = [Variant(BASE, _with(scene, (), (), stepper))]
-    found += [_alone(scene, name, stepper) for name in effects]
-    found += [Variant(f"sensor {name}", _with(scene, (), (name,), stepper)) for name in sensors]
-    found.append(Variant(ALL, _with(scene, effects, sensors, stepper)))
+    made_variants = [Variant(BASE, _with(scene, (), (), stepper))]
+    made_variants += [_alone(scene, name, stepper) for name in effects]
+    made_variants += [
+        Variant(f"sensor {name}", _with(scene, (), (name,), stepper)) for name in sensors
+    ]
+    made_variants.append(Variant(ALL, _with(scene, effects, sensors, stepper)))
     if leave_one_out:
         for name in effects:
             with contextlib.suppress(SceneError):  # another effect needs it
-                made = _with(scene, _without(effects, name), sensors, stepper)
-                found.append(Variant(f"all but {name}", made))
+                variant = _with(scene, _without(effects, name), sensors, stepper)
+                made_variants.append(Variant(f"all but {name}", variant))
         for name in sensors:
-            made = _with(scene, effects, _without(sensors, name), stepper)
-            found.append(Variant(f"all but sensor {name}", made))
-    return found
+            variant = _with(scene, effects, _without(sensors, name), stepper)
+            made_variants.append(Variant(f"all but sensor {name}", variant))
+    return made_variants
 
 
 def _without(names: tuple[str, ...], name: str) -> tuple[str, ...]:

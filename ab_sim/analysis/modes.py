@@ -194,7 +194,9 @@ def campbell(about: Linearised, speeds: np.ndarray) -> Campbell:
         above = np.array([mode.frequency for mode in branch]) - speeds
         for k in np.flatnonzero((above[:-1] * above[1:] < 0.0) | (above[1:] == 0.0)):
             critical.append(_met(about, branch[k], float(speeds[k]), float(speeds[k + 1])))
-    return Campbell(speeds, branches, tuple(sorted(critical, key=lambda each: each[0])))
+    return Campbell(
+        speeds, branches, tuple(sorted(critical, key=lambda speed_and_mode: speed_and_mode[0]))
+    )
 
 
 def _followed(about: Linearised, before: tuple[Mode, ...], speed: float) -> tuple[Mode, ...]:
@@ -242,8 +244,8 @@ def modes_of(about: Linearised, speed: float) -> tuple[Mode, ...]:
     shapes = shapes / np.linalg.norm(shapes, axis=0)
     back = np.linalg.inv(root)
     whirl = back.T @ _whirling(about) @ back
-    found = [*_swinging(values, shapes, whirl), *_creeping(values, shapes)]
-    modes = [_mode(about, pair, back @ shape, speed) for pair, shape in found]
+    pairs = [*_swinging(values, shapes, whirl), *_creeping(values, shapes)]
+    modes = [_mode(about, pair, back @ shape, speed) for pair, shape in pairs]
     scale = max(mode.frequency for mode in modes) or 1.0
     return tuple(sorted(modes, key=lambda m: (round(m.frequency / scale, 9), m.whirl)))
 

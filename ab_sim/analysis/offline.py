@@ -112,10 +112,10 @@ class OfflineRun(Presented):
             vector = complex(
                 *(np.interp(sample.time, time, w) for w in (vectors.real, vectors.imag))
             )
-            known = not math.isnan(vector.real)
+            defined = not math.isnan(vector.real)
             yield {
-                SIZE: abs(vector) if known else None,
-                PHASE: cmath.phase(vector) if known else None,
+                SIZE: abs(vector) if defined else None,
+                PHASE: cmath.phase(vector) if defined else None,
             }
 
     def report(self) -> dict[str, object]:

@@ -55,9 +55,9 @@ class ReplayedDrive:
             InputError: the drive refuses a command; the message contains it and its step.
             DivergedError: see ``Drive.advance``.
         """
-        own = (steps - self._first).astype(np.int64)
-        run = self._run(own - 1, commands, int(own[-1]))
-        return Trajectory(run.channels, run.samples[own - int(run["step"][0])])
+        indices = (steps - self._first).astype(np.int64)
+        run = self._run(indices - 1, commands, int(indices[-1]))
+        return Trajectory(run.channels, run.samples[indices - int(run["step"][0])])
 
     def at_times(self, times: np.ndarray, commands: np.ndarray) -> Trajectory:
         """Return the drive at recorded times, interpolated linearly between its steps.
@@ -81,16 +81,16 @@ class ReplayedDrive:
         drive, parts = self.drive, [self._last]
         # Without a command, the previous one stays in force.
         held = np.maximum.accumulate(np.where(np.isnan(commands), -1, np.arange(len(commands))))
-        known = np.where(held < 0, self._command, commands[held])
-        changes = np.flatnonzero(np.diff(known, prepend=self._command)).tolist()
+        in_force = np.where(held < 0, self._command, commands[held])
+        changes = np.flatnonzero(np.diff(in_force, prepend=self._command)).tolist()
         for change in changes if self._obeys else ():
             parts.append(drive.advance(max(int(steps[change]) - drive.steps, 0)))
             try:
-                drive.command(float(known[change]))
+                drive.command(float(in_force[change]))
             except CommandError as error:
                 raise InputError(f"step {drive.steps} of the recording: {error}") from error
         parts.append(drive.advance(max(until - drive.steps, 0)))
-        self._command = float(known[-1])
+        self._command = float(in_force[-1])
         run = Trajectory.join(parts)
         self._last = run.last(1)
         return run

@@ -100,7 +100,7 @@ class Results:
     ) -> tuple[str, Path | None]:
         """Return all inputs of a result as a key, and the file named by it."""
         what = f"{self._function.__module__}.{self._function.__qualname__}"
-        effects = (type(each).__module__ for each in scene.effects.values())
+        effects = (type(effect).__module__ for effect in scene.effects.values())
         try:
             made_of = sources_and_versions(
                 frozenset([self._function.__module__, *effects, *modules])
@@ -137,11 +137,13 @@ def sources_and_versions(modules: frozenset[str]) -> tuple[dict[str, str], dict[
     Raises:
         NotOfSources: see ``sources``.
     """
-    beside = [found.name for found in pkgutil.iter_modules(steppers_folder.__path__)]
+    beside = [module_info.name for module_info in pkgutil.iter_modules(steppers_folder.__path__)]
     kinds = {type(stepper.weights).__module__ for stepper in steppers().values()}
     homes = {*modules, *kinds, *(f"{steppers_folder.__name__}.{name}" for name in beside)}
-    found = sources(homes)
-    return {name: source.digest for name, source in found.items()}, versions(found)
+    sources_by_name = sources(homes)
+    return {name: source.digest for name, source in sources_by_name.items()}, versions(
+        sources_by_name
+    )
 
 
 def _seal(key: str, result: Result) -> str:

@@ -41,8 +41,10 @@ def start_from(sample: Mapping[str, float], balls: int, tilts: bool) -> dict[str
     if tilts:
         tilt = tilt_of(np.array([sample[name] for name in turn])).tolist()
         # The angular velocity is linear in the rates of the tilt angles: invert this map.
-        each = np.array([angular_velocity(tuple(tilt), tuple(rate)) for rate in np.eye(3)]).T
-        rates = np.linalg.solve(each, [sample[name] for name in turning])
+        rates_to_velocity = np.array(
+            [angular_velocity(tuple(tilt), tuple(rate)) for rate in np.eye(3)]
+        ).T
+        rates = np.linalg.solve(rates_to_velocity, [sample[name] for name in turning])
         deck |= {"tilt": tilt, "tilt_rate": rates.tolist()}
     return {
         "angle": sample["angle"],

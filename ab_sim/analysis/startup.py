@@ -30,7 +30,7 @@ def peak_whirl(trajectory: Trajectory) -> tuple[float, float]:
     if 0 < top < len(whirl) - 1:
         near = slice(top - 1, top + 2)
         channels = (trajectory[name][None, near] for name in ("time", "x", "y", "vx", "vy"))
-        peak, at = (float(found[0]) for found in peaks_between(*channels))
+        peak, at = (float(values[0]) for values in peaks_between(*channels))
         if peak > whirl[top]:
             return peak, at
     return float(whirl[top]), float(time[top])

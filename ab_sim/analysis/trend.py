@@ -28,9 +28,9 @@ class Trends:
         for part, end in enumerate(self._ends):
             until = min(max(end - self._taken, begin), values.shape[1])
             if until > begin:
-                own = slice(begin, until)
-                self._squares[part] += np.sum(squares[:, own], axis=1)
-                self._peaks[part] = np.maximum(self._peaks[part], values[:, own].max(axis=1))
+                window = slice(begin, until)
+                self._squares[part] += np.sum(squares[:, window], axis=1)
+                self._peaks[part] = np.maximum(self._peaks[part], values[:, window].max(axis=1))
             begin = until
         self._taken += values.shape[1]
 

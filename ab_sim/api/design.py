@@ -102,7 +102,7 @@ def sweep(
     (0.002, 0.002)
     """
     executor = _executor(workers, scheduler)
-    variables = [_variable(key, given, design is not None) for key, given in _mapping(over).items()]
+    variables = [_variable(key, text, design is not None) for key, text in _mapping(over).items()]
     points = points_of(variables, design, seed)
     return sweeps.run_sweep(as_scene(scene), points, metrics, executor, progress)
 
@@ -192,11 +192,11 @@ def tune(
     spreading = Spreading(_tolerances(spread or {}), draws, seed)
     standard = Standard(
         aim_of(minimise, maximise),
-        tuple(bound_of(each) for each in subject_to),
+        tuple(bound_of(bound) for bound in subject_to),
         spreading.draws,
         share if spread else 1.0,
     )
-    ranges = tuple(_range(key, given) for key, given in _mapping(vary).items())
+    ranges = tuple(_range(key, limits) for key, limits in _mapping(vary).items())
     effort = Effort(runs // spreading.draws, seed)
     task = Task(as_scene(scene), ranges, standard, effort, spreading)
     return run_tuning(task, _executor(workers, scheduler), progress)
@@ -299,7 +299,7 @@ def robust(
     question = SpreadQuestion(
         runs,
         tuple(metrics),
-        tuple(bound_of(each) for each in bounds),
+        tuple(bound_of(bound) for bound in bounds),
         seed,
         sobol,
         until,
@@ -308,38 +308,38 @@ def robust(
     return run_spread(as_scene(scene), tolerances, question, executors, progress)
 
 
-def _variable(key: str, given: str | Sequence[object], in_design: bool) -> Variable:
-    if isinstance(given, str):
-        return variable_of(f"{key}={given}")
-    listed = list(given)
+def _variable(key: str, spec: str | Sequence[object], in_design: bool) -> Variable:
+    if isinstance(spec, str):
+        return variable_of(f"{key}={spec}")
+    listed = list(spec)
     if not in_design:
-        return values(key, [each.item() if hasattr(each, "item") else each for each in listed])
-    if len(listed) != 2 or not all(isinstance(each, int | float) for each in listed):
-        raise InputError(f"{key}: {short(given)}: must be two numbers, from where to where")
-    low, high = (each for each in listed if isinstance(each, int | float))
+        return values(key, [value.item() if hasattr(value, "item") else value for value in listed])
+    if len(listed) != 2 or not all(isinstance(value, int | float) for value in listed):
+        raise InputError(f"{key}: {short(spec)}: must be two numbers, from where to where")
+    low, high = (value for value in listed if isinstance(value, int | float))
     return range_(key, low, high)
 
 
-def _range(key: str, given: str | Sequence[object]) -> Range:
-    variable = _variable(key, given, True)
+def _range(key: str, spec: str | Sequence[object]) -> Range:
+    variable = _variable(key, spec, True)
     if not isinstance(variable, Range):
-        raise InputError(f"{key}: {short(given)}: must be a range, from where to where")
+        raise InputError(f"{key}: {short(spec)}: must be a range, from where to where")
     return variable
 
 
 def _tolerances(spread: Mapping[str, str | Sequence[str]]) -> list[Tolerance]:
     if not isinstance(spread, Mapping):
         raise InputError(f"spread = {short(spread)}: must be a mapping of keys to their spread")
-    for key, given in spread.items():
-        if not isinstance(given, str | Sequence):
+    for key, spec in spread.items():
+        if not isinstance(spec, str | Sequence):
             raise InputError(
-                f"spread of {key} = {short(given)}: must be a text such as '5%' or "
+                f"spread of {key} = {short(spec)}: must be a text such as '5%' or "
                 "'uniform:LOW,HIGH', or a list of such texts"
             )
     return [
-        tolerance_of(f"{key}={each}")
-        for key, given in spread.items()
-        for each in ([given] if isinstance(given, str) else given)
+        tolerance_of(f"{key}={text}")
+        for key, spec in spread.items()
+        for text in ([spec] if isinstance(spec, str) else spec)
     ]
 
 

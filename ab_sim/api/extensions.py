@@ -80,12 +80,12 @@ def _check(name: str, effect: type[object]) -> None:
             f"effect {name!r}: its class {effect.__name__} must be a NamedTuple, whose fields are "
             "its parameters"
         )
-    for own, value in vars(effect).items():
-        if not callable(value) or own.startswith("_") or own in METHODS or own == CHECK:
+    for method, value in vars(effect).items():
+        if not callable(value) or method.startswith("_") or method in METHODS or method == CHECK:
             continue
-        if near := get_close_matches(own, [*METHODS, CHECK], n=1, cutoff=0.85):
+        if near := get_close_matches(method, [*METHODS, CHECK], n=1, cutoff=0.85):
             raise ValueError(
-                f"effect {name!r}: its method {own!r} would not be called; did you mean "
+                f"effect {name!r}: its method {method!r} would not be called; did you mean "
                 f"{near[0]!r}? Begin its name with an underscore if it is a helper; "
                 "ab_sim.model.equations.effects lists what is called"
             )

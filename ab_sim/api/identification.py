@@ -111,8 +111,10 @@ def identify(
     start = as_scene(scene)
     if isinstance(fit, str):
         raise InputError(f"fit = {fit!r}: must be a list of keys, [{fit!r}]")
-    given = [recordings] if isinstance(recordings, str | Path) else recordings
-    paths = [[Path(path) for path in each] for each in (given, without_balls, hold_out, maps)]
+    recording_list = [recordings] if isinstance(recordings, str | Path) else recordings
+    paths = [
+        [Path(path) for path in group] for group in (recording_list, without_balls, hold_out, maps)
+    ]
     files = Files(paths[0], paths[1], paths[2], paths[3], signal, tuple(free), trial_masses or {})
     read, outside = read_files(files, start)
     question = Question(tuple(fit), dict(bounds or {}), seed, hold_open, propose)

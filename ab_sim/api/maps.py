@@ -68,23 +68,23 @@ def stability_map(
     >>> found.balanced.shape, bool(found.balanced[0, 0]), bool(found.balanced[0, -1])
     ((3, 6), False, True)
     """
-    own = as_scene(scene)
+    checked_scene = as_scene(scene)
     if coarse < 1 or coarse & (coarse - 1):
         raise InputError(f"coarse = {coarse!r}: must be a power of two: 1, 2, 4, 8, ...")
     first, second = _axis(across), _axis(up)
     if first.key == second.key:
         raise InputError(f"{first.key}: is on both axes; a map needs two parameters")
-    plane = Plane(own, as_speed(speed, own), first, second)
+    plane = Plane(checked_scene, as_speed(speed, checked_scene), first, second)
     return stability.stability_map(plane, coarse, tell=progress)
 
 
-def _axis(given: Range) -> Axis:
+def _axis(range_: Range) -> Axis:
     """Return a range as an axis.
 
     Raises:
         InputError: the range is invalid.
     """
-    if not 3 <= len(given) <= 4:
-        raise InputError(f"{given!r}: must be (key, first, last) or (key, first, last, count)")
-    key, first, last = given[:3]
-    return axis(key, float(first), float(last), given[3] if len(given) == 4 else COUNT)
+    if not 3 <= len(range_) <= 4:
+        raise InputError(f"{range_!r}: must be (key, first, last) or (key, first, last, count)")
+    key, first, last = range_[:3]
+    return axis(key, float(first), float(last), range_[3] if len(range_) == 4 else COUNT)

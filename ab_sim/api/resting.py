@@ -62,8 +62,8 @@ def equilibria(scene: SceneLike, speed: float | None = None) -> Equilibria:
     >>> [(state.label, state.verdict) for state in states.branches][-1]
     ('balanced', 'stable')
     """
-    own = as_scene(scene)
-    return equilibria_of(own, as_speed(speed, own))
+    checked_scene = as_scene(scene)
+    return equilibria_of(checked_scene, as_speed(speed, checked_scene))
 
 
 def branches(
@@ -106,14 +106,16 @@ def branches(
     >>> [(round(low, 1), round(high, 1)) for low, high in found.over_speed.without_stable_state]
     [(98.2, 104.9)]
     """
-    own = as_scene(scene)
-    at = as_speed(speed, own)
+    checked_scene = as_scene(scene)
+    at = as_speed(speed, checked_scene)
     if speeds is None:
-        values = speeds_of_branches(own, max(abs(at), own.spindle.max_speed))
+        values = speeds_of_branches(checked_scene, max(abs(at), checked_scene.spindle.max_speed))
     else:
         values = np.asarray(speeds, float)
     tell: Progress = progress or (lambda what, done, of: None)
-    return BranchesOverSpeed(own, equilibria_of(own, at), kept_branches(own, values, tell))
+    return BranchesOverSpeed(
+        checked_scene, equilibria_of(checked_scene, at), kept_branches(checked_scene, values, tell)
+    )
 
 
 def speeds_of_branches(scene: Scene, top: float) -> np.ndarray:
@@ -160,9 +162,9 @@ def floquet(scene: SceneLike, speed: float | None = None, start: str = "") -> Pe
     >>> len(found), found[0].verdict, found[0].largest < 1.0
     (1, 'stable', True)
     """
-    own = as_scene(scene)
-    at = held_speed(own) if speed is None else as_speed(speed, own)
-    return PeriodicSolutions(own, at, tuple(solutions_of(own, at, start)))
+    checked_scene = as_scene(scene)
+    at = held_speed(checked_scene) if speed is None else as_speed(speed, checked_scene)
+    return PeriodicSolutions(checked_scene, at, tuple(solutions_of(checked_scene, at, start)))
 
 
 def follow_floquet(
@@ -207,24 +209,30 @@ def follow_floquet(
     >>> [point.found.verdict for point in found.points], found.borders
     (['stable', 'stable'], ())
     """
-    own, wanted = as_scene(scene), [float(value) for value in values]
+    checked_scene, wanted = as_scene(scene), [float(value) for value in values]
     if len(wanted) < 2:
         raise InputError(f"values = {wanted}: must be at least two")
     if key == SPEED and speed is not None:
         raise InputError("speed is held, and followed over: give one of them")
-    at = 0.0 if key == SPEED else held_speed(own) if speed is None else as_speed(speed, own)
+    at = (
+        0.0
+        if key == SPEED
+        else held_speed(checked_scene)
+        if speed is None
+        else as_speed(speed, checked_scene)
+    )
     whole = all(value.is_integer() for value in wanted)
 
     def case(value: float) -> tuple[Scene, float]:
         if key == SPEED:
-            return own, as_speed(value, own)
+            return checked_scene, as_speed(value, checked_scene)
         # A count must be an integer.
-        given = int(value) if whole and value.is_integer() else value
-        return changed_scene(own, {key: given}, f"{key} = {given:g}"), at
+        number = int(value) if whole and value.is_integer() else value
+        return changed_scene(checked_scene, {key: number}, f"{key} = {number:g}"), at
 
     case(wanted[0]), case(wanted[-1])
-    found = follow(key, case, wanted, tuple(STARTS), progress or (lambda done: None))
-    return Followed(found.over, found.points, found.borders, own.name)
+    points = follow(key, case, wanted, tuple(STARTS), progress or (lambda done: None))
+    return Followed(points.over, points.points, points.borders, checked_scene.name)
 
 
 def modes(scene: SceneLike, speed: float = 0.0) -> NaturalVibration:
@@ -261,8 +269,8 @@ def modes(scene: SceneLike, speed: float = 0.0) -> NaturalVibration:
     >>> [f"{mode.frequency:.0f} {mode.sense}" for mode in found.modes][0]
     '...'
     """
-    own = as_scene(scene)
-    return vibration_of(own, as_speed(speed, own))
+    checked_scene = as_scene(scene)
+    return vibration_of(checked_scene, as_speed(speed, checked_scene))
 
 
 def recovery(

@@ -60,9 +60,9 @@ class BranchesOverSpeed(Presented):
     def _columns(self) -> Columns:
         """Return a row for each computed speed of a branch."""
         rows = [
-            (each.label, float(speed), state)
-            for each in self.over_speed.intervals
-            for speed, state in zip(each.speeds, each.states, strict=True)
+            (interval.label, float(speed), state)
+            for interval in self.over_speed.intervals
+            for speed, state in zip(interval.speeds, interval.states, strict=True)
         ]
         return {
             "label": Column(None, [label for label, _, _ in rows]),
@@ -136,13 +136,13 @@ class PeriodicSolutions(Presented):
         }
 
     def _columns(self) -> Columns:
-        found: Sequence[Stability] = self.solutions
+        solutions: Sequence[Stability] = self.solutions
         return {
-            "found_from": Column(None, [one.found_from for one in found]),
-            "verdict": Column(None, [one.verdict for one in found]),
-            "largest": Column("1", [one.largest for one in found]),
-            "balanced": Column(None, [one.balanced for one in found]),
-            "whirl_min": Column("m", [one.whirl[0] for one in found]),
-            "whirl_max": Column("m", [one.whirl[1] for one in found]),
-            "ball_angles": Column("rad", [tuple(one.angles.tolist()) for one in found]),
+            "found_from": Column(None, [one.found_from for one in solutions]),
+            "verdict": Column(None, [one.verdict for one in solutions]),
+            "largest": Column("1", [one.largest for one in solutions]),
+            "balanced": Column(None, [one.balanced for one in solutions]),
+            "whirl_min": Column("m", [one.whirl[0] for one in solutions]),
+            "whirl_max": Column("m", [one.whirl[1] for one in solutions]),
+            "ball_angles": Column("rad", [tuple(one.angles.tolist()) for one in solutions]),
         }

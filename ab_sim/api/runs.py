@@ -70,14 +70,14 @@ def simulate(
     >>> run.metrics.peak_whirl < 1e-4
     True
     """
-    own = as_scene(scene)
-    end = max([own.duration, *times])
+    checked_scene = as_scene(scene)
+    end = max([checked_scene.duration, *times])
 
     def tell(drive: Drive, newest: Trajectory) -> None:
         if progress is not None:
             progress(drive.time, end)
 
-    return analysis.run_scene(own, times, tell)
+    return analysis.run_scene(checked_scene, times, tell)
 
 
 def resolve_accuracy(
@@ -155,8 +155,8 @@ def save_recording(run: OfflineRun, path: Path | str, *, every: int = 1) -> None
 
     if every < 1:
         raise InputError(f"every = {every}: must be at least 1")
-    found = None if run.work_precision is None else run.work_precision.report()
-    with Recording(path, description=describe(run.scene, found), every=every) as recording:
+    precision = None if run.work_precision is None else run.work_precision.report()
+    with Recording(path, description=describe(run.scene, precision), every=every) as recording:
         for decided in run.decisions:  # as a recorder writes a profile controller's status
             recording.state("profile", decided.time, decided.text.partition(":")[0])
             recording.event(decided.time, f"profile: {decided.text}", "INFO", "profile")

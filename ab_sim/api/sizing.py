@@ -10,7 +10,7 @@ from ab_sim.design.sizing.specification import (
     DAMPING_RATIO,
     DENSITY,
     DRAG_TOLERANCE,
-    LEFT,
+    RESIDUAL,
     SETTLE,
     SHARE,
     SpecificationTexts,
@@ -34,7 +34,7 @@ def size(
     density: str | float = DENSITY,
     balls: str | Sequence[int] = BALLS,
     share: float = SHARE,
-    left: float = LEFT,
+    residual: float = RESIDUAL,
     drag_tolerance: float = DRAG_TOLERANCE,
     friction_arm: str | float = 0.0,
     runs: int = RUNS,
@@ -73,7 +73,7 @@ def size(
         Range of the number of balls.
     share : float, default 0.9
         Share of drives that must be balanced by then.
-    left : float, default 0.1
+    residual : float, default 0.1
         Allowed residual unbalance, as a share of the largest unbalance.
     drag_tolerance : float, default 0.2
         Relative tolerance of the drag of built drives, uniform to both sides.
@@ -123,7 +123,7 @@ def size(
     """
     texts = SpecificationTexts(
         mass, critical_speed, speed, race_radius, race_width, unbalance, grade, damping_ratio,
-        acceleration, settle, density, balls, share, left, drag_tolerance, friction_arm,
+        acceleration, settle, density, balls, share, residual, drag_tolerance, friction_arm,
     )  # fmt: skip
     executors = executors_of(workers, scheduler)
     return run_sizing(specification_of(texts), Running(runs, seed, executors, progress))

@@ -44,12 +44,12 @@ def _is_ours_alone(folder: Path) -> bool:
     if os.name != "posix":
         return os.access(folder, os.W_OK)
     me = os.getuid()
-    own, *above = [part.lstat() for part in (folder, *folder.parents)]
+    status, *above = [part.lstat() for part in (folder, *folder.parents)]
     return (
-        own.st_uid == me
-        and not _others_write(own)
+        status.st_uid == me
+        and not _others_write(status)
         and os.access(folder, os.W_OK)
-        and all(stat.S_ISDIR(part.st_mode) for part in (own, *above))
+        and all(stat.S_ISDIR(part.st_mode) for part in (status, *above))
         # In a sticky folder, such as /tmp, users rename and remove only their own files.
         and all(
             part.st_uid in (0, me) and (part.st_mode & stat.S_ISVTX or not _others_write(part))
@@ -75,5 +75,5 @@ def _is_private(group: int) -> bool:
         me, members = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
     except KeyError:
         return False
-    own = group == me.pw_gid and members.gr_name == me.pw_name
-    return own and set(members.gr_mem) <= {me.pw_name}
+    is_own_group = group == me.pw_gid and members.gr_name == me.pw_name
+    return is_own_group and set(members.gr_mem) <= {me.pw_name}

@@ -64,7 +64,7 @@ class _Limited(yaml.SafeLoader):
     def construct_mapping(self, node: yaml.MappingNode, deep: bool = False) -> dict[Any, Any]:
         """Construct a mapping as SafeLoader does, but refuse repeated keys."""
         seen = set()
-        for key in (self.construct_object(each, deep=True) for each, _ in node.value):
+        for key in (self.construct_object(key_node, deep=True) for key_node, _ in node.value):
             if key in seen:
                 line = node.start_mark.line + 1
                 raise yaml.YAMLError(

@@ -25,7 +25,7 @@ LONGEST_NAME = 255
 """Bytes of a file's name, on the usual file systems."""
 
 
-def check_name(path: Path, said: str) -> None:
+def check_name(path: Path, label: str) -> None:
     """Refuse a name that file systems, or the libraries that write files, do not take.
 
     Raises:
@@ -34,99 +34,99 @@ def check_name(path: Path, said: str) -> None:
     try:
         lengths = [len(part.encode()) for part in path.parts]
     except UnicodeEncodeError:
-        raise InputError(f"{said} {path}: is not UTF-8; choose another name") from None
+        raise InputError(f"{label} {path}: is not UTF-8; choose another name") from None
     if max(lengths, default=0) > LONGEST_NAME:
         raise InputError(
-            f"{said} {path}: has a name of {max(lengths)} bytes; must be at most {LONGEST_NAME}"
+            f"{label} {path}: has a name of {max(lengths)} bytes; must be at most {LONGEST_NAME}"
         )
 
 
-def check_ending(path: Path, endings: Sequence[str], said: str) -> None:
+def check_ending(path: Path, endings: Sequence[str], label: str) -> None:
     """Refuse a file name with another ending: a typo could replace, say, a picture.
 
     Args:
         path: file to be written.
         endings: allowed endings.
-        said: name in messages, e.g. ``--plot``.
+        label: name in messages, e.g. ``--plot``.
 
     Raises:
         InputError: the name is not allowed; the message names the path and the allowed endings.
     """
-    check_name(path, said)
+    check_name(path, label)
     if path.is_dir():
-        raise InputError(f"{said} {path}: is a folder; name a file in it")
+        raise InputError(f"{label} {path}: is a folder; name a file in it")
     if path.suffix.lower() not in endings:
         one_of = "one of " if len(endings) > 1 else ""
-        raise InputError(f"{said} {path}: must end in {one_of}{', '.join(endings)}")
+        raise InputError(f"{label} {path}: must end in {one_of}{', '.join(endings)}")
 
 
-def check_folder(path: Path, said: str) -> None:
+def check_folder(path: Path, label: str) -> None:
     """Refuse a bag's folder that is named like a file in it.
 
     Args:
         path: path of the folder.
-        said: name in messages, e.g. ``--mcap``.
+        label: name in messages, e.g. ``--mcap``.
 
     Raises:
         InputError: the name is not allowed; the message names the path and an allowed one.
     """
-    check_name(path, said)
+    check_name(path, label)
     if path.suffix.lower() in BAG_FILE:
         raise InputError(
-            f"{said} {path}: a bag is a folder, with a file {path.stem}{path.suffix} in it; "
+            f"{label} {path}: a bag is a folder, with a file {path.stem}{path.suffix} in it; "
             f"name the folder, e.g. {path.with_suffix('')}"
         )
 
 
-def check_writable(path: Path, said: str, replaced: bool = True) -> None:
+def check_writable(path: Path, label: str, replaced: bool = True) -> None:
     """Refuse a file that cannot be written.
 
     Args:
         path: the file.
-        said: name in messages, e.g. ``--plot``.
+        label: name in messages, e.g. ``--plot``.
         replaced: whether an existing file is replaced; otherwise another one is created next to it.
 
     Raises:
         InputError: the file cannot be written; the message has path and reason.
     """
-    check_name(path, said)
+    check_name(path, label)
     try:
         if path.exists() and not path.is_file():
             what = "a folder" if path.is_dir() else "a device or a pipe"
-            raise InputError(f"{said} {path}: is {what}; name a file")
+            raise InputError(f"{label} {path}: is {what}; name a file")
         file = path.resolve()
         if not file.parent.is_dir():
-            raise InputError(f"{said} {path}: there is no folder {path.parent}; make it first")
+            raise InputError(f"{label} {path}: there is no folder {path.parent}; make it first")
         if replaced and file.exists():
             file.open("r+b").close()
         _try_folder(file.parent)
     except (OSError, RuntimeError) as error:  # RuntimeError: links in a circle
         raise InputError(
-            f"{said} {path}: cannot be written: {_reason(error)}; choose another place or change "
+            f"{label} {path}: cannot be written: {_reason(error)}; choose another place or change "
             "its rights"
         ) from error
 
 
-def check_can_be_made(folder: Path, said: str) -> None:
+def check_can_be_made(folder: Path, label: str) -> None:
     """Refuse a missing folder for results that cannot be created.
 
     It is created with the first file.
 
     Args:
         folder: the folder.
-        said: name in messages, e.g. ``--out``.
+        label: name in messages, e.g. ``--out``.
 
     Raises:
         InputError: the folder cannot be created; the message has folder and reason.
     """
-    check_name(folder, said)
+    check_name(folder, label)
     try:
-        above = next(each for each in (folder, *folder.absolute().parents) if each.exists())
+        above = next(parent for parent in (folder, *folder.absolute().parents) if parent.exists())
         if not above.is_dir():
-            raise InputError(f"{said} {folder}: cannot be made: {above} is no folder")
+            raise InputError(f"{label} {folder}: cannot be made: {above} is no folder")
         _try_folder(above)
     except OSError as error:
-        raise InputError(f"{said} {folder}: cannot be made: {_reason(error)}") from error
+        raise InputError(f"{label} {folder}: cannot be made: {_reason(error)}") from error
 
 
 def _try_folder(folder: Path) -> None:

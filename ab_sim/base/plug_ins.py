@@ -50,12 +50,12 @@ def load_installed() -> None:
             raise
 
 
-def load_files(files: Iterable[str | Path], said: str = LOAD) -> None:
+def load_files(files: Iterable[str | Path], option: str = LOAD) -> None:
     """Import Python files that register something, each once.
 
     Args:
         files: the files; the module has the name of its file, without `.py`.
-        said: option or parameter that names the files, for messages.
+        option: option or parameter that names the files, for messages.
 
     Raises:
         InputError: a file does not exist, has the name of another module, or cannot be imported.
@@ -67,14 +67,14 @@ def load_files(files: Iterable[str | Path], said: str = LOAD) -> None:
             continue
         if path.suffix != ".py" or not name.isidentifier() or not path.is_file():
             raise InputError(
-                f"{said} {file}: must be a Python file, e.g. my_effects.py, whose name without .py "
-                "is a valid name in Python"
+                f"{option} {file}: must be a Python file, e.g. my_effects.py, whose name without "
+                ".py is a valid name in Python"
             )
         if name in sys.modules or _found_elsewhere(name, path):
             raise InputError(
-                f"{said} {file}: another module is called {name}; give the file another name"
+                f"{option} {file}: another module is called {name}; give the file another name"
             )
-        _run(partial(_import, name, path), f"{said} {file}", "correct the file")
+        _run(partial(_import, name, path), f"{option} {file}", "correct the file")
         _files[name] = path
 
 

@@ -129,9 +129,9 @@ def finite_or_none(value: Any) -> Any:
         value: a number, text, or lists and mappings of them.
     """
     if isinstance(value, dict):
-        return {key: finite_or_none(each) for key, each in value.items()}
+        return {key: finite_or_none(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [finite_or_none(each) for each in value]
+        return [finite_or_none(entry) for entry in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 

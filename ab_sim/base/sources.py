@@ -39,13 +39,13 @@ def sources(modules: Iterable[str]) -> dict[str, ModuleSource]:
             and may differ from the imported version.
     """
     by_module: dict[str, ModuleSource] = {}
-    own = frozenset(module.partition(".")[0] for module in modules)
+    tops = frozenset(module.partition(".")[0] for module in modules)
     ahead = sorted(set(modules))
     while ahead:
         module = ahead.pop()
         if module not in by_module:
             by_module[module] = _source(module)
-            ahead += [name for name, version in _imported(module, own) if not version]
+            ahead += [name for name, version in _imported(module, tops) if not version]
     return dict(sorted(by_module.items()))
 
 
@@ -55,25 +55,25 @@ def versions(modules: Iterable[str]) -> dict[str, str]:
     Args:
         modules: result of ``sources``.
     """
-    own = frozenset(module.partition(".")[0] for module in modules)
-    found = {
+    tops = frozenset(module.partition(".")[0] for module in modules)
+    versions_by_name = {
         name.partition(".")[0]: version
         for module in modules
-        for name, version in _imported(module, own)
+        for name, version in _imported(module, tops)
         if version
     }
-    return {"python": sys.version, **dict(sorted(found.items()))}
+    return {"python": sys.version, **dict(sorted(versions_by_name.items()))}
 
 
 @functools.cache
-def _imported(module: str, own: frozenset[str]) -> tuple[tuple[str, str], ...]:
+def _imported(module: str, tops: frozenset[str]) -> tuple[tuple[str, str], ...]:
     """Return the modules that a module imports, with the versions of installed packages."""
     names = []
     for name in sorted(_source(module).imports):
         top = name.partition(".")[0]
         if top in sys.stdlib_module_names:
             continue
-        version = "" if top in own else _version(top)
+        version = "" if top in tops else _version(top)
         if version or _file(name):
             names.append((name, version))
     return tuple(names)

@@ -33,26 +33,26 @@ from ab_sim.record.recording import export as formats
 _NAMESPACE = re.compile(r"/?|/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*", re.ASCII)
 
 
-def export_command(given: ExportOptions) -> Command | None:
+def export_command(options: ExportOptions) -> Command | None:
     """Write a recording as a bag, and return the command that writes it as tables.
 
     Raises:
         InputError: options exclude each other or cannot be used.
         RecordingError: see `open_recording` and `export_bag`.
     """
-    names = given.channels and tuple(name.strip() for name in given.channels.split(","))
-    part = formats.Part(given.begin, given.end, given.every, names or None)
-    if given.mcap is None:
-        if (given.namespace, given.rate) != (None, None):
+    names = options.channels and tuple(name.strip() for name in options.channels.split(","))
+    part = formats.Part(options.begin, options.end, options.every, names or None)
+    if options.mcap is None:
+        if (options.namespace, options.rate) != (None, None):
             raise InputError("--namespace, --rate: apply to a bag; add --mcap FOLDER")
     else:
-        _export_bag(given, given.mcap, part)
-        if given.parquet is None and given.csv is None:
+        _export_bag(options, options.mcap, part)
+        if options.parquet is None and options.csv is None:
             return None
-    return _table_command(given, part)
+    return _table_command(options, part)
 
 
-def _export_bag(given: ExportOptions, mcap: Path, part: formats.Part) -> None:
+def _export_bag(options: ExportOptions, mcap: Path, part: formats.Part) -> None:
     """Write a recording as a bag.
 
     Raises:
@@ -60,7 +60,7 @@ def _export_bag(given: ExportOptions, mcap: Path, part: formats.Part) -> None:
             part of the recording was requested.
         RecordingError: see `open_recording` and `export_bag`.
     """
-    recording, namespace = given.recording, given.namespace or "/"
+    recording, namespace = options.recording, options.namespace or "/"
     if part != formats.Part():
         raise InputError(
             "--from, --to, --every, --channels: a bag has the whole recording; give them with "
@@ -70,7 +70,7 @@ def _export_bag(given: ExportOptions, mcap: Path, part: formats.Part) -> None:
     if mcap.exists():
         raise InputError(f"--mcap {mcap}: exists already; name a new folder")
     check_writable(mcap, "--mcap")
-    rate = STATE_RATE if given.rate is None else given.rate
+    rate = STATE_RATE if options.rate is None else options.rate
     check_positive("--rate", rate, "messages a second")
     if not _NAMESPACE.fullmatch(namespace):
         raise InputError(f"--namespace {namespace}: must be words between slashes, e.g. /left")
@@ -89,10 +89,10 @@ def _export_bag(given: ExportOptions, mcap: Path, part: formats.Part) -> None:
     say_written([mcap])
 
 
-def _table_command(given: ExportOptions, part: formats.Part) -> Command:
+def _table_command(options: ExportOptions, part: formats.Part) -> Command:
     """Return the command that writes a recording's samples as tables."""
-    recording = given.recording
-    files = {formats.PARQUET: given.parquet, formats.CSV: given.csv}
+    recording = options.recording
+    files = {formats.PARQUET: options.parquet, formats.CSV: options.csv}
     wanted = {form: file for form, file in files.items() if file is not None}
     if not wanted:
         raise InputError(
@@ -108,7 +108,7 @@ def _table_command(given: ExportOptions, part: formats.Part) -> Command:
             people.print(f"{recording}: {remark}")
         return Outcome([f"{rows} samples of {channels} channels"], written=[*wanted.values()])
 
-    outputs = (given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv")
+    outputs = (options.parquet, PARQUET, "--parquet"), (options.csv, CSV, "--csv")
     return Command(work, f"export {recording.name}", "nothing was written", outputs)
 
 
@@ -127,7 +127,7 @@ def _hangs(run: StoredRun) -> tuple[float, float] | None:
     return None if scene.deck is None else (x, y)
 
 
-def import_command(given: ImportOptions) -> None:
+def import_command(options: ImportOptions) -> None:
     """Convert a bag to recordings.
 
     Raises:
@@ -135,7 +135,7 @@ def import_command(given: ImportOptions) -> None:
             named.
         RecordingError: see `import_bag`.
     """
-    bag, out = given.bag, given.out
+    bag, out = options.bag, options.out
     with Bag(bag):
         pass  # checked first: it is a bag
     file = out or Path(f"{bag.resolve().stem}.rrd")
@@ -144,25 +144,29 @@ def import_command(given: ImportOptions) -> None:
     if out is None and file.exists():
         raise InputError(f"{file}: exists already; to replace it, add --out {file}")
     with progress_bar(bag.name) as update:
-        made = import_bag(bag, file, given.namespace, lambda done, of: update("messages", done, of))
-    for topic, (count, reason) in made.ignored.items():
+        import_result = import_bag(
+            bag, file, options.namespace, lambda done, of: update("messages", done, of)
+        )
+    for topic, (count, reason) in import_result.ignored.items():
         people.print(f"ignored {count} messages on {topic}, the last one: {reason}")
-    for note in made.notes:
+    for note in import_result.notes:
         people.print(note)
-    if not made.complete:
+    if not import_result.complete:
         people.print(f"{bag} was not finished; what it holds is imported")
-    missing = f", {made.missing} steps missing between them" if made.missing else ""
-    results.print(f"{made.rows} samples{missing}")
-    say_written(made.files)
+    missing = (
+        f", {import_result.missing} steps missing between them" if import_result.missing else ""
+    )
+    results.print(f"{import_result.rows} samples{missing}")
+    say_written(import_result.files)
 
 
-def repair_command(given: RepairOptions) -> None:
+def repair_command(options: RepairOptions) -> None:
     """Complete a bag in place.
 
     Raises:
         RecordingError: see `repair_bag`.
     """
-    bag = given.bag
+    bag = options.bag
     with progress_bar(bag.name) as update:
         repaired = repair_bag(bag, lambda done, of: update("messages", done, of))
     if repaired is None:
@@ -173,19 +177,19 @@ def repair_command(given: RepairOptions) -> None:
     say_written([bag])
 
 
-def replay_command(given: ReplayOptions) -> None:
+def replay_command(options: ReplayOptions) -> None:
     """Publish a bag again and exit the process.
 
     Raises:
         InputError: ROS 2 is missing, or the rate is invalid.
         RecordingError: the bag cannot be read.
     """
-    check_positive("--rate", given.rate, "playback speed factor")
+    check_positive("--rate", options.rate, "playback speed factor")
     require_ros("to replay")
     from ab_sim.nodes.bag_replay import replay
 
-    bag = given.bag
-    replay(bag, given.namespace, given.rate, given.start_paused, lambda: _seconds_of(bag))
+    bag = options.bag
+    replay(bag, options.namespace, options.rate, options.start_paused, lambda: _seconds_of(bag))
 
 
 @contextmanager

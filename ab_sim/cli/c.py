@@ -12,12 +12,12 @@ from ab_sim.export.c_code.writing import check_output, write_fmu, write_sources
 from ab_sim.scene import load_scene
 
 
-def c_command(given: COptions) -> Command:
+def c_command(options: COptions) -> Command:
     """Return the command that writes a scene's drive in C, or as an FMU."""
-    out, fmu = given.out, given.fmu
+    out, fmu = options.out, options.fmu
     if out is None and fmu is None:
         raise InputError("nothing to write: name a folder with --out, or an FMU with --fmu")
-    scene = load_scene(given.scene, given.change)
+    scene = load_scene(options.scene, options.change)
     if out is not None:
         check_output(out, list(NAMES), "--out")
 
@@ -36,6 +36,6 @@ def c_command(given: COptions) -> Command:
     return Command(work, outputs=[(fmu, FMU, "--fmu")])
 
 
-def print_urdf(given: UrdfOptions) -> None:
+def print_urdf(options: UrdfOptions) -> None:
     """Print a scene as a URDF."""
-    print(urdf_of(load_scene(given.scene, given.change), given.ros2_control), end="")
+    print(urdf_of(load_scene(options.scene, options.change), options.ros2_control), end="")

@@ -19,9 +19,9 @@ from ab_sim.scene import Scene, find_scene, load_scene
 from ab_sim.scene.sensors import steps_per_sample
 
 
-def print_check(given: CheckOptions) -> None:
+def print_check(options: CheckOptions) -> None:
     """Print a summary of a scene without running it."""
-    scene = load_scene(given.scene, given.change)
+    scene = load_scene(options.scene, options.change)
     work_precision = None
     if scene.accuracy is not None:
         with progress_bar(f"accuracy of {scene.name}") as tell:
@@ -30,7 +30,7 @@ def print_check(given: CheckOptions) -> None:
     system = system_of(scene)
     choice = choose_stepper(scene, system)
     table = Table(title=f"{scene.name} is a valid scene", show_header=False)
-    table.add_row("file", str(find_scene(given.scene)))
+    table.add_row("file", str(find_scene(options.scene)))
     table.add_row("balls", _balls(scene))
     table.add_row("effects", ", ".join(scene.effects) or "none")
     if scene.critical_speed is not None:
@@ -111,8 +111,8 @@ def _deck(scene: Scene, system: System) -> Iterator[tuple[str, str]]:
 
 
 def _named(names: Iterable[str], values: Iterable[float], unit: str) -> str:
-    each = zip(names, values, strict=True)
-    return ", ".join(f"{name} = {round(value, 12):.4g} {unit}" for name, value in each)
+    pairs = zip(names, values, strict=True)
+    return ", ".join(f"{name} = {round(value, 12):.4g} {unit}" for name, value in pairs)
 
 
 def _motor(scene: Scene) -> Iterator[tuple[str, str]]:

@@ -108,7 +108,7 @@ def wanted_metrics(text: str | None) -> tuple[str, ...]:
 
     if text is None:
         return DEFAULT_METRICS
-    names = tuple(each.strip() for each in text.split(","))
+    names = tuple(name.strip() for name in text.split(","))
     metrics_named(names)
     return names
 
@@ -131,7 +131,7 @@ def share_of(option: str, text: str, must: str) -> float:
         raise InputError(f"--{option} {short(text)}: {must}") from None
 
 
-def outcome_notes(found: "Sweep") -> Iterator[str]:
+def outcome_notes(sweep: "Sweep") -> Iterator[str]:
     """Yield the meanings of the outcomes that occur, and a note if balls never part."""
     from ab_sim.analysis.metrics.verdict import Verdict
 
@@ -144,7 +144,7 @@ def outcome_notes(found: "Sweep") -> Iterator[str]:
         Verdict.CIRCULATES: "balls go round the race, and the run does not count",
     }
     for verdict, note in notes.items():
-        if verdict.value in found.outcomes:
+        if verdict.value in sweep.outcomes:
             yield f"{verdict.value}: {note}"
-    if found.together:
-        yield found.together
+    if sweep.together:
+        yield sweep.together

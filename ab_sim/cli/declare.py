@@ -89,11 +89,11 @@ def _parameters(
     defaults: Mapping[str, Any] = options._field_defaults  # type: ignore[attr-defined]
     for name, hint in get_type_hints(options, include_extras=True).items():
         kind, info = get_args(hint) if hasattr(hint, "__metadata__") else (hint, typer.Option())
-        if (own := descriptions.pop(name, None)) is not None:
+        if (description := descriptions.pop(name, None)) is not None:
             info = copy.copy(info)
-            info.param_decls = own.names or info.param_decls
-            info.metavar = own.metavar or info.metavar
-            info.help = own.help
+            info.param_decls = description.names or info.param_decls
+            info.metavar = description.metavar or info.metavar
+            info.help = description.help
         yield parameter(name, Annotated[kind, info], defaults.get(name, inspect.Parameter.empty))
 
 
@@ -108,4 +108,4 @@ def parameter(
 def set_signature(function: Callable[..., None], parameters: list[inspect.Parameter]) -> None:
     """Give a function that takes ``**values`` the signature that typer reads."""
     function.__signature__ = inspect.Signature(parameters)  # type: ignore[attr-defined]
-    function.__annotations__ = {each.name: each.annotation for each in parameters}
+    function.__annotations__ = {option.name: option.annotation for option in parameters}

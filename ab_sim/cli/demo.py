@@ -26,14 +26,14 @@ SCENE = "balanced-start-up"
 REPORT = "ab_sim.cli.startup_report"
 
 
-def run_demo(given: DemoOptions) -> None:
+def run_demo(options: DemoOptions) -> None:
     """Run the demo, and write ``startup.rrd`` and ``startup.png`` into ``--out``.
 
     Raises:
         InputError: ROS 2 is missing, the folder cannot be written, or another drive is running.
         AbSimError: a node failed; the message names its log.
     """
-    out, view = given.out, given.view
+    out, view = options.out, options.view
     check_wish(view)
     require_ros("for a live run")
     from ab_sim.cli.live_run import LiveRun
@@ -55,7 +55,7 @@ def run_demo(given: DemoOptions) -> None:
     with LiveRun(scene, SCENE, (), recorder_parameters(recording, view), logs) as live:
         live.wait_until_ready()
         console.print("three nodes are up: drive_sim, profile_controller, recorder")
-        start_run(live, view, given.now)
+        start_run(live, view, options.now)
         # This import is slow; it happens while the run is in progress.
         reporting = threading.Thread(target=_import_report, daemon=True)
         reporting.start()

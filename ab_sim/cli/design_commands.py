@@ -54,7 +54,7 @@ class SizeOptions(NamedTuple):
             '7.8 g/cm^3'.
         balls FROM..TO: Numbers of balls to try, from 2 to 12.
         share PERCENT: Share of drives that must be balanced in time.
-        left PERCENT: Largest residual unbalance, as a share of the largest unbalance.
+        residual PERCENT: Largest residual unbalance, as a share of the largest unbalance.
         drag_tolerance PERCENT: Tolerance of the drag of built drives.
         friction_arm LENGTH: Arm of rolling friction in the runs, e.g. '0.1 um'.
         runs N: Number of drives that check each prediction.
@@ -75,7 +75,7 @@ class SizeOptions(NamedTuple):
     density: str = "steel"
     balls: str = "2..6"
     share: str = "90%"
-    left: str = "10%"
+    residual: str = "10%"
     drag_tolerance: str = "20%"
     friction_arm: str = "0 m"
     runs: int = 400

@@ -34,10 +34,10 @@ MOST = 10_000
 """Largest number of values of a parameter."""
 
 
-def floquet_command(given: FloquetOptions) -> Command:
+def floquet_command(options: FloquetOptions) -> Command:
     """Return the command that finds motions that repeat each turn, and may follow them."""
-    speed, start, over = given.speed, given.begin, given.over
-    scene = load_scene(given.scene, given.change)
+    speed, start, over = options.speed, options.begin, options.over
+    scene = load_scene(options.scene, options.change)
     sweep = None if over is None else _sweep(scene, over, speed)
     if speed is None and over is not None and over.startswith(SPEED + "="):
         speed = float(sweep[2][-1]) if sweep is not None else None
@@ -63,20 +63,20 @@ def floquet_command(given: FloquetOptions) -> Command:
 
 
 def _follow(
-    found: list[Stability], start: str, key: str, case: Case, values: np.ndarray
+    stabilities: list[Stability], start: str, key: str, case: Case, values: np.ndarray
 ) -> Followed:
-    first = found[0].found_from if found else ""
+    first = stabilities[0].found_from if stabilities else ""
     starts = [start] if start else sorted(STARTS, key=lambda name: name != first)
     with progress_bar("floquet") as tell:
         return follow(key, case, values.tolist(), starts, lambda done: tell(key, done, len(values)))
 
 
-def _draw(scene: Scene, found: list[Stability], followed: Followed | None) -> Draw | None:
+def _draw(scene: Scene, stabilities: list[Stability], followed: Followed | None) -> Draw | None:
     """Return the function that draws the result; None if there is nothing to draw."""
     if followed is not None and any(point.found is not None for point in followed.points):
         return picture("ab_sim.show.figures.multipliers:modulus_figure", scene.name, followed)
-    if followed is None and found:
-        return picture("ab_sim.show.figures.multipliers:multipliers_figure", found)
+    if followed is None and stabilities:
+        return picture("ab_sim.show.figures.multipliers:multipliers_figure", stabilities)
     return None
 
 
@@ -110,22 +110,22 @@ def _sweep(scene: Scene, over: str, speed: float | None) -> tuple[str, Case, np.
     whole = bool(np.all(values == np.round(values)))
 
     def case(value: float) -> tuple[Scene, float]:
-        given = int(value) if whole and value == round(value) else value
+        number = int(value) if whole and value == round(value) else value
         # The value as a scene's file would contain it.
-        said = read_yaml(str(given)) if isinstance(given, int) else given
-        return changed_scene(scene, {key: said}, f"--over {key}={given:g}"), at
+        parsed = read_yaml(str(number)) if isinstance(number, int) else number
+        return changed_scene(scene, {key: parsed}, f"--over {key}={number:g}"), at
 
     case(float(values[0])), case(float(values[-1]))
     return key, case, values
 
 
-def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table:
+def solutions_table(scene: Scene, speed: float, stabilities: list[Stability]) -> Table:
     """Return the table of periodic solutions."""
     table = Table(title=f"{scene.name}: periodic solutions at {speed:g} rad/s")
     for name in ("found from", "verdict", "largest", "whirl", "ball angles [deg]", "residual"):
         table.add_column(name, overflow="fold")
     e, unit = scene.whirl_unit
-    for one in found:
+    for one in stabilities:
         low, high = (whirl / e for whirl in one.whirl)
         table.add_row(
             one.found_from,
@@ -136,13 +136,13 @@ def solutions_table(scene: Scene, speed: float, found: list[Stability]) -> Table
             f"{one.orbit.residual:.1e}",
         )
     table.caption = NOTATION
-    if not found:
+    if not stabilities:
         table.add_row("none found", "-", "-", "-", "-", "-")
     return table
 
 
-def _notes(scene: Scene, found: list[Stability]) -> Iterator[str]:
-    if not found:
+def _notes(scene: Scene, stabilities: list[Stability]) -> Iterator[str]:
+    if not stabilities:
         yield (
             "no motion that repeats with every turn was found from any start: there may be none, "
             "or only far from them; try other start.ball_angles"
@@ -152,7 +152,7 @@ def _notes(scene: Scene, found: list[Stability]) -> Iterator[str]:
         "largest: modulus of the largest multiplier over one turn; below 1 what is near comes "
         "back. Other solutions than those found from these starts may exist."
     )
-    first = found[0]
+    first = stabilities[0]
     yield (
         f"{first.found_from}: {first.orbit.steps} steps a turn, {first.orbit.iterations} of "
         f"Newton's; halving the step changed multipliers by {first.difference:.1e} at most"

@@ -23,15 +23,17 @@ MOST_NAMED = 3
 """Largest number of proposed recordings."""
 
 
-def identify_command(given: IdentifyOptions) -> Command:
+def identify_command(options: IdentifyOptions) -> Command:
     """Return the command that identifies a drive's parameters from recordings."""
-    scene = load_scene(given.scene, given.change)
-    question = Question(_names(given.fit), bounds_of(given.bounds), given.seed, given.hold_open)
+    scene = load_scene(options.scene, options.change)
+    question = Question(
+        _names(options.fit), bounds_of(options.bounds), options.seed, options.hold_open
+    )
     files = Files(
-        given.recordings, given.without_balls, given.hold_out, given.map, given.signal,
-        _names(given.free or ""), trial_masses_of(given.trial_mass),
+        options.recordings, options.without_balls, options.hold_out, options.map, options.signal,
+        _names(options.free or ""), trial_masses_of(options.trial_mass),
     )  # fmt: skip
-    workers = processes(given.workers)
+    workers = processes(options.workers)
 
     def work(tell: Progress) -> Outcome:
         recordings, held_out = read_files(files, scene)
@@ -47,7 +49,7 @@ def identify_command(given: IdentifyOptions) -> Command:
             _shown(identification), identification.report, plotted(identification), writes
         )
 
-    outputs = ((given.out, SCENE, "--out"), (given.html, PAGE, "--html"))
+    outputs = ((options.out, SCENE, "--out"), (options.html, PAGE, "--html"))
     return Command(work, scene.name, "nothing was fitted yet", outputs)
 
 
@@ -55,46 +57,48 @@ def _names(text: str) -> tuple[str, ...]:
     return tuple(name.strip() for name in text.split(",") if name.strip())
 
 
-def _shown(found: Identification) -> Iterator[Table | str]:
-    yield f"{found.before.name}: {found.verdict}"
-    yield from (f"  {reason}" for reason in found.reasons)
-    for note in found.notes:
+def _shown(identification: Identification) -> Iterator[Table | str]:
+    yield f"{identification.before.name}: {identification.verdict}"
+    yield from (f"  {reason}" for reason in identification.reasons)
+    for note in identification.notes:
         yield f"  {note}"
-    yield _parameter_table(found)
-    if found.tried:
-        yield _tried_table(found)
-    if found.proposals:
+    yield _parameter_table(identification)
+    if identification.tried:
+        yield _tried_table(identification)
+    if identification.proposals:
         yield "what to record next, the best first:"
-    for each in found.proposals[:MOST_NAMED]:
-        gain = f"{share_words(each.now)} -> {share_words(each.then)}"
-        opens = f"; {each.gains}" if each.opens else ""
-        yield f"  {each.name}: {each.words} (worst interval, {each.worst}: {gain}{opens})"
-    if found.verdict == INTERRUPTED:
+    for proposal in identification.proposals[:MOST_NAMED]:
+        gain = f"{share_words(proposal.now)} -> {share_words(proposal.then)}"
+        opens = f"; {proposal.gains}" if proposal.opens else ""
+        worst = f"worst interval, {proposal.worst}: {gain}{opens}"
+        yield f"  {proposal.name}: {proposal.words} ({worst})"
+    if identification.verdict == INTERRUPTED:
         raise Interrupted("interrupted; what is shown and written is the best so far, not a fit")
 
 
-def _parameter_table(found: Identification) -> Table:
+def _parameter_table(identification: Identification) -> Table:
     table = Table(title="values and their intervals of 95 %")
     table.add_column("parameter", overflow="fold")
     for name in ("value", "from", "to", "began at"):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("by", overflow="fold")
-    for each in found.estimates:
+    for estimate in identification.estimates:
         table.add_row(
-            titled(each.name, each.unit),
-            f"{each.value:.5g}", f"{each.low:.5g}", f"{each.high:.5g}", number(each.start),
-            each.how + (", at bound" if each.at_bound else ""),
+            titled(estimate.name, estimate.unit),
+            f"{estimate.value:.5g}", f"{estimate.low:.5g}", f"{estimate.high:.5g}",
+            number(estimate.start),
+            estimate.how + (", at bound" if estimate.at_bound else ""),
         )  # fmt: skip
     return table
 
 
-def _tried_table(found: Identification) -> Table:
+def _tried_table(identification: Identification) -> Table:
     table = new_table("tried", "explains | z with it", title="missing effects, tried one by one")
-    for each in found.tried:
-        if each.failure:
-            table.add_row(each.name, "-", each.failure)
+    for trial in identification.tried:
+        if trial.failure:
+            table.add_row(trial.name, "-", trial.failure)
         else:
-            table.add_row(each.name, _percent(each.explains), f"{each.z:.1f}")
+            table.add_row(trial.name, _percent(trial.explains), f"{trial.z:.1f}")
     return table
 
 

@@ -31,14 +31,14 @@ WHOLE = 2000
 """Width of a table for other programs [columns]; more than any row needs."""
 
 
-def print_scenes(given: ScenesOptions) -> None:
+def print_scenes(options: ScenesOptions) -> None:
     """Print a line for each scene in the package, or the description of a scene.
 
     Raises:
         SceneError: there is no such scene, or it cannot be read.
     """
-    if given.name is not None:
-        _print_scene(given.name)
+    if options.name is not None:
+        _print_scene(options.name)
         return
     names = scene_names()
     widest = max(map(len, names))
@@ -69,7 +69,7 @@ def _print_scene(name: str) -> None:
     console.print(f"to see what is simulated: {own_command()} check {name}")
 
 
-def print_keys(given: KeysOptions) -> None:
+def print_keys(options: KeysOptions) -> None:
     """Print the keys of a scene, or of one section.
 
     Raises:
@@ -77,10 +77,10 @@ def print_keys(given: KeysOptions) -> None:
     """
     from ab_sim.scene.keys import SceneKey, scene_keys
 
-    _print_rows(scene_keys(given.section), SceneKey._fields, given.json)
+    _print_rows(scene_keys(options.section), SceneKey._fields, options.json)
 
 
-def print_schema(given: SchemaOptions) -> None:
+def print_schema(options: SchemaOptions) -> None:
     """Print the JSON Schema of a scene file.
 
     Raises:
@@ -88,13 +88,13 @@ def print_schema(given: SchemaOptions) -> None:
     """
     from ab_sim.scene.schema import scene_schema
 
-    check_files((given.out, REPORT, "--out"))
-    write_json(scene_schema(), "-" if given.out is None else str(given.out))
-    if given.out is not None:
-        say_written([given.out])
+    check_files((options.out, REPORT, "--out"))
+    write_json(scene_schema(), "-" if options.out is None else str(options.out))
+    if options.out is not None:
+        say_written([options.out])
 
 
-def print_metrics(given: MetricsOptions) -> None:
+def print_metrics(options: MetricsOptions) -> None:
     """Print the metrics of runs, or one of them.
 
     Raises:
@@ -102,10 +102,10 @@ def print_metrics(given: MetricsOptions) -> None:
     """
     from ab_sim.analysis.metrics import described_metrics
 
-    metrics = described_metrics(given.name)
+    metrics = described_metrics(options.name)
     columns = ("name", "unit", "better", "taken_by", "meaning", "equation")
-    if given.name is None or given.json:
-        _print_rows(metrics, columns, given.json)
+    if options.name is None or options.json:
+        _print_rows(metrics, columns, options.json)
         return
     table = Table(show_header=False)
     for label, text in metrics[0]._asdict().items():
@@ -134,7 +134,7 @@ def _fit_width() -> None:
         console.width = WHOLE
 
 
-def print_effects(given: EffectsOptions) -> None:
+def print_effects(options: EffectsOptions) -> None:
     """Print meaning, equation, source and parameters of effects, or all their formulas.
 
     Raises:
@@ -142,13 +142,13 @@ def print_effects(given: EffectsOptions) -> None:
     """
     from ab_sim.scene.registry import effect_classes, effect_parameters
 
-    effects, only = effect_classes(), given.name
+    effects, only = effect_classes(), options.name
     if only is not None and only not in effects:
         raise InputError(
             f"{only!r}: no such effect{nearest(only, effects)}; known are: {', '.join(effects)}"
         )
     for name, effect in effects.items() if only is None else [(only, effects[only])]:
-        if given.equation:
+        if options.equation:
             _print_formulas(name, effect)
             continue
         table = _described(name, effect, effect_parameters(effect))

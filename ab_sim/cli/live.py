@@ -28,17 +28,17 @@ RECORDINGS = Path("recordings")
 """Folder for recordings of runs with a viewer but without ``--record``."""
 
 
-def run_live(given: LiveOptions) -> None:
+def run_live(options: LiveOptions) -> None:
     """Run a scene live until its duration is over or Ctrl-C.
 
     Raises:
         InputError: ROS 2 is missing, an argument is wrong, another drive is running.
         AbSimError: a node failed; the message has its last output.
     """
-    view, record = given.view, given.record
+    view, record = options.view, options.record
     check_wish(view)
-    scene = load_scene(given.scene, given.change)
-    duration = scene.duration if given.seconds is None else given.seconds
+    scene = load_scene(options.scene, options.change)
+    duration = scene.duration if options.seconds is None else options.seconds
     if not (math.isfinite(duration) and duration > 0.0):
         raise InputError(f"--for {duration:g}: must be above 0 s")
     if record is not None:
@@ -54,9 +54,9 @@ def run_live(given: LiveOptions) -> None:
     logs = Path(tempfile.mkdtemp(prefix="ab_sim-log-"))
     recorder = recorder_parameters(record, view)
     console.print("starting the nodes ...")
-    with LiveRun(scene, given.scene, given.change, recorder, logs) as live:
+    with LiveRun(scene, options.scene, options.change, recorder, logs) as live:
         live.wait_until_ready()
-        start_run(live, view, given.now)
+        start_run(live, view, options.now)
         whole = False
         with contextlib.suppress(Interrupted):
             follow_run(live, scene, duration)

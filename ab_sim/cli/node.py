@@ -74,18 +74,24 @@ def parameter_values(command: ServiceCommand, words: Mapping[str, Any]) -> dict[
     """
     values = {}
     for argument in command.arguments:
-        given = words[argument.parameter]
-        each: list[str] = [] if given is None else list(given) if argument.many else [given]
-        if stray := next((word for word in each if re.match(r"--?[A-Za-z]", word)), None):
+        argument_value = words[argument.parameter]
+        argument_words: list[str] = (
+            []
+            if argument_value is None
+            else list(argument_value)
+            if argument.many
+            else [argument_value]
+        )
+        if stray := next((word for word in argument_words if re.match(r"--?[A-Za-z]", word)), None):
             raise InputError(f"{stray}: `ab-sim node {command.name}` has no such option")
-        read = [argument.read(word) for word in each]
+        read = [argument.read(word) for word in argument_words]
         value = argument.default if not read else read if argument.many else read[0]
         if value is not None:
             values[argument.parameter] = value
     return values
 
 
-def set_command(given: SetOptions) -> None:
+def set_command(options: SetOptions) -> None:
     """Set parameters of a node.
 
     Raises:
@@ -93,14 +99,14 @@ def set_command(given: SetOptions) -> None:
         Refused: the node refused; the text is its answer.
     """
     values = {}
-    for word in given.values:
+    for word in options.values:
         key, equals, text = word.partition("=")
         if not equals or not key.strip():
             raise InputError(f"{word!r}: must be NAME=VALUE, e.g. speed_factor=2.0")
         if key.strip() in values:
             raise InputError(f"{key.strip()}: is given twice; keep one")
         values[key.strip()] = value_of(text)
-    with _asking(given.namespace, given.node, given.wait) as (caller, node):
+    with _asking(options.namespace, options.node, options.wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
 
         caller.wait_for_services(node, PARAMETERS)
@@ -123,17 +129,17 @@ def value_of(text: str) -> Any:
         raise InputError(f"{short(text)}: the value {error}") from error
 
 
-def get_command(given: GetOptions) -> None:
+def get_command(options: GetOptions) -> None:
     """Print parameters of a node.
 
     Raises:
         InputError: bad input, or the node does not run.
     """
-    with _asking(given.namespace, given.node, given.wait) as (caller, node):
+    with _asking(options.namespace, options.node, options.wait) as (caller, node):
         from ab_sim.nodes.caller import PARAMETERS
 
         caller.wait_for_services(node, PARAMETERS)
-        values = caller.parameters(given.names)
+        values = caller.parameters(options.names)
     for key, value in values.items():
         print(visible(f"{key}: {_written(value)}"))
 
@@ -148,18 +154,18 @@ def _asking(namespace: str, name: str, wait: float) -> Iterator[tuple["Caller", 
         yield caller, node
 
 
-def speed_command(given: CommandOptions) -> None:
+def speed_command(options: CommandOptions) -> None:
     """Command a drive's speed, and print the drive's reaction.
 
     Raises:
         InputError, CommandError: bad input, no drive is running, or the speed is beyond its limit.
         Refused: the drive does not follow commands now.
     """
-    speed = _speed(given.speed)
-    node = _full_name(given.namespace, given.node, given.wait)
+    speed = _speed(options.speed)
+    node = _full_name(options.namespace, options.node, options.wait)
     from ab_sim.nodes.speed_caller import SpeedCaller
 
-    caller = SpeedCaller(given.wait)
+    caller = SpeedCaller(options.wait)
     with caller, people.status(f"commanding {node}"):
         accepted = caller.command(node, speed)
     limits, start = accepted.limits, accepted.before
@@ -198,28 +204,28 @@ def _speed(text: str) -> float:
     return speed
 
 
-def list_command(given: ListOptions) -> None:
+def list_command(options: ListOptions) -> None:
     """Print the running nodes and their services.
 
     Raises:
         InputError: bad input, or no node is running.
     """
-    _check_wait(given.wait)
+    _check_wait(options.wait)
     require_ros("to ask nodes")
     from ab_sim.nodes.caller import Caller
 
-    with Caller(given.wait) as caller, people.status("listening"):
+    with Caller(options.wait) as caller, people.status("listening"):
         health = caller.collect_health()
         nodes, nobody = caller.nodes(), caller.no_nodes_text
-    known = {each.service_name for each in SERVICES}
+    service_names = {service.service_name for service in SERVICES}
     rows = 0
     table = Table("node", "is", "says", "can be asked to")
     for node, offers in sorted(nodes.items()):
-        if not (known & set(offers) or node in health):
+        if not (service_names & set(offers) or node in health):
             continue
         rows += 1
         values = health.get(node)
-        can = [each.name for each in SERVICES if each.service_name in offers]
+        can = [service.name for service in SERVICES if service.service_name in offers]
         level = values.level.name if values is not None else "-"
         table.add_row(
             node, level, values.message if values is not None else "-", ", ".join(can) or "-"

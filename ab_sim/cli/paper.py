@@ -39,10 +39,10 @@ def gallery() -> ModuleType:
     return importlib.import_module("gallery")
 
 
-def paper_command(given: PaperOptions) -> Command:
+def paper_command(options: PaperOptions) -> Command:
     """Return the command that lists the papers, or computes one and writes pictures and page."""
     papers = gallery()
-    name, out = given.name, given.out
+    name, out = options.name, options.out
     if name is None:
         table = Table("paper", "subject")
         for paper_name, about in papers.PAPERS.items():
@@ -60,16 +60,16 @@ def paper_command(given: PaperOptions) -> Command:
             write_whole(page, paper.markdown().encode())
         except OSError as error:
             raise InputError(f"--out {out}: {page} cannot be written: {error.strerror}") from error
-        tables = [_table(each) for section in paper.sections for each in section.tables]
+        tables = [_table(table) for section in paper.sections for table in section.tables]
         drawn = [out / picture.file for section in paper.sections for picture in section.pictures]
         return Outcome(tables, paper.report, written=[*drawn, page])
 
     return Command(work, name)
 
 
-def _table(each: "pages.Table") -> Table:
+def _table(paper_table: "pages.Table") -> Table:
     """Return a table for display."""
-    table = Table(*each.columns, title=each.title)
-    for row in each.texts():
+    table = Table(*paper_table.columns, title=paper_table.title)
+    for row in paper_table.texts():
         table.add_row(*row)
     return table

@@ -26,9 +26,9 @@ MOST_RUNS = 8
 """Largest number of runs side by side; more would be too small to see."""
 
 
-def report_command(given: ReportOptions) -> Command:
+def report_command(options: ReportOptions) -> Command:
     """Return the command that reports on recorded runs."""
-    recordings = given.recordings
+    recordings = options.recordings
     if len(recordings) > MOST_RUNS:
         raise InputError(f"{len(recordings)} recordings: at most {MOST_RUNS} side by side")
 
@@ -65,7 +65,7 @@ def report_command(given: ReportOptions) -> Command:
             writes={"--png": draw, "--html": write_page},
         )
 
-    return Command(work, outputs=[(given.png, PNG, "--png"), (given.html, PAGE, "--html")])
+    return Command(work, outputs=[(options.png, PNG, "--png"), (options.html, PAGE, "--html")])
 
 
 def report_table(runs: Sequence[RunData]) -> Table:
@@ -89,9 +89,9 @@ def _names(recordings: Sequence[Path]) -> list[str]:
     return paths if len(set(paths)) == len(paths) else numbered
 
 
-def compare_command(given: CompareOptions) -> Command:
+def compare_command(options: CompareOptions) -> Command:
     """Return the command that compares a scene's run with a recording, by the recorded commands."""
-    recording, scene = given.recording, load_scene(given.scene, given.change)
+    recording, scene = options.recording, load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
         run = open_recording(recording)
@@ -110,18 +110,18 @@ def compare_command(given: CompareOptions) -> Command:
     return Command(work, f"{scene.name} as {recording.name}", "nothing was written")
 
 
-def compare_table(found: RecordingComparison, recording: str) -> Table:
+def compare_table(comparison: RecordingComparison, recording: str) -> Table:
     """Return the table of deviations."""
-    title = f"{recording} compared with {found.scene.name}, {found.duration:g} s"
+    title = f"{recording} compared with {comparison.scene.name}, {comparison.duration:g} s"
     columns = "largest difference | of the range | at [s] | rms | of the range"
     table = new_table("channel | unit", columns, title=title)
-    for deviation in found.deviations:
+    for deviation in comparison.deviations:
         table.add_row(deviation.channel, deviation.unit or "", *_numbers(deviation))
     table.caption = (
-        f"{found.rows} samples. Driven by {found.driven_by}, aligned {found.aligned}. Range: "
-        "largest less smallest recorded value."
+        f"{comparison.rows} samples. Driven by {comparison.driven_by}, aligned "
+        f"{comparison.aligned}. Range: largest less smallest recorded value."
     )
-    for reason, channels in found.not_compared.items():
+    for reason, channels in comparison.not_compared.items():
         table.caption += f"\nNot compared, {reason}: {', '.join(channels)}."
     table.caption_justify = "left"
     return table
@@ -143,30 +143,30 @@ def _percent(share: float | None) -> str:
     return "-" if share is None else f"{100 * share:.2g} %"
 
 
-def print_state(given: StateOptions) -> None:
+def print_state(options: StateOptions) -> None:
     """Print the state of the last sample up to a time [s].
 
     Raises:
         InputError: there is no sample, or it lacks parts of the state.
     """
-    recording = given.recording
+    recording = options.recording
     run = open_recording(recording)
     first, last = run.extent.first[1], run.extent.last[1]
-    at = last if given.time is None else given.time
+    at = last if options.time is None else options.time
     if not first <= at <= last:
         raise InputError(
             f"{recording}: there is no sample at {exact(at)} s; it holds {exact(first)} to "
             f"{exact(last)} s"
         )
-    found = None
+    last_sample = None
     clock = run.channels.index("time")
     for block in run.blocks():
         until = block[block[:, clock] <= at + 0.5e-9]
-        found = until[-1] if len(until) else found
+        last_sample = until[-1] if len(until) else last_sample
         if len(until) < len(block):
             break
-    assert found is not None, "the first one is not later"
-    sample = dict(zip(run.channels, found.tolist(), strict=True))
+    assert last_sample is not None, "the first one is not later"
+    sample = dict(zip(run.channels, last_sample.tolist(), strict=True))
     try:
         start = start_from(sample, balls_in(run.channels), "qw" in run.channels)
     except InputError as error:

@@ -23,10 +23,10 @@ MOST = 1000
 """Largest number of drags."""
 
 
-def recovery_command(given: RecoveryOptions) -> Command:
+def recovery_command(options: RecoveryOptions) -> Command:
     """Return the command that computes the recovery from a scene's change of speed, over drags."""
-    values = drags_of(given.drags)
-    scene = load_scene(given.scene, given.change)
+    values = drags_of(options.drags)
+    scene = load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
         recovery = recovery_over_drag(scene, values, tell)
@@ -55,12 +55,12 @@ def drags_of(text: str) -> tuple[float, ...]:
     return tuple(float(f"{drag:.12g}") for drag in np.linspace(low, high, n))
 
 
-def recovery_table(found: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
+def recovery_table(results: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ...]) -> Table:
     """Return the table for the scene's own drag and the others, with all balls or with one."""
     several = "1 ball" if balls == 1 else f"{balls} balls"
     title = (
-        f"{found.scene}, {several}: from {found.from_speed:g} to {found.to_speed:g} rad/s, "
-        f"settled within {1e3 * found.band:g} mm"
+        f"{results.scene}, {several}: from {results.from_speed:g} to {results.to_speed:g} rad/s, "
+        f"settled within {1e3 * results.band:g} mm"
     )
     table = Table(title=title)
     for name in ("drag [N s/m]", "settling [s]", "amplitude [mm]", "lambda_Rmax [1/s]"):
@@ -68,11 +68,11 @@ def recovery_table(found: RecoveryOverDrag, balls: int, runs: tuple[Recovery, ..
     table.add_column("at rest")
     table.add_column("composite [s]", justify="right")
     composite = composite_of(runs[1:])
-    index = (None, *(composite.index if composite else [None] * len(found.drags)))
-    for k, (drag, run) in enumerate(zip((found.drag, *found.drags), runs, strict=True)):
+    index = (None, *(composite.index if composite else [None] * len(results.drags)))
+    for k, (drag, run) in enumerate(zip((results.drag, *results.drags), runs, strict=True)):
         rest = "nowhere" if run.label is None else f"{run.label}, {run.verdict}"
-        own = "scene: " if k == 0 else ""
-        cells = (f"{own}{drag:g}", *_cells(run), rest, _text(index[k]))
+        prefix = "scene: " if k == 0 else ""
+        cells = (f"{prefix}{drag:g}", *_cells(run), rest, _text(index[k]))
         table.add_row(*cells, end_section=k == 0)
     return table
 
@@ -85,15 +85,15 @@ def _text(value: float | None) -> str:
     return "-" if value is None else f"{value:.5f}"
 
 
-def _shown(found: RecoveryOverDrag) -> Iterator[Table | str]:
-    yield recovery_table(found, found.balls, (found.own, *found.over))
-    if found.one_ball is not None:
-        yield recovery_table(found, 1, found.one_ball)
-    runs = (found.own, *found.over, *(found.one_ball or ()))
-    if found.best_drag is not None and found.composite is not None:
+def _shown(results: RecoveryOverDrag) -> Iterator[Table | str]:
+    yield recovery_table(results, results.balls, (results.own, *results.over))
+    if results.one_ball is not None:
+        yield recovery_table(results, 1, results.one_ball)
+    runs = (results.own, *results.over, *(results.one_ball or ()))
+    if results.best_drag is not None and results.composite is not None:
         yield (
-            f"best of these drags: {found.best_drag:g} N s/m, where the composite index is "
-            f"smallest: settling time + {found.composite.factor:.5g} s/m x amplitude, the factor "
+            f"best of these drags: {results.best_drag:g} N s/m, where the composite index is "
+            f"smallest: settling time + {results.composite.factor:.5g} s/m x amplitude, the factor "
             "being mean settling time over mean amplitude of the drags in the table"
         )
     if any(run.settling_time is None for run in runs):
@@ -106,7 +106,7 @@ def _shown(found: RecoveryOverDrag) -> Iterator[Table | str]:
         yield "some did not rest before the change began: begin it later, profile.start_time"
     if any(run.verdict == "undecided" for run in runs):
         yield "undecided: lambda_Rmax is 0 and decides nothing; the run does, for its own start"
-    if found.together:
+    if results.together:
         yield (
             "balls that start at one angle stay together, and settle as one ball of their mass "
             "and all their drag does; lambda_Rmax may be of a motion that moves them apart, and "

@@ -28,42 +28,44 @@ FINER = (0.01, 0.001)
 HALF_WIDTH = "must be the half width of the interval, e.g. 0.1%"
 
 
-def robust_command(given: RobustOptions) -> Command:
+def robust_command(options: RobustOptions) -> Command:
     """Return the command that runs drives with manufacturing tolerances."""
-    shown_units(given.units)
-    executors = functools.partial(executor_of, given.workers, given.scheduler)
+    shown_units(options.units)
+    executors = functools.partial(executor_of, options.workers, options.scheduler)
     executors()
-    scene = load_scene(given.scene, given.change)
-    other = None if given.against is None else load_scene(given.against)
+    scene = load_scene(options.scene, options.change)
+    other = None if options.against is None else load_scene(options.against)
     if other is not None and other.name == scene.name:
-        scene = _named_by_file(scene, given.scene, *(f"--set {each}" for each in given.change))
-        other = _named_by_file(other, str(given.against))
-    tolerances = [] if given.spread_from is None else fitted_tolerances(given.spread_from)
-    tolerances += [tolerance_of(each) for each in given.spread]
+        scene = _named_by_file(
+            scene, options.scene, *(f"--set {change}" for change in options.change)
+        )
+        other = _named_by_file(other, str(options.against))
+    tolerances = [] if options.spread_from is None else fitted_tolerances(options.spread_from)
+    tolerances += [tolerance_of(tolerance) for tolerance in options.spread]
     question = SpreadQuestion(
-        runs=given.runs,
-        metrics=wanted_metrics(given.metrics),
-        criterion=tuple(map(bound_of, given.balanced)) or DEFAULT_CRITERION,
-        seed=given.seed,
-        pairs=given.sobol,
-        until=None if given.until is None else share_of("until", given.until, HALF_WIDTH),
+        runs=options.runs,
+        metrics=wanted_metrics(options.metrics),
+        criterion=tuple(map(bound_of, options.balanced)) or DEFAULT_CRITERION,
+        seed=options.seed,
+        pairs=options.sobol,
+        until=None if options.until is None else share_of("until", options.until, HALF_WIDTH),
         against=other,
     )
-    if given.worst is not None:
-        check_worst_folder(given.worst)
+    if options.worst is not None:
+        check_worst_folder(options.worst)
 
     def work(tell: Progress) -> Outcome:
         result = run_spread(scene, tolerances, question, executors, tell)
-        spread = result.in_units(given.units)
+        spread = result.in_units(options.units)
         writes: dict[str, Write | None] = {
             "--parquet": result.write, "--csv": result.write, "--worst": result.write_worst
         }  # fmt: skip
-        lines = _shown(spread, given.scene, given.change)
+        lines = _shown(spread, options.scene, options.change)
         return Outcome(lines, result.report, plotted(spread), writes)
 
     outputs: list[Output] = [
-        (given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"),
-        (given.worst, (), "--worst"),
+        (options.parquet, PARQUET, "--parquet"), (options.csv, CSV, "--csv"),
+        (options.worst, (), "--worst"),
     ]  # fmt: skip
     return Command(work, scene.name, KEPT, outputs)
 
@@ -73,75 +75,83 @@ def _named_by_file(scene: Scene, *words: str) -> Scene:
     return changed_scene(scene, {"name": f"{scene.name} ({' '.join(words)})"}, "against")
 
 
-def _shown(found: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:
-    share = found.share
-    criterion = " and ".join(each.text for each in found.criterion)
+def _shown(spread: Spread, scene_name: str, changes: Sequence[str]) -> Iterator[Table | str]:
+    share = spread.share
+    criterion = " and ".join(bound.text for bound in spread.criterion)
     yield (
-        f"{found.scene.name}: {share.balanced} of {share.runs} drives balance, "
+        f"{spread.scene.name}: {share.balanced} of {share.runs} drives balance, "
         f"{share_text(share)}; settled or ringing down, and {criterion}"
     )
-    yield ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
-    for outcome, reason in found.runs.reasons.items():
+    yield ", ".join(f"{name}: {count}" for name, count in spread.runs.outcomes.items())
+    for outcome, reason in spread.runs.reasons.items():
         yield f"{outcome} count as not balanced, the first one: {reason}"
-    yield from outcome_notes(found.runs)
-    yield _more_runs(found)
-    yield _quantile_table(found)
-    yield from _sobol(found)
-    if found.against is not None:
-        yield from _against(found, found.against)
-    yield f"the worst by {found.ranked_by}, to be run again:"
-    options = "".join(f"--set {each!r} " for each in changes)
-    for each in found.worst:
-        value = None if each.value is None else each.value * found.runs.factor(found.ranked_by)
+    yield from outcome_notes(spread.runs)
+    yield _more_runs(spread)
+    yield _quantile_table(spread)
+    yield from _sobol(spread)
+    if spread.against is not None:
+        yield from _against(spread, spread.against)
+    yield f"the worst by {spread.ranked_by}, to be run again:"
+    options = "".join(f"--set {change!r} " for change in changes)
+    for worst_run in spread.worst:
+        value = (
+            None
+            if worst_run.value is None
+            else worst_run.value * spread.runs.factor(spread.ranked_by)
+        )
         yield WholeLine(
-            f"run {each.run}, {each.outcome}, {number(value)}: "
-            f"{own_command()} run {scene_name} {options}{each.changes}"
+            f"run {worst_run.run}, {worst_run.outcome}, {number(value)}: "
+            f"{own_command()} run {scene_name} {options}{worst_run.changes}"
         )
 
 
-def _more_runs(found: Spread) -> str:
-    share = found.share
+def _more_runs(spread: Spread) -> str:
+    share = spread.share
     finer = [share.half_width / 2.0, *(h for h in FINER if h < share.half_width / 2.0)]
-    said = [
+    reports = [
         f"+-{100.0 * half:.2g} % takes about {share.runs_for(half) - share.runs:,} more runs"
         for half in finer
     ]
-    return f"now +-{100.0 * share.half_width:.2g} %; " + ", ".join(said)
+    return f"now +-{100.0 * share.half_width:.2g} %; " + ", ".join(reports)
 
 
-def _quantile_table(found: Spread) -> Table:
+def _quantile_table(spread: Spread) -> Table:
     title = "quantiles of the runs that have a metric, and their intervals of 95 %"
     table = new_table("metric", "runs | 5 % | median | 95 %", no_wrap=True, title=title)
-    for metric, quantiles in found.quantiles.items():
-        count = int((found[metric] == found[metric]).sum())
-        cells = [_interval(each, found.runs.factor(metric)) for each in quantiles] or ["-"] * 3
-        table.add_row(found.runs.titled(metric), str(count), *cells)
+    for metric, quantiles in spread.quantiles.items():
+        count = int((spread[metric] == spread[metric]).sum())
+        cells = [_interval(quantile, spread.runs.factor(metric)) for quantile in quantiles] or [
+            "-"
+        ] * 3
+        table.add_row(spread.runs.titled(metric), str(count), *cells)
     return table
 
 
-def _interval(found: QuantileOfMetric, factor: float) -> str:
-    low, high = (_end(end, factor) for end in (found.low, found.high))
-    return f"{number(found.value * factor)} ({low} to {high})"
+def _interval(quantile_of_metric: QuantileOfMetric, factor: float) -> str:
+    low, high = (_end(end, factor) for end in (quantile_of_metric.low, quantile_of_metric.high))
+    return f"{number(quantile_of_metric.value * factor)} ({low} to {high})"
 
 
 def _end(value: float | None, factor: float) -> str:
     return "?" if value is None else number(value * factor)
 
 
-def _sobol(found: Spread) -> Iterator[Table | str]:
-    sobol = found.sobol
+def _sobol(spread: Spread) -> Iterator[Table | str]:
+    sobol = spread.sobol
     if not sobol.pairs:
         yield f"no Sobol indices: {sobol.none}"
         return
     title = "Sobol indices, and their intervals of 95 %"
     table = new_table("of | spread", "alone | with others", no_wrap=True, title=title)
     for what, indices in sobol.indices.items():
-        for place, each in enumerate(indices):
+        for place, effect in enumerate(indices):
+            intervals = effect.first_interval, effect.total_interval
+            first, total = (f"({low:.2f} to {high:.2f})" for low, high in intervals)
             table.add_row(
                 what if place == 0 else "",
-                each.factor,
-                f"{each.first:.2f} ({each.first_interval[0]:.2f} to {each.first_interval[1]:.2f})",
-                f"{each.total:.2f} ({each.total_interval[0]:.2f} to {each.total_interval[1]:.2f})",
+                effect.factor,
+                f"{effect.first:.2f} {first}",
+                f"{effect.total:.2f} {total}",
                 end_section=place == len(indices) - 1,
             )
     if sobol.indices:
@@ -156,22 +166,24 @@ def _sobol(found: Spread) -> Iterator[Table | str]:
         yield f"no Sobol indices of {name}: {reason}"
 
 
-def _against(found: Spread, other: DesignDifference) -> Iterator[Table | str]:
+def _against(spread: Spread, other: DesignDifference) -> Iterator[Table | str]:
     paired = other.paired
     yield (
         f"against {other.runs.scene.name} in the same draws: it balances {share_text(other.share)}"
     )
     yield (
-        f"{found.scene.name} balances {100.0 * paired.difference:+.2f} % more "
+        f"{spread.scene.name} balances {100.0 * paired.difference:+.2f} % more "
         f"({100.0 * paired.low:+.2f} to {100.0 * paired.high:+.2f} %); only it: "
         f"{paired.only_first}, only the other: {paired.only_second}, both: {paired.both}, "
         f"neither: {paired.neither}; McNemar's p = {paired.p_value:.2g}"
     )
-    title = f"{found.scene.name} less {other.runs.scene.name}, draw by draw"
+    title = f"{spread.scene.name} less {other.runs.scene.name}, draw by draw"
     table = new_table("metric", "draws | mean | median", no_wrap=True, title=title)
-    for metric, each in other.metrics.items():
-        factor = found.runs.factor(metric)
-        mean, low, high = (number(x * factor) for x in (each.mean, each.low, each.high))
-        cells = f"{mean} ({low} to {high})", _interval(each.median, factor)
-        table.add_row(found.runs.titled(metric), str(each.pairs), *cells)
+    for metric, difference in other.metrics.items():
+        factor = spread.runs.factor(metric)
+        mean, low, high = (
+            number(x * factor) for x in (difference.mean, difference.low, difference.high)
+        )
+        cells = f"{mean} ({low} to {high})", _interval(difference.median, factor)
+        table.add_row(spread.runs.titled(metric), str(difference.pairs), *cells)
     yield table

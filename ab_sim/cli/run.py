@@ -29,18 +29,18 @@ INTERVALS = 100
 """Number of intervals between samples in the JSON, if no times are given."""
 
 
-def run_command(given: RunOptions) -> Command:
+def run_command(options: RunOptions) -> Command:
     """Return the command that runs a scene."""
-    if given.every > 1 and given.rrd is None:
-        raise InputError(f"--every {given.every}: applies to a recording; add --rrd FILE")
-    changes = [*given.change]
-    if given.stepper is not None:
-        changes.append(f"solver.stepper={dumps(given.stepper)}")
-    if given.step is not None:
-        changes.append(f"solver.step={given.step!r}")
-    scene, units = load_scene(given.scene, changes), shown_units(given.units)
-    times = parse_times(given.times)
-    if not times and given.json is not None:
+    if options.every > 1 and options.rrd is None:
+        raise InputError(f"--every {options.every}: applies to a recording; add --rrd FILE")
+    changes = [*options.change]
+    if options.stepper is not None:
+        changes.append(f"solver.stepper={dumps(options.stepper)}")
+    if options.step is not None:
+        changes.append(f"solver.step={options.step!r}")
+    scene, units = load_scene(options.scene, changes), shown_units(options.units)
+    times = parse_times(options.times)
+    if not times and options.json is not None:
         times = [i / INTERVALS * scene.duration for i in range(INTERVALS + 1)]
 
     def work(tell: Progress) -> Outcome:
@@ -64,7 +64,7 @@ def run_command(given: RunOptions) -> Command:
         def record(file: Path) -> None:
             from ab_sim.api.runs import save_recording
 
-            save_recording(result, file, every=given.every)
+            save_recording(result, file, every=options.every)
 
         def shown() -> Iterator[Table | str]:
             title = f"{result.scene.name}, {report['duration']:g} s"
@@ -81,7 +81,7 @@ def run_command(given: RunOptions) -> Command:
 
         return Outcome(shown(), lambda: report, draw, {"--rrd": record})
 
-    return Command(work, "run", outputs=[(given.rrd, RECORDING, "--rrd")])
+    return Command(work, "run", outputs=[(options.rrd, RECORDING, "--rrd")])
 
 
 def parse_times(text: str | None) -> list[float]:
@@ -197,7 +197,7 @@ def _display(scene: Scene, units: Mapping[str, ShownUnit]) -> Display:
 def _rows() -> list[tuple[Metric[Any], Row]]:
     """Return the reported metrics and their rows, in the order of the table."""
     rows = [(metric, metric.row) for metric in reported_metrics() if metric.row is not None]
-    return sorted(rows, key=lambda each: each[1].place)
+    return sorted(rows, key=lambda row: row[1].place)
 
 
 def _shown(row: Row, scene: Scene, cells: Sequence[str]) -> bool:

@@ -96,8 +96,8 @@ class Command(NamedTuple):
                 except Exception as error:
                     failures.append(error)
         console = people if to_stdout else results
-        for each in outcome.shown:
-            console.print(each, soft_wrap=isinstance(each, WholeLine))
+        for item in outcome.shown:
+            console.print(item, soft_wrap=isinstance(item, WholeLine))
         if failures:
             raise failures[0]
         say_written(written)
@@ -123,26 +123,26 @@ def _written(write: Write, file: Path, option: str) -> Iterable[Path]:
     return [file] if files is None else files
 
 
-def picture(function: str, *shown: Any) -> Draw:
-    """Return a function that draws with ``module:function``, called with the results and the file.
+def picture(function: str, *arguments: Any) -> Draw:
+    """Return a function that draws with ``module:function``, called with arguments and the file.
 
     The module is imported on the call, because matplotlib takes long to import.
     """
 
     def draw(file: Path) -> None:
         module, _, name = function.partition(":")
-        getattr(import_module(module), name)(*shown, file)
+        getattr(import_module(module), name)(*arguments, file)
 
     return draw
 
 
-def plotted(found: Presented) -> Draw:
+def plotted(result: Presented) -> Draw:
     """Return a function that draws the result's ``plot()`` into a file."""
 
     def draw(file: Path) -> None:
         from ab_sim.show.figures.saved import save
 
-        save(found.plot(), file, DOTS)
+        save(result.plot(), file, DOTS)
 
     return draw
 
@@ -152,7 +152,7 @@ def scene_writer(text: Callable[[], str]) -> Write:
     return lambda file: write_whole(file, text().encode())
 
 
-def new_table(left: str, right: str, no_wrap: bool = False, **settings: Any) -> Table:
+def new_table(left_columns: str, right: str, no_wrap: bool = False, **settings: Any) -> Table:
     """Return a table with left-aligned and then right-aligned columns.
 
     Args:
@@ -161,7 +161,7 @@ def new_table(left: str, right: str, no_wrap: bool = False, **settings: Any) -> 
         settings: see rich's ``Table``.
     """
     table = Table(**settings)
-    for name in left.split(" | ") if left else ():
+    for name in left_columns.split(" | ") if left_columns else ():
         table.add_column(name, no_wrap=no_wrap)
     for name in right.split(" | ") if right else ():
         table.add_column(name, justify="right")

@@ -16,13 +16,15 @@ from ab_sim.design.derivatives.of_metrics import differentiable_metrics
 from ab_sim.scene import load_scene
 
 
-def sensitivity_command(given: SensitivityOptions) -> Command:
+def sensitivity_command(options: SensitivityOptions) -> Command:
     """Return the command that computes derivatives of metrics by numbers of a scene."""
-    names = _listed("--of", given.of)
+    names = _listed("--of", options.of)
     differentiable_metrics(names)
-    scene = load_scene(given.scene, given.change)
+    scene = load_scene(options.scene, options.change)
     keys = (
-        [real.key for real in real_keys(scene)] if given.to is None else _listed("--to", given.to)
+        [real.key for real in real_keys(scene)]
+        if options.to is None
+        else _listed("--to", options.to)
     )
 
     def work(tell: Progress) -> Outcome:
@@ -49,45 +51,53 @@ def _listed(option: str, text: str) -> list[str]:
     return names
 
 
-def _shown(found: MetricSensitivities, settled: bool) -> Iterator[Table | str]:
-    for i, metric in enumerate(found.metrics):
-        unit = found.metric_units[i]
+def _shown(sensitivities: MetricSensitivities, settled: bool) -> Iterator[Table | str]:
+    for i, metric in enumerate(sensitivities.metrics):
+        unit = sensitivities.metric_units[i]
         named = metric if unit in ("1", "-") else f"{metric} [{unit}]"
-        table = Table(title=f"{found.scene.name}: {named} = {found.metric_values[i]:.6g}, by")
+        table = Table(
+            title=f"{sensitivities.scene.name}: {named} = {sensitivities.metric_values[i]:.6g}, by"
+        )
         table.add_column("key", overflow="fold")
         table.add_column("value", justify="right")
         table.add_column("derivative", justify="right")
         table.add_column("% per %", justify="right")
-        order = _order(found, i)
-        keys = [k for k in order if not found.has_no_influence[i, k] and _is_known(found, i, k)]
+        order = _order(sensitivities, i)
+        keys = [
+            k
+            for k in order
+            if not sensitivities.has_no_influence[i, k] and _is_known(sensitivities, i, k)
+        ]
         for k in keys:
-            own = found.key_units[k]
-            percent = found.elasticities[i, k], found.elasticity_uncertainties[i, k]
-            has_percent = found.values[k] and np.isfinite(percent[0])
+            key_unit = sensitivities.key_units[k]
+            percent = sensitivities.elasticities[i, k], sensitivities.elasticity_uncertainties[i, k]
+            has_percent = sensitivities.values[k] and np.isfinite(percent[0])
             table.add_row(
-                found.keys[k],
-                f"{found.values[k]:.6g} {'' if own == '1' else own}".rstrip(),
-                _derivative(found, i, k),
+                sensitivities.keys[k],
+                f"{sensitivities.values[k]:.6g} {'' if key_unit == '1' else key_unit}".rstrip(),
+                _derivative(sensitivities, i, k),
                 with_uncertainty(*percent) if has_percent else "-",
             )
         yield table
-        at_zero = [f"{_derivative(found, i, k)} ({found.keys[k]})" for k in keys]
-        at_zero = [each for each, k in zip(at_zero, keys, strict=True) if not found.values[k]]
+        at_zero = [f"{_derivative(sensitivities, i, k)} ({sensitivities.keys[k]})" for k in keys]
+        at_zero = [
+            text for text, k in zip(at_zero, keys, strict=True) if not sensitivities.values[k]
+        ]
         if at_zero:
             yield f"no percent of 0, so not in the picture; by derivative: {', '.join(at_zero)}"
-        still = [found.keys[k] for k in order if found.has_no_influence[i, k]]
+        still = [sensitivities.keys[k] for k in order if sensitivities.has_no_influence[i, k]]
         if still:
             yield f"no influence on {metric}: {', '.join(still)}"
-        unknown = [found.keys[k] for k in order if not _is_known(found, i, k)]
+        unknown = [sensitivities.keys[k] for k in order if not _is_known(sensitivities, i, k)]
         if unknown:
             yield (
                 f"{metric} is not differentiable here by: {', '.join(unknown)}; larger changes: "
                 "`ab-sim sweep`"
             )
     yield (
-        f"central differences of runs by {found.scene.solver.stepper}, step "
-        f"{found.scene.solver.step:g} s, +- their uncertainty; % per %: by how many percent it "
-        "changes if the key does by one"
+        f"central differences of runs by {sensitivities.scene.solver.stepper}, step "
+        f"{sensitivities.scene.solver.step:g} s, +- their uncertainty; % per %: by how many "
+        "percent it changes if the key does by one"
     )
     if not settled:
         yield (
@@ -104,19 +114,20 @@ def with_uncertainty(value: float, uncertainty: float) -> str:
     return f"{value:.{min(max(digits, 1), 6)}g} +- {uncertainty:.1g}"
 
 
-def _derivative(found: MetricSensitivities, metric: int, key: int) -> str:
+def _derivative(sensitivities: MetricSensitivities, metric: int, key: int) -> str:
     number = with_uncertainty(
-        float(found.derivatives[metric, key]), float(found.uncertainties[metric, key])
+        float(sensitivities.derivatives[metric, key]),
+        float(sensitivities.uncertainties[metric, key]),
     )
-    return f"{number} {found.unit(metric, key)}"
+    return f"{number} {sensitivities.unit(metric, key)}"
 
 
-def _is_known(found: MetricSensitivities, metric: int, key: int) -> bool:
-    return bool(np.isfinite(found.derivatives[metric, key]))
+def _is_known(sensitivities: MetricSensitivities, metric: int, key: int) -> bool:
+    return bool(np.isfinite(sensitivities.derivatives[metric, key]))
 
 
-def _order(found: MetricSensitivities, metric: int) -> list[int]:
+def _order(sensitivities: MetricSensitivities, metric: int) -> list[int]:
     """Return the keys by decreasing elasticity; keys with the value 0 come last."""
-    sizes = np.abs(found.elasticities[metric])
+    sizes = np.abs(sensitivities.elasticities[metric])
     order = np.lexsort((np.arange(len(sizes)), -np.nan_to_num(sizes)))
     return [int(k) for k in order]

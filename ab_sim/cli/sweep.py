@@ -21,48 +21,48 @@ from ab_sim.scene import load_scene
 from ab_sim.scene.shown_units import shown_units
 
 
-def sweep_command(given: SweepOptions) -> Command:
+def sweep_command(options: SweepOptions) -> Command:
     """Return the command that runs a scene over values of keys."""
-    shown_units(given.units)
-    executor = executor_of(given.workers, given.scheduler)
-    scene = load_scene(given.scene, given.change)
-    points = points_of([variable_of(each) for each in given.over], given.design, given.seed)
-    metrics = wanted_metrics(given.metrics)
+    shown_units(options.units)
+    executor = executor_of(options.workers, options.scheduler)
+    scene = load_scene(options.scene, options.change)
+    points = points_of([variable_of(text) for text in options.over], options.design, options.seed)
+    metrics = wanted_metrics(options.metrics)
 
     def work(tell: Progress) -> Outcome:
         sweep = run_sweep(scene, points, metrics, executor, tell)
-        table = sweep.in_units(given.units)
+        table = sweep.in_units(options.units)
         writes = {"--parquet": sweep.write, "--csv": sweep.write}
         return Outcome(_shown(table), sweep.report, plotted(table), writes)
 
-    outputs = ((given.parquet, PARQUET, "--parquet"), (given.csv, CSV, "--csv"))
+    outputs = ((options.parquet, PARQUET, "--parquet"), (options.csv, CSV, "--csv"))
     return Command(work, scene.name, KEPT, outputs)
 
 
-def _shown(found: Sweep) -> Iterator[Table | str]:
-    title = f"{found.scene.name}: {len(found.table)} runs, of which those that settled"
+def _shown(sweep: Sweep) -> Iterator[Table | str]:
+    title = f"{sweep.scene.name}: {len(sweep.table)} runs, of which those that settled"
     table = new_table("metric", "least | median | largest", title=title)
-    for metric in found.metrics:
-        values = found.shown(metric)[has_settled(found[OUTCOME])].astype(float)
+    for metric in sweep.metrics:
+        values = sweep.shown(metric)[has_settled(sweep[OUTCOME])].astype(float)
         values = values[np.isfinite(values)]
         numbers = [float(f(values)) for f in (np.min, np.median, np.max)] if len(values) else []
-        table.add_row(found.titled(metric), *([number(each) for each in numbers] or ["-"] * 3))
+        table.add_row(sweep.titled(metric), *([number(value) for value in numbers] or ["-"] * 3))
     yield table
-    for judged in metrics_named(found.metrics):
-        best = None if judged.better is Better.NEITHER else found.best(judged.key)
+    for judged in metrics_named(sweep.metrics):
+        best = None if judged.better is Better.NEITHER else sweep.best(judged.key)
         if best is not None:
-            value = number(float(found.shown(judged.key)[best]))
-            line = f"best {found.titled(judged.key)}: {value} in run {best}"
-            yield f"{line}, {found[OUTCOME][best]}: {_where(found, best)}"
-    yield ", ".join(f"{name}: {count}" for name, count in found.outcomes.items())
-    for outcome, reason in found.reasons.items():
+            value = number(float(sweep.shown(judged.key)[best]))
+            line = f"best {sweep.titled(judged.key)}: {value} in run {best}"
+            yield f"{line}, {sweep[OUTCOME][best]}: {_where(sweep, best)}"
+    yield ", ".join(f"{name}: {count}" for name, count in sweep.outcomes.items())
+    for outcome, reason in sweep.reasons.items():
         yield f"{outcome}, the first one: {reason}"
-    yield from outcome_notes(found)
+    yield from outcome_notes(sweep)
 
 
-def _where(found: Sweep, run: int) -> str:
-    values = {key: found[key][run] for key in found.keys}
+def _where(sweep: Sweep, run: int) -> str:
+    values = {key: sweep[key][run] for key in sweep.keys}
     return ", ".join(
-        found.setting(key, value if isinstance(value, str) else float(value))
+        sweep.setting(key, value if isinstance(value, str) else float(value))
         for key, value in values.items()
     )

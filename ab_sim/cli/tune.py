@@ -28,24 +28,24 @@ from ab_sim.scene import load_scene
 from ab_sim.scene.shown_units import shown_units
 
 
-def tune_command(given: TuneOptions) -> Command:
+def tune_command(options: TuneOptions) -> Command:
     """Return the command that finds the best values of keys."""
-    shown_units(given.units)
-    executor = executor_of(given.workers, given.scheduler)
-    scene = load_scene(given.scene, given.change)
-    spreading = Spreading(list(map(tolerance_of, given.spread)), given.draws, given.seed)
+    shown_units(options.units)
+    executor = executor_of(options.workers, options.scheduler)
+    scene = load_scene(options.scene, options.change)
+    spreading = Spreading(list(map(tolerance_of, options.spread)), options.draws, options.seed)
     standard = Standard(
-        aim_of(given.minimise, given.maximise),
-        tuple(map(bound_of, given.subject_to)),
+        aim_of(options.minimise, options.maximise),
+        tuple(map(bound_of, options.subject_to)),
         spreading.draws,
-        _share(given.share) if given.spread else 1.0,
+        _share(options.share) if options.spread else 1.0,
     )
-    effort = Effort(given.runs // spreading.draws, given.seed)
-    task = Task(scene, tuple(map(_range, given.vary)), standard, effort, spreading)
+    effort = Effort(options.runs // spreading.draws, options.seed)
+    task = Task(scene, tuple(map(_range, options.vary)), standard, effort, spreading)
 
     def work(tell: Progress) -> Outcome:
         result = run_tuning(task, executor, tell)
-        tuning = result.in_units(given.units)
+        tuning = result.in_units(options.units)
         return Outcome(
             _shown(tuning),
             result.report,
@@ -54,10 +54,10 @@ def tune_command(given: TuneOptions) -> Command:
                 "--scene": None if result.scene is None else scene_writer(result.scene_text),
                 "--parquet": result.runs.write,
             },
-            failure=_nothing_found(tuning, given.scene) if tuning.candidate is None else None,
+            failure=_nothing_found(tuning, options.scene) if tuning.candidate is None else None,
         )
 
-    outputs = ((given.best_scene, SCENE, "--scene"), (given.parquet, PARQUET, "--parquet"))
+    outputs = ((options.best_scene, SCENE, "--scene"), (options.parquet, PARQUET, "--parquet"))
     return Command(work, scene.name, KEPT, outputs)
 
 
@@ -79,67 +79,67 @@ def _share(text: str) -> float:
     return share
 
 
-def _shown(found: Tuning) -> Iterator[Table | str]:
-    counts = ", ".join(f"{name}: {count}" for name, count in found.runs.outcomes.items())
-    inside, looked_at = int(found.scores.within.sum()), len(found.candidates)
+def _shown(tuning: Tuning) -> Iterator[Table | str]:
+    counts = ", ".join(f"{name}: {count}" for name, count in tuning.runs.outcomes.items())
+    inside, looked_at = int(tuning.scores.within.sum()), len(tuning.candidates)
     line = f"{looked_at} candidates, {inside} of them within all bounds; runs: {counts}"
-    standard, draws = found.task.standard, found.task.spreading.draws
-    if found.candidate is None:
+    standard, draws = tuning.task.standard, tuning.task.spreading.draws
+    if tuning.candidate is None:
         yield line
-        yield from _left_out(found)
-        yield from map(functools.partial(_missed, found), near_misses(found))
+        yield from _left_out(tuning)
+        yield from map(functools.partial(_missed, tuning), near_misses(tuning))
         return
-    title = f"{found.runs.scene.name}: {standard.aim}"
+    title = f"{tuning.runs.scene.name}: {standard.aim}"
     table = new_table("key", "best | from | to", title=title)
-    for each in found.task.ranges:
-        factor = found.runs.factor(each.key)
-        cells = [number(x * factor) for x in (found.values[each.key], each.low, each.high)]
-        table.add_row(found.runs.titled(each.key), *cells)
+    for range_ in tuning.task.ranges:
+        factor = tuning.runs.factor(range_.key)
+        cells = [number(x * factor) for x in (tuning.values[range_.key], range_.low, range_.high)]
+        table.add_row(tuning.runs.titled(range_.key), *cells)
     yield table
     if draws > 1:
         yield f"of {draws} drives each, what {100 * standard.share:g} % of them reach:"
-    factor = found.runs.factor(standard.aim.metric)
-    verdict = "" if draws > 1 else f", {found.runs[OUTCOME][found.candidate]}"
-    yield f"{found.runs.titled(standard.aim.metric)}: {_aim_text(found.best, factor)}{verdict}"
-    if AS_IT_IS in found.as_good:
+    factor = tuning.runs.factor(standard.aim.metric)
+    verdict = "" if draws > 1 else f", {tuning.runs[OUTCOME][tuning.candidate]}"
+    yield f"{tuning.runs.titled(standard.aim.metric)}: {_aim_text(tuning.best, factor)}{verdict}"
+    if AS_IT_IS in tuning.as_good:
         yield "that is no better than the scene as it is"
-    if NO_PERIOD in found.as_good:
-        none = _aim_text(found.as_good[NO_PERIOD], factor)
+    if NO_PERIOD in tuning.as_good:
+        none = _aim_text(tuning.as_good[NO_PERIOD], factor)
         yield f"no variable-speed period at all is as good or better: {none}"
-    for name, metric, inside_ in found.before:
+    for name, metric, inside_ in tuning.before:
         yield f"  the scene {name}: {_aim_text(metric, factor, inside_)}"
-    for key, value, metric, inside_ in found.beside:
-        yield f"  at {found.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
-    if found.active:
-        yield f"at its bounds, beyond which it may be better: {', '.join(found.active)}"
+    for key, value, metric, inside_ in tuning.beside:
+        yield f"  at {tuning.runs.setting(key, value)}: {_aim_text(metric, factor, inside_)}"
+    if tuning.active:
+        yield f"at its bounds, beyond which it may be better: {', '.join(tuning.active)}"
     yield line
-    yield from _left_out(found)
+    yield from _left_out(tuning)
 
 
-def _left_out(found: Tuning) -> Iterator[str]:
+def _left_out(tuning: Tuning) -> Iterator[str]:
     """Yield lines on candidates that do not count, with reasons."""
-    for name, (count, better) in found.left_out.items():
+    for name, (count, better) in tuning.left_out.items():
         ahead = f", {better} of them better at their end than the best" if better else ""
         yield f"left out: {count} candidates, {name}{ahead}"
-    yield from outcome_notes(found.runs)
+    yield from outcome_notes(tuning.runs)
 
 
-def _missed(found: Tuning, miss: NearMiss) -> str:
+def _missed(tuning: Tuning, miss: NearMiss) -> str:
     line = f"{miss.bound.text} holds for {miss.holds or 'none'} of {miss.settled} runs that settled"
     if miss.nearest is None:
         return line
-    row = found.candidates[miss.candidate].tolist()
-    at = ", ".join(found.runs.setting(key, v) for key, v in zip(found.keys, row, strict=True))
-    nearest = number(miss.nearest * found.runs.factor(miss.measure))
-    return f"{line}; the nearest: {found.runs.titled(miss.measure)} = {nearest} at {at}"
+    row = tuning.candidates[miss.candidate].tolist()
+    at = ", ".join(tuning.runs.setting(key, v) for key, v in zip(tuning.keys, row, strict=True))
+    nearest = number(miss.nearest * tuning.runs.factor(miss.measure))
+    return f"{line}; the nearest: {tuning.runs.titled(miss.measure)} = {nearest} at {at}"
 
 
-def _nothing_found(found: Tuning, scene_name: str) -> str:
-    task = found.task
+def _nothing_found(tuning: Tuning, scene_name: str) -> str:
+    task = tuning.task
     share = f"{100 * task.standard.share:g} % of the drives of no candidate have"
     drives = share if task.spreading.draws > 1 else "no run has"
     message = f"nothing found: {drives} settled and kept all bounds; widen the ranges or the bounds"
-    if len(found.candidates) >= task.effort.candidates:  # otherwise the search has ended by itself
+    if len(tuning.candidates) >= task.effort.candidates:  # otherwise the search has ended by itself
         message += ", or look at more (--runs)"
     if any("friction" in name for name in task.scene.effects):
         command = f"{own_command()} equilibria {shlex.quote(scene_name)}"

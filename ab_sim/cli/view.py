@@ -14,29 +14,29 @@ whole."""
 console = PlainConsole()
 
 
-def run_view(given: ViewOptions) -> None:
+def run_view(options: ViewOptions) -> None:
     """Show recordings until Ctrl-C, or until the window is closed.
 
     Raises:
         InputError: a file is missing, there is no screen, or the port is taken.
         AbSimError: the viewer has failed.
     """
-    for file in given.files:
+    for file in options.files:
         check_ending(file, RECORDING, "FILE")
         try:
             check_regular(file)
         except OSError as error:
             raise InputError(f"{file}: {error.strerror}") from error
-    view = WEB if given.web else NATIVE
-    if not given.web:
+    view = WEB if options.web else NATIVE
+    if not options.web:
         try:
             check_view(view, screen=True)
         except InputError as error:
             raise InputError(f"{error}: --web") from error
     with interruption.in_order() as stopping:
-        viewer = Viewer(view, given.port, MEMORY)
+        viewer = Viewer(view, options.port, MEMORY)
         try:
-            for file in given.files:
+            for file in options.files:
                 viewer.feed(file)
             while viewer.state == STARTED and not stopping.wait(0.02):
                 pass

@@ -106,10 +106,10 @@ class AxisFilter:
         count, mean = self._count, self._sum / self._count
         spread = math.sqrt(max(self._squares / count - mean * mean, 0.0))
         # The given noise may be too small, and the observed one contains spikes.
-        found = math.sqrt(self._rough / (6.0 * (count - 2.0)))
+        noise_estimate = math.sqrt(self._rough / (6.0 * (count - 2.0)))
         if self._noise > 0.0:
-            found = min(found, 10.0 * self._noise)
-        noise = max(max(self._noise, found), 1e-3 * spread)
+            noise_estimate = min(noise_estimate, 10.0 * self._noise)
+        noise = max(max(self._noise, noise_estimate), 1e-3 * spread)
         if not noise > 0.0:
             return
         stiffness, damping = self.state[4], self.state[5]
@@ -248,10 +248,10 @@ class AxisFilter:
 
     def numbers(self) -> list[float]:
         """Return the state, for ``restore``."""
-        own = [self.known, self.variance, self.size, self._first, self._sum, self._squares]
-        own += [self._rough, self._last, self._before, self._count]
-        own.append(self._wild)
-        return [*self.state, *(value for row in self.covariance for value in row), *own]
+        state = [self.known, self.variance, self.size, self._first, self._sum, self._squares]
+        state += [self._rough, self._last, self._before, self._count]
+        state.append(self._wild)
+        return [*self.state, *(value for row in self.covariance for value in row), *state]
 
     def restore(self, numbers: list[float]) -> None:
         """Continue from a state of ``numbers``."""

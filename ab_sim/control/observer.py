@@ -149,10 +149,17 @@ class Observer:
         for axis in self._axes:
             if axis.known == 1.0:
                 state, P = axis.state, axis.covariance
-                own = 1.0 / (P[2][2] + P[3][3] + 1e-30)
-                weight, re, im = weight + own, re + own * state[2], im + own * state[3]
-                own = 1.0 / (P[4][4] + 1e-20)
-                stiff_weight, stiffness = stiff_weight + own, stiffness + own * state[4]
+                weight_here = 1.0 / (P[2][2] + P[3][3] + 1e-30)
+                weight, re, im = (
+                    weight + weight_here,
+                    re + weight_here * state[2],
+                    im + weight_here * state[3],
+                )
+                weight_here = 1.0 / (P[4][4] + 1e-20)
+                stiff_weight, stiffness = (
+                    stiff_weight + weight_here,
+                    stiffness + weight_here * state[4],
+                )
                 damping, count = damping + state[5], count + 1.0
         self.known = 1.0 if count == len(self._axes) else 0.0
         if self.known == 0.0:
@@ -190,13 +197,13 @@ class Observer:
 
     def numbers(self) -> list[float]:
         """Return the state, for ``restore``."""
-        own = [self.samples, self.time, self._angle, self.speed, self._slope, self._p, self._r]
-        own += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
-        own += [self.average_im, self.scale, self.critical, self.critical_deviation]
-        own += [self.damping, self.known, *self._monitor.numbers()]
+        state = [self.samples, self.time, self._angle, self.speed, self._slope, self._p, self._r]
+        state += [self.re, self.im, self.deviation, self.fast, self.slow, self.average_re]
+        state += [self.average_im, self.scale, self.critical, self.critical_deviation]
+        state += [self.damping, self.known, *self._monitor.numbers()]
         for axis in self._axes:
-            own += axis.numbers()
-        return own
+            state += axis.numbers()
+        return state
 
     def restore(self, numbers: list[float]) -> None:
         """Continue from a state of ``numbers``."""

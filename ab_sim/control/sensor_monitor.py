@@ -135,8 +135,8 @@ class SensorMonitor:
 
     def numbers(self) -> list[float]:
         """Return the state, for ``restore``."""
-        own = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
-        return [*own, *self.stuck, self.agreement, self.slip, self.doubt]
+        state = [*self._last, *self._peak, *self._run, *self._mean, *self._origin, *self._swing]
+        return [*state, *self.stuck, self.agreement, self.slip, self.doubt]
 
     def restore(self, numbers: list[float]) -> None:
         """Continue from a state of ``numbers``."""

@@ -185,10 +185,17 @@ class StartUp:
 
     def state_numbers(self) -> tuple[float, ...]:
         """Return the complete state, for ``restore``; in C the same numbers in this order."""
-        own = [float(self.state), float(self._reason), float(self.decision.number)]
-        own += [self._command, self._time, self._elapsed, self._in_state, self._calls, self._heard]
-        own += [self._standing, self._distance, self._nudge, self._stagnant, self._before]
-        return (*own, self._dwells, self._retries, *self.observer.numbers())
+        state = [float(self.state), float(self._reason), float(self.decision.number)]
+        state += [
+            self._command,
+            self._time,
+            self._elapsed,
+            self._in_state,
+            self._calls,
+            self._heard,
+        ]
+        state += [self._standing, self._distance, self._nudge, self._stagnant, self._before]
+        return (*state, self._dwells, self._retries, *self.observer.numbers())
 
     def restore(self, numbers: tuple[float, ...]) -> None:
         """Restore a state of a ``StartUp`` with the same settings.
@@ -224,11 +231,11 @@ class StartUp:
         settings, seen = self.settings, self.observer
         goal = self._goal()
         if self.state is State.RUN_UP:
-            known = seen.known == 1.0 and (
+            is_known = seen.known == 1.0 and (
                 seen.critical_deviation < chosen.KNOWN_CRITICAL * seen.critical
             )
             late = goal < seen.speed - 0.025 * settings.final_speed
-            if not known or late or self._command < 0.3 * settings.final_speed:
+            if not is_known or late or self._command < 0.3 * settings.final_speed:
                 goal = settings.final_speed
         there = self._ramp(goal, settings.acceleration)
         if goal == settings.final_speed:

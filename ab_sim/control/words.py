@@ -15,20 +15,22 @@ def words_of(
     if seen.scale > 0.0:
         net += f", {seen.fast / seen.scale:.0%} of the largest"
     circulating = ", balls circulate" if seen.circulating else ""
-    known = seen.known == 1.0
+    is_known = seen.known == 1.0
     where = "the critical speed is not known yet"
     texts = {
         State.WAITING: "for the first samples",
-        State.RUN_UP: f"towards {settings.final_speed:g} rad/s; {critical if known else where}",
+        State.RUN_UP: f"towards {settings.final_speed:g} rad/s; {critical if is_known else where}",
         State.DWELL: f"number {estimates.dwells}, a little above the critical speed, where the "
         f"whirl drives the balls; {critical}, {net}{circulating}",
         State.TO_FINAL: f"dwell {estimates.dwells} is over; {net}{circulating}",
-        State.JUDGING: f"at {settings.final_speed:g} rad/s; {net if known else where}{circulating}",
+        State.JUDGING: f"at {settings.final_speed:g} rad/s; "
+        f"{net if is_known else where}{circulating}",
         State.RETRY: f"number {estimates.retries}: {net}, and it does not fall{circulating}; back "
         f"to just above the critical speed",
         State.DONE: f"{net}; after {_count(estimates.dwells, 'dwell', 'dwells')}, {critical}",
-        State.GAVE_UP: f"{net if known else 'the sensor tells too little'}{circulating}; stays at "
-        f"{settings.final_speed:g} rad/s after {_count(estimates.retries, 'retry', 'retries')}",
+        State.GAVE_UP: f"{net if is_known else 'the sensor tells too little'}{circulating}; "
+        f"stays at {settings.final_speed:g} rad/s after "
+        f"{_count(estimates.retries, 'retry', 'retries')}",
         State.ABORTING: f"{reason}; runs down",
         State.ABORTED: f"{reason}; stands still",
     }

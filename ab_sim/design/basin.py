@@ -82,9 +82,9 @@ class Basin(Presented):
     def shares(self) -> dict[int, float]:
         """Shares of the starts that are not left out, by label, the largest first."""
         labels = self.labels[self.labels != LEFT_OUT]
-        found, counts = np.unique(labels, return_counts=True)
+        distinct, counts = np.unique(labels, return_counts=True)
         order = np.argsort(-counts, kind="stable")
-        return {int(found[k]): float(counts[k] / labels.size) for k in order}
+        return {int(distinct[k]): float(counts[k] / labels.size) for k in order}
 
     @property
     def limit(self) -> float:
@@ -178,14 +178,14 @@ def basin(
     points = [(i, j) for i, j in pairs if not alike or i <= j]
     numbers = {"count": count}
     ends: dict[Point, list[Any]] = {}
-    with Workers(workers) as each, PointCheckpoint(basin_points, scene, numbers) as kept:
+    with Workers(workers) as pool, PointCheckpoint(basin_points, scene, numbers) as kept:
 
         def run(wanted: Sequence[Point]) -> Any:
             # Resolved once here, not again in each part of the work.
             ready = resolve_accuracy(scene, tell=progress)[0] if wanted else scene
             parts = [wanted[k : k + CHUNK] for k in range(0, len(wanted), CHUNK)]
             of_part = functools.partial(_ends, ready, count)
-            return itertools.chain.from_iterable(each.each(of_part, parts, 1))
+            return itertools.chain.from_iterable(pool.each(of_part, parts, 1))
 
         ends = dict(zip(points, kept.of(points, run, "runs", progress), strict=True))
     rows = [

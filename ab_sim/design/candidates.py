@@ -30,7 +30,7 @@ class Spreading:
     def report(self) -> dict[str, Any]:
         """Return the defining values, JSON-able."""
         return {
-            "spread": [each.report() for each in self.tolerances],
+            "spread": [tolerance.report() for tolerance in self.tolerances],
             "draws": self.draws,
             "seed": self.seed,
         }
@@ -54,9 +54,9 @@ class Candidates:
         study: dict[str, Any],
     ) -> None:
         self._scene, self._spreading, self._study = scene, spreading, study
-        self._whole = [each.whole for each in ranges]
-        self._varied = tuple(each.key for each in ranges)
-        spread = dict.fromkeys(each.key for each in spreading.tolerances)
+        self._whole = [range_.whole for range_ in ranges]
+        self._varied = tuple(range_.key for range_ in ranges)
+        spread = dict.fromkeys(tolerance.key for tolerance in spreading.tolerances)
         self.keys = (*self._varied, *(key for key in spread if key not in self._varied))
         self.values: list[tuple[Any, ...]] = []
         """Values of each candidate, in the order of the ranges."""
@@ -76,12 +76,12 @@ class Candidates:
     def at(self, run: int) -> tuple[Any, ...]:
         """Return the values of a run, see ``Points``."""
         candidate, draw = divmod(run, self._spreading.draws)
-        own = self.values[candidate]
+        candidate_values = self.values[candidate]
         drawn = self._drawn(candidate)
         if drawn is None:
-            return own + (None,) * (len(self.keys) - len(own))
+            return candidate_values + (None,) * (len(self.keys) - len(candidate_values))
         spread = dict(zip(drawn.keys, drawn.at(draw), strict=True))
-        values = dict(zip(self._varied, own, strict=True)) | spread
+        values = dict(zip(self._varied, candidate_values, strict=True)) | spread
         return tuple(values[key] for key in self.keys)
 
     def report(self) -> dict[str, Any]:

@@ -143,19 +143,19 @@ class Cluster:
             from distributed import Client
 
             self._ends.enter_context(_silence())  # after the import, which configures logging
-            made: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
+            clients: queue.SimpleQueue[Client | Exception] = queue.SimpleQueue()
 
             def connect() -> None:
                 try:
-                    made.put(Client(self._address, timeout=ANSWERS, set_as_default=False))
+                    clients.put(Client(self._address, timeout=ANSWERS, set_as_default=False))
                 except Exception as error:  # another service may listen there
-                    made.put(error)
+                    clients.put(error)
 
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")  # version warnings: compared by ab_sim
                 # Connect in a thread: another service at this address might never answer.
                 threading.Thread(target=connect, daemon=True).start()
-                client = self._first(made)
+                client = self._first(clients)
             if isinstance(client, Exception):
                 raise ClusterUnusable(
                     f"{self._address}: no Dask scheduler answers: {_reason(client)}"
@@ -164,11 +164,11 @@ class Cluster:
             self._ends.callback(_take_leave, self._client)
         return self._client
 
-    def _first(self, made: "queue.SimpleQueue[Client | Exception]") -> "Client | Exception":
+    def _first(self, clients: "queue.SimpleQueue[Client | Exception]") -> "Client | Exception":
         until = time.monotonic() + ANSWERS + LEAVES
         while time.monotonic() < until:
             with contextlib.suppress(queue.Empty):
-                return made.get(timeout=LOOKS)
+                return clients.get(timeout=LOOKS)
             if self.waiting is not None:
                 self.waiting(f"waiting for the scheduler at {self._address}")
         return TimeoutError(f"nothing for {ANSWERS:g} s")

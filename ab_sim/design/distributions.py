@@ -37,7 +37,7 @@ class Normal(NamedTuple):
     def _ends(self) -> tuple[float, float]:
         from scipy.special import ndtr
 
-        ends = [(each - self.mean) / self.deviation for each in (self.low, self.high)]
+        ends = [(limit - self.mean) / self.deviation for limit in (self.low, self.high)]
         return float(ndtr(ends[0])), float(ndtr(ends[1]))
 
 
@@ -62,8 +62,8 @@ class LogNormal(NamedTuple):
 
     def _logarithm(self) -> Normal:
         low, high = (
-            math.log(each + self.shift) if each + self.shift > 0 else -math.inf
-            for each in (self.low, self.high)
+            math.log(limit + self.shift) if limit + self.shift > 0 else -math.inf
+            for limit in (self.low, self.high)
         )
         return Normal(math.log(self.median), self.log_deviation, low, high)
 

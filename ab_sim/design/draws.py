@@ -62,22 +62,22 @@ class DrawnPoints:
         self.scene, self.tolerances, self.seed, self._count = scene, tuple(tolerances), seed, count
         self.sources = _sources(tolerances)
         """Name of each tolerance's random stream: its group, or its own name."""
-        self._nominal = {each.key: value_of(scene, each.key) for each in tolerances}
+        self._nominal = {tolerance.key: value_of(scene, tolerance.key) for tolerance in tolerances}
         check_within(list(self._nominal))
         for key in self._nominal:
-            self._check(key, [each for each in tolerances if each.key == key])
+            self._check(key, [tolerance for tolerance in tolerances if tolerance.key == key])
         _check_groups(tolerances)
         # Draw the number of balls first, because it sets the number of draws per ball. Draw angles
         # last, because sizes determine where balls fit.
         self._order = sorted(
             zip(self.tolerances, self.sources, strict=True),
-            key=lambda each: 0 if each[0].key == COUNT else 2 if each[0].what == RANDOM else 1,
+            key=lambda pair: 0 if pair[0].key == COUNT else 2 if pair[0].what == RANDOM else 1,
         )
 
     @property
     def keys(self) -> tuple[str, ...]:
         """Varied keys, see ``Points``."""
-        return tuple(dict.fromkeys(each.key for each in self.tolerances))
+        return tuple(dict.fromkeys(tolerance.key for tolerance in self.tolerances))
 
     @property
     def factors(self) -> tuple[str, ...]:
@@ -98,7 +98,7 @@ class DrawnPoints:
 
         The first run's values represent the random numbers of this version of numpy.
         """
-        spread = [each.report() for each in self.tolerances]
+        spread = [tolerance.report() for tolerance in self.tolerances]
         return {"spread": spread, "seed": self.seed, "first": list(self.at(0))}
 
     def of(self, count: int) -> "DrawnPoints":
@@ -120,8 +120,8 @@ class DrawnPoints:
                 shares = [draw(ball) for ball in range(balls)]
                 values[ANGLES] = list(angles_at_random(self._sized(values), shares))
             elif tolerance.per_ball:
-                each = [draw(ball) for ball in range(balls)]
-                values[tolerance.key] = _of_balls(tolerance, values[tolerance.key], each)
+                by_ball = [draw(ball) for ball in range(balls)]
+                values[tolerance.key] = _of_balls(tolerance, values[tolerance.key], by_ball)
             else:
                 values[tolerance.key] = _common(tolerance, values[tolerance.key], draw(0), balls)
         return tuple(values[key] for key in self.keys)
@@ -146,7 +146,7 @@ class DrawnPoints:
                 f"{key}: the scene {self.scene.name} has no balls; give it some, --set "
                 "balls.count=..., or do not spread it"
             )
-        if any(each.what in (VALUE, RANDOM) for each in of_key[1:]):
+        if any(tolerance.what in (VALUE, RANDOM) for tolerance in of_key[1:]):
             raise InputError(
                 f"{key}: varies twice; of one key only the first spread may give the value itself, "
                 "the others must be about it, like 5%"
@@ -159,10 +159,10 @@ class DrawnPoints:
                 f"--set {key}=..., or spread the value itself: normal:MEAN,SD"
             )
         numbers = nominal if isinstance(nominal, list) else [nominal]
-        if not all(_is_number(each) for each in numbers):
+        if not all(_is_number(number) for number in numbers):
             raise InputError(f"{key} = {short(nominal)}: is no number that could be spread")
-        for each in of_key:
-            _check_deviation(each, numbers)
+        for tolerance in of_key:
+            _check_deviation(tolerance, numbers)
         if first.what == FACTOR and not any(numbers):
             raise InputError(
                 f"{key} = {short(nominal)}: a share of 0 is nothing; give the standard deviation "
@@ -233,21 +233,25 @@ def value_of(scene: Scene, key: str) -> Any:
 def _sources(tolerances: Sequence[Tolerance]) -> tuple[str, ...]:
     """Return names of random streams; they do not depend on other tolerances."""
     names: list[str] = []
-    for each in tolerances:
-        name = each.key + " per ball" * (each.per_ball and each.what != RANDOM)
+    for tolerance in tolerances:
+        name = tolerance.key + " per ball" * (tolerance.per_ball and tolerance.what != RANDOM)
         again = sum(before.partition("#")[0].rstrip() == name for before in names)
-        own = f"{name} #{again + 1}" if again else name
-        names.append(own if each.group is None else f"group {each.group}")
+        stream = f"{name} #{again + 1}" if again else name
+        names.append(stream if tolerance.group is None else f"group {tolerance.group}")
     return tuple(names)
 
 
 def _check_groups(tolerances: Iterable[Tolerance]) -> None:
     kinds: dict[str, bool] = {}
-    for each in tolerances:
-        if each.group is not None and kinds.setdefault(each.group, each.per_ball) != each.per_ball:
+    for tolerance in tolerances:
+        if (
+            tolerance.group is not None
+            and kinds.setdefault(tolerance.group, tolerance.per_ball) != tolerance.per_ball
+        ):
             raise InputError(
-                f"group={each.group}: {each.key} is spread {'' if each.per_ball else 'not '}per "
-                "ball, others of the group otherwise; draws can be shared by what is alike only"
+                f"group={tolerance.group}: {tolerance.key} is spread "
+                f"{'' if tolerance.per_ball else 'not '}per ball, others of the group "
+                "otherwise; a group shares its draws, so spread all its keys in the same way"
             )
 
 
@@ -258,7 +262,7 @@ def _common(tolerance: Tolerance, value: Any, draw: Any, balls: int) -> Any:
         alone = tolerance.key in (ANGLES, RATES) and not isinstance(drawn, list)
         return [drawn] * balls if alone else drawn
     if isinstance(value, list):
-        return [_deviating(tolerance, each, draw) for each in value]
+        return [_deviating(tolerance, entry, draw) for entry in value]
     return _deviating(tolerance, value, draw)
 
 
@@ -286,7 +290,7 @@ def _draw(distribution: Distribution, seed: int, source: str, run: int, ball: in
 @functools.lru_cache(maxsize=1024)
 def _block(distribution: Distribution, seed: int, source: str, ball: int, block: int) -> list[Any]:
     """Return the draws of a block of successive runs."""
-    return [each.item() for each in distribution.at(_shares(seed, source, ball, block))]
+    return [share.item() for share in distribution.at(_shares(seed, source, ball, block))]
 
 
 def _shares(seed: int, source: str, ball: int, block: int) -> np.ndarray:

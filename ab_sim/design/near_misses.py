@@ -25,20 +25,20 @@ class NearMiss(NamedTuple):
     """Index of the candidate with that run."""
 
 
-def near_misses(found: Tuning) -> Iterator[NearMiss]:
+def near_misses(tuning: Tuning) -> Iterator[NearMiss]:
     """Yield a diagnosis per bound, in their order."""
-    settled = has_settled(found.runs[OUTCOME])
-    for bound in found.task.standard.bounds:
+    settled = has_settled(tuning.runs[OUTCOME])
+    for bound in tuning.task.standard.bounds:
         measure = MEASURES.get(bound.metric, bound.metric)
-        holds = int((bound.holds(found.runs[bound.metric]) & settled).sum())
+        holds = int((bound.holds(tuning.runs[bound.metric]) & settled).sum())
         count = int(settled.sum())
         if measure == bound.metric and not bound.is_number:
             yield NearMiss(bound, holds, count, measure, None, 0)
             continue
-        values = np.asarray(found.runs[measure], float)
+        values = np.asarray(tuning.runs[measure], float)
         sense = 1.0 if bound.upper or measure != bound.metric else -1.0
         ranked = np.where(settled & np.isfinite(values), sense * values, np.inf)
         run = int(np.argmin(ranked))
         nearest = float(values[run]) if np.isfinite(ranked[run]) else None
-        candidate = run // found.task.spreading.draws
+        candidate = run // tuning.task.spreading.draws
         yield NearMiss(bound, holds, count, measure, nearest, candidate)

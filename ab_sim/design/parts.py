@@ -69,7 +69,7 @@ class Parts:
     def done(self, schema: pyarrow.Schema) -> pyarrow.Table:
         """Return all valid stored rows, one per run; damaged parts are left out."""
         files = sorted(self._folder.glob(f"*{SUFFIX}")) if self._folder is not None else []
-        tables = [found for file in files if (found := _read(file, schema)) is not None]
+        tables = [table_here for file in files if (table_here := _read(file, schema)) is not None]
         whole = pyarrow.concat_tables([schema.empty_table(), *tables])
         runs = whole[RUN].to_numpy()
         return whole if len(set(runs.tolist())) == len(runs) else _once(whole)

@@ -80,12 +80,12 @@ class DesignPoints:
         else:
             engine = qmc.LatinHypercube(len(ranges), rng=np.random.default_rng(seed))
         shares = engine.random(count)
-        self._columns = [each.at(shares[:, k]) for k, each in enumerate(self.ranges)]
+        self._columns = [range_.at(shares[:, k]) for k, range_ in enumerate(self.ranges)]
 
     @property
     def keys(self) -> tuple[str, ...]:
         """Varied keys, dotted."""
-        return tuple(each.key for each in self.ranges)
+        return tuple(range_.key for range_ in self.ranges)
 
     def __len__(self) -> int:
         return self._count
@@ -96,7 +96,10 @@ class DesignPoints:
 
     def report(self) -> dict[str, Any]:
         """Return the defining values, see ``Points``."""
-        ranges = {each.key: [each.low, each.high, each.log, each.whole] for each in self.ranges}
+        ranges = {
+            range_.key: [range_.low, range_.high, range_.log, range_.whole]
+            for range_ in self.ranges
+        }
         return {"design": self.design, "count": self._count, "seed": self._seed, "ranges": ranges}
 
 
@@ -113,7 +116,7 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
     """
     if not variables:
         raise InputError("nothing varies; name a key and its values, e.g. balls.mass=0.001,0.002")
-    check_keys([each.key for each in variables])
+    check_keys([variable.key for variable in variables])
     if design is None:
         return _grid(variables)
     kind, colon, count = design.partition(":")
@@ -123,11 +126,12 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
         )
     if kind == "sobol" and int(count).bit_count() != 1:
         raise InputError(f"design {design}: of sobol the count must be a power of 2, e.g. 1024")
-    ranges = [each for each in variables if isinstance(each, Range)]
-    for each in variables:
-        if not isinstance(each, Range):
+    ranges = [variable for variable in variables if isinstance(variable, Range)]
+    for variable in variables:
+        if not isinstance(variable, Range):
             raise InputError(
-                f"{each.key}: has values of its own; a design takes ranges, {each.key}=FROM..TO"
+                f"{variable.key}: has values of its own; a design takes ranges, "
+                f"{variable.key}=FROM..TO"
             )
     _check_count(int(count))
     return DesignPoints(ranges, kind, int(count), seed)
@@ -158,13 +162,15 @@ def check_within(keys: Sequence[str]) -> None:
 
 
 def _grid(variables: Sequence[Variable]) -> GridPoints:
-    for each in variables:
-        if isinstance(each, Range):
+    for variable in variables:
+        if isinstance(variable, Range):
             raise InputError(
-                f"{each.key}: from {each.low:g} to {each.high:g}, but how many values? Write "
-                f"{each.key}={each.low:g}..{each.high:g}:COUNT, or ask for a design"
+                f"{variable.key}: from {variable.low:g} to {variable.high:g}, but how many values? "
+                f"Write {variable.key}={variable.low:g}..{variable.high:g}:COUNT, or use a design"
             )
-    grid = GridPoints(tuple(each for each in variables if isinstance(each, ListedValues)))
+    grid = GridPoints(
+        tuple(variable for variable in variables if isinstance(variable, ListedValues))
+    )
     _check_count(len(grid))
     return grid
 

@@ -85,10 +85,10 @@ class RemoteCall:
             for name in named
             if name.startswith(_INSTALLED)
         ]
-        own = [name for name in named if not name.startswith(_INSTALLED)]
-        if own:
-            more = f" and {len(own) - 1} others" if len(own) > 1 else ""
-            versions.append(f"another source of {own[0]}{more}")
+        own_names = [name for name in named if not name.startswith(_INSTALLED)]
+        if own_names:
+            more = f" and {len(own_names) - 1} others" if len(own_names) > 1 else ""
+            versions.append(f"another source of {own_names[0]}{more}")
         return "; ".join(versions).replace(_INSTALLED, "")
 
 
@@ -100,8 +100,8 @@ _ONE = threading.Lock()
 class _Call:
     """Object that performs a call when it is unpickled."""
 
-    def __init__(self, function: Callable[..., Any], *given: Any) -> None:
-        self._call = function, given
+    def __init__(self, function: Callable[..., Any], *arguments: Any) -> None:
+        self._call = function, arguments
 
     def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
         return self._call

@@ -32,7 +32,7 @@ def search(
     ranges: Sequence[Range],
     costs: Costs,
     effort: Effort,
-    known: Sequence[float] | None = None,
+    scene_values: Sequence[float] | None = None,
 ) -> None:
     """Evaluate the costs of candidates, approaching the best.
 
@@ -44,17 +44,17 @@ def search(
         ranges: ranges of the keys.
         costs: deterministic cost function.
         effort: budget and seed; they determine the candidates.
-        known: additional start values.
+        scene_values: additional start values.
     """
     best = _Best(ranges, costs)
-    low = np.array([each.low if each.whole else 0.0 for each in ranges])
-    high = np.array([each.high if each.whole else 1.0 for each in ranges])
+    low = np.array([range_.low if range_.whole else 0.0 for range_ in ranges])
+    high = np.array([range_.high if range_.whole else 1.0 for range_ in ranges])
     # A power of two, as required for a balanced Sobol sequence and for full lanes.
     population = 2 ** max(4, math.ceil(math.log2(8 * len(ranges))))
     generations = int(effort.candidates * (1.0 - POLISH)) // population - 1
     first = _first(low, high, population, effort.seed)
-    if known is not None:
-        first[0] = [each.share(value) for each, value in zip(ranges, known, strict=True)]
+    if scene_values is not None:
+        first[0] = [range_.share(value) for range_, value in zip(ranges, scene_values, strict=True)]
 
     def of_population(places: np.ndarray, /) -> Any:
         return best.of(np.atleast_2d(places.T))
@@ -66,13 +66,13 @@ def search(
         popsize=math.ceil(population / len(ranges)),
         init=first,
         rng=np.random.default_rng(effort.seed),
-        integrality=[each.whole for each in ranges],
+        integrality=[range_.whole for range_ in ranges],
         vectorized=True,
         updating="deferred",
         tol=0.0,  # the budget ends the search; only the order of costs matters
         polish=False,
     )
-    free = [k for k, each in enumerate(ranges) if not each.whole]
+    free = [k for k, range_ in enumerate(ranges) if not range_.whole]
     if free and math.isfinite(best.cost):
         _polish(best, free, max(1, effort.candidates - best.asked))
 
@@ -90,7 +90,7 @@ class _Best:
 
     def of(self, places: np.ndarray) -> np.ndarray:
         """Return the costs of places, shape (candidates, keys)."""
-        columns = [_value(each, places[:, k]) for k, each in enumerate(self._ranges)]
+        columns = [_value(range_, places[:, k]) for k, range_ in enumerate(self._ranges)]
         costs = self._costs(np.column_stack(columns))
         self.asked += len(costs)
         least = int(np.argmin(costs))

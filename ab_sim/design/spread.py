@@ -78,8 +78,8 @@ class DesignDifference(NamedTuple):
             "share": share_report(self.share),
             "paired": self.paired._asdict(),
             "metrics": {
-                name: {**found._asdict(), "median": found.median._asdict()}
-                for name, found in self.metrics.items()
+                name: {**metric._asdict(), "median": metric.median._asdict()}
+                for name, metric in self.metrics.items()
             },
             "outcomes": self.runs.outcomes,
             "balanced": self.balanced.tolist(),
@@ -167,13 +167,13 @@ class Spread(Presented):
         job, written = Job(self.scene, self.runs.keys, self.runs.metrics), []
         try:
             folder.mkdir(exist_ok=True)
-            for each in self.worst:
+            for worst_run in self.worst:
                 try:
-                    scene = varied_scene(job, list(each.values.values()))
+                    scene = varied_scene(job, list(worst_run.values.values()))
                 except SceneError:
                     continue
-                content = scene.as_mapping() | {"name": f"{self.scene.name}-run-{each.run}"}
-                file = folder / f"run-{each.run:06d}.yaml"
+                content = scene.as_mapping() | {"name": f"{self.scene.name}-run-{worst_run.run}"}
+                file = folder / f"run-{worst_run.run:06d}.yaml"
                 write_whole(file, yaml_text(content).encode())
                 written.append(file)
         except OSError as error:
@@ -185,24 +185,28 @@ class Spread(Presented):
         table = self.runs.table
         return {
             "scene": self.scene.as_mapping(),
-            "spread": [each.text for each in self.tolerances],
+            "spread": [tolerance.text for tolerance in self.tolerances],
             "seed": self.seed,
-            "criterion": [str(each) for each in self.criterion],
+            "criterion": [str(bound) for bound in self.criterion],
             "share": share_report(self.share),
             "quantiles": {
-                name: [each._asdict() for each in found] for name, found in self.quantiles.items()
+                name: [quantile._asdict() for quantile in quantile]
+                for name, quantile in self.quantiles.items()
             },
             "sobol": {
                 "pairs": self.sobol.pairs,
                 "runs": self.sobol.runs,
                 "indices": {
-                    name: [each._asdict() for each in found]
-                    for name, found in self.sobol.indices.items()
+                    name: [quantile._asdict() for quantile in indices]
+                    for name, indices in self.sobol.indices.items()
                 },
                 "missing": dict(self.sobol.missing),
             },
             "ranked_by": self.ranked_by,
-            "worst": [{**each._asdict(), "values": dict(each.values)} for each in self.worst],
+            "worst": [
+                {**worst_run._asdict(), "values": dict(worst_run.values)}
+                for worst_run in self.worst
+            ],
             "against": None if self.against is None else self.against.report(),
             "outcomes": self.runs.outcomes,
             "units": {name: self.runs.unit(name) for name in table.column_names},

@@ -98,8 +98,8 @@ def run_spread(
     runs, balanced = study.drives(job, drawn, question.until)
     difference = None
     if question.against is not None:
-        found = study.drives(other_job, other.of(len(balanced)), None)
-        difference = _difference(runs, balanced, *found)
+        results = study.drives(other_job, other.of(len(balanced)), None)
+        difference = _difference(runs, balanced, *results)
     return Spread(
         runs,
         drawn.tolerances,
@@ -130,7 +130,7 @@ def _checked(
         raise InputError(f"seed {question.seed}: must be at least 0")
     metric_columns(question.metrics)
     drawn = DrawnPoints(scene, tolerances, question.runs, question.seed)
-    bounded = _numbers(each.metric for each in question.criterion)
+    bounded = _numbers(bound.metric for bound in question.criterion)
     return drawn, bounded[0] if bounded else RANKED_BY
 
 
@@ -159,7 +159,7 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
 
 def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:
     resolved = scene if scene.accuracy is None else resolve_accuracy(scene)[0]
-    bounded = (each.metric for each in question.criterion)
+    bounded = (bound.metric for bound in question.criterion)
     return Job(resolved, drawn.keys, tuple(dict.fromkeys((*question.metrics, *bounded, ranked_by))))
 
 
@@ -198,15 +198,15 @@ class _Study:
         missing: dict[str, str] = {}
         numbers = {BALANCED: (balanced.astype(float), self._balanced(rows).astype(float))}
         numbers |= {name: (runs[name], _column(rows, name)) for name in _numbers(job.metrics)}
-        for name, (own, mixed) in numbers.items():
-            whole = np.concatenate([own[: 2 * pairs], mixed])
+        for name, (paired, mixed) in numbers.items():
+            whole = np.concatenate([paired[: 2 * pairs], mixed])
             without = int(np.count_nonzero(~np.isfinite(whole)))
             if without:
                 missing[name] = f"{without} of {len(whole)} runs have no value"
             else:
                 exchanged = mixed.reshape(pairs, -1).T
                 by_metric[name] = sobol_of(
-                    own[: 2 * pairs : 2], own[1 : 2 * pairs : 2], exchanged, drawn.factors
+                    paired[: 2 * pairs : 2], paired[1 : 2 * pairs : 2], exchanged, drawn.factors
                 )
                 if not by_metric[name]:
                     del by_metric[name]
@@ -230,7 +230,7 @@ def _column(rows: pyarrow.Table, name: str) -> np.ndarray:
 
 
 def _numbers(metrics: Iterable[str]) -> list[str]:
-    return [each.key for each in metric_columns(metrics) if each.kind is MetricKind.NUMBER]
+    return [column.key for column in metric_columns(metrics) if column.kind is MetricKind.NUMBER]
 
 
 def _quantiles(values: np.ndarray) -> tuple[QuantileOfMetric, ...]:
@@ -239,7 +239,7 @@ def _quantiles(values: np.ndarray) -> tuple[QuantileOfMetric, ...]:
 
 
 def _wants_small(metric: str, question: SpreadQuestion) -> bool:
-    return next((each.upper for each in question.criterion if each.metric == metric), True)
+    return next((bound.upper for bound in question.criterion if bound.metric == metric), True)
 
 
 def _worst(

@@ -58,7 +58,7 @@ class Tolerance(NamedTuple):
     def report(self) -> list[Any]:
         """Return the defining values of the draws, JSON-able."""
         kind = type(self.distribution).__name__
-        numbers = [exact(each) for each in self.distribution]
+        numbers = [exact(number) for number in self.distribution]
         return [self.key, self.what, kind, numbers, list(self.values), self.per_ball, self.group]
 
 
@@ -75,18 +75,18 @@ def tolerance_of(text: str) -> Tolerance:
     Raises:
         InputError: the text is invalid; the message states the fault and the allowed forms.
     """
-    name, equals, given = (part.strip() for part in text.partition("="))
-    if not equals or not name or not given:
+    name, equals, spread_text = (part.strip() for part in text.partition("="))
+    if not equals or not name or not spread_text:
         raise InputError(f"spread {short(text)}: {FORMS}")
     reader = _Reader(text, scene_keys(name)[0], name)
-    given, options = _options(text, given)
+    spread_text, options = _options(text, spread_text)
     reader.check_options(options)
-    if given == RANDOM:
+    if spread_text == RANDOM:
         if name != ANGLES:
             raise reader.error(f"random is for {ANGLES} only; {FORMS}")
         reader.check_no_limits(options)
         return Tolerance(name, RANDOM, Uniform(0.0, 1.0), (), True, options.group, text)
-    what, distribution, values = reader.form(given, options)
+    what, distribution, values = reader.form(spread_text, options)
     if distribution.left() < LEAST_LEFT:
         raise reader.error(
             f"between low and high lies {distribution.left():.2g} of the distribution; "
@@ -95,22 +95,24 @@ def tolerance_of(text: str) -> Tolerance:
     return Tolerance(name, what, distribution, values, options.per_ball, options.group, text)
 
 
-def _options(text: str, given: str) -> tuple[str, _Options]:
+def _options(text: str, spread_text: str) -> tuple[str, _Options]:
     """Return the text before the options, and the options."""
-    found: dict[str, Any] = {}
-    while (option := _OPTION.search(given)) is not None:
+    options_: dict[str, Any] = {}
+    while (option := _OPTION.search(spread_text)) is not None:
         name = "per_ball" if option[1] else option[2]
-        if name in found:
+        if name in options_:
             raise InputError(f"spread {short(text)}: {option[1] or name} stands there twice")
-        found[name] = option[3] if option[2] else True
-        given = given[: option.start()].strip()
-    options = _Options("per_ball" in found, found.get("group"), found.get("low"), found.get("high"))
+        options_[name] = option[3] if option[2] else True
+        spread_text = spread_text[: option.start()].strip()
+    options = _Options(
+        "per_ball" in options_, options_.get("group"), options_.get("low"), options_.get("high")
+    )
     if options.group is not None and not _GROUP.fullmatch(options.group):
         raise InputError(
             f"spread {short(text)}: group={options.group}: must be a name of letters, digits, - "
             "and _, a letter first"
         )
-    return given, options
+    return spread_text, options
 
 
 class _Reader:
@@ -125,8 +127,8 @@ class _Reader:
             "uniform": self._uniform,
         }
 
-    def error(self, said: str) -> InputError:
-        return InputError(f"spread {short(self._text)}: {said}")
+    def error(self, message: str) -> InputError:
+        return InputError(f"spread {short(self._text)}: {message}")
 
     def check_options(self, options: _Options) -> None:
         if options.per_ball and self._key not in OF_BALLS:
@@ -136,16 +138,18 @@ class _Reader:
         if options.low is not None or options.high is not None:
             raise self.error("low and high are for normal and lognormal only")
 
-    def form(self, given: str, options: _Options) -> tuple[str, Distribution, tuple[Any, ...]]:
+    def form(
+        self, spread_text: str, options: _Options
+    ) -> tuple[str, Distribution, tuple[Any, ...]]:
         """Return the kind of quantity, its distribution, and the values of a discrete one."""
-        kind, colon, rest = (part.strip() for part in given.partition(":"))
+        kind, colon, rest = (part.strip() for part in spread_text.partition(":"))
         if colon and kind == "discrete":
             self.check_no_limits(options)
             listed = self._listed(rest)
             return VALUE, Discrete(len(listed)), listed
         self._check_takes_numbers()
         if not colon:
-            kind, rest = "normal", given
+            kind, rest = "normal", spread_text
         if kind not in self._readers:
             raise self.error(FORMS)
         parts = [part.strip() for part in rest.split(",")]
@@ -194,17 +198,17 @@ class _Reader:
     def _limits(self, options: _Options, what: str) -> tuple[float, float]:
         """Return the limits of the drawn quantity: a value, or a deviation."""
         limits = []
-        for given, missing in ((options.low, -math.inf), (options.high, math.inf)):
-            if given is None:
+        for limit, missing in ((options.low, -math.inf), (options.high, math.inf)):
+            if limit is None:
                 limits.append(missing)
             elif what == FACTOR:
-                if not given.endswith("%"):
+                if not limit.endswith("%"):
                     raise self.error(
-                        f"{short(given)}: low and high limit the deviation here, e.g. low=-10%"
+                        f"{short(limit)}: low and high limit the deviation here, e.g. low=-10%"
                     )
-                limits.append(self._plain(given.removesuffix("%")) / 100.0)
+                limits.append(self._plain(limit.removesuffix("%")) / 100.0)
             else:
-                limits.append(self._number(given))
+                limits.append(self._number(limit))
         if limits[0] >= limits[1]:
             raise self.error("low must be below high")
         return limits[0], limits[1]
@@ -215,16 +219,16 @@ class _Reader:
         if self._unit == "-":
             raise self.error("takes no numbers; write discrete:V,V,...")
 
-    def _share(self, given: str) -> float:
-        share = self._plain(given.removesuffix("%").strip()) / 100.0
+    def _share(self, text: str) -> float:
+        share = self._plain(text.removesuffix("%").strip()) / 100.0
         if share <= 0.0:
-            raise self.error(f"{short(given)} must be above 0")
+            raise self.error(f"{short(text)} must be above 0")
         return share
 
-    def _positive(self, given: str) -> float:
-        number = self._number(given)
+    def _positive(self, text: str) -> float:
+        number = self._number(text)
         if number <= 0.0:
-            raise self.error(f"{short(given)} must be above 0")
+            raise self.error(f"{short(text)} must be above 0")
         return number
 
     def _with_last_unit(self, parts: list[str]) -> list[str]:
@@ -233,30 +237,30 @@ class _Reader:
         except ValueError as error:
             raise self.error(f"{short(parts[-1])} {error}") from None
 
-    def _number(self, given: str) -> float:
-        if not has_unit(given):
-            return self._plain(given)
+    def _number(self, text: str) -> float:
+        if not has_unit(text):
+            return self._plain(text)
         try:
-            return in_si(given, self._unit)
+            return in_si(text, self._unit)
         except ValueError as error:
-            raise self.error(f"{short(given)} {error}") from None
+            raise self.error(f"{short(text)} {error}") from None
 
-    def _plain(self, given: str) -> float:
+    def _plain(self, text: str) -> float:
         try:
-            number = float(given)
+            number = float(text)
         except ValueError:
-            raise self.error(f"{short(given)} is no number; {FORMS}") from None
+            raise self.error(f"{short(text)} is no number; {FORMS}") from None
         if not math.isfinite(number):
-            raise self.error(f"{short(given)} must be a finite number")
+            raise self.error(f"{short(text)} must be a finite number")
         return number
 
-    def _listed(self, given: str) -> tuple[Any, ...]:
+    def _listed(self, text: str) -> tuple[Any, ...]:
         try:
-            values = read_yaml(f"[{given}]")
+            values = read_yaml(f"[{text}]")
         except ValueError as error:
             raise self.error(f"its values: {error}") from error
         if not isinstance(values, list) or not values:
             raise self.error(FORMS)
         if self._unit in NO_UNIT:
             return tuple(values)
-        return tuple(self._number(each) if isinstance(each, str) else each for each in values)
+        return tuple(self._number(value) if isinstance(value, str) else value for value in values)

@@ -56,15 +56,15 @@ class Task(NamedTuple):
     def metrics(self) -> tuple[str, ...]:
         """Metrics that decide, and those that measure them."""
         standard = self.standard
-        decide = [standard.aim.metric, *(each.metric for each in standard.bounds)]
+        decide = [standard.aim.metric, *(bound.metric for bound in standard.bounds)]
         return tuple(dict.fromkeys([*decide, *(MEASURES[m] for m in decide if m in MEASURES)]))
 
     def report(self) -> dict[str, Any]:
         """Return the defining values, JSON-able."""
         return {
-            "ranges": {each.key: [*each[1:]] for each in self.ranges},
+            "ranges": {range_.key: [*range_[1:]] for range_ in self.ranges},
             "aim": str(self.standard.aim),
-            "bounds": [str(each) for each in self.standard.bounds],
+            "bounds": [str(bound) for bound in self.standard.bounds],
             "share": self.standard.share,
             "effort": list(self.effort),
             **self.spreading.report(),
@@ -106,14 +106,14 @@ class Tuning(Presented):
             return {}
         row = self.candidates[self.candidate].tolist()
         return {
-            each.key: int(value) if each.whole else value
-            for each, value in zip(self.task.ranges, row, strict=True)
+            range_.key: int(value) if range_.whole else value
+            for range_, value in zip(self.task.ranges, row, strict=True)
         }
 
     @property
     def keys(self) -> tuple[str, ...]:
         """Varied keys, dotted."""
-        return tuple(each.key for each in self.task.ranges)
+        return tuple(range_.key for range_ in self.task.ranges)
 
     @property
     def best(self) -> float | None:
@@ -164,11 +164,11 @@ class Tuning(Presented):
         if self.candidate is None:
             return []
         names = []
-        for each in self.task.ranges:
-            value = self.values[each.key]
-            for end in (each.low, each.high):
-                if abs(value - end) <= AT_A_BOUND * (each.high - each.low):
-                    names.append(f"{each.key}={end:g}")
+        for range_ in self.task.ranges:
+            value = self.values[range_.key]
+            for end in (range_.low, range_.high):
+                if abs(value - end) <= AT_A_BOUND * (range_.high - range_.low):
+                    names.append(f"{range_.key}={end:g}")
         if self.task.spreading.draws > 1:
             return names
         for bound in self.task.standard.bounds:
@@ -205,11 +205,11 @@ class Tuning(Presented):
             },
             "active": self.active,
             "beside": [
-                dict(zip(("key", "value", "metric", "within"), each, strict=True))
-                for each in self.beside
+                dict(zip(("key", "value", "metric", "within"), row, strict=True))
+                for row in self.beside
             ],
             "before": [
-                dict(zip(("scene", "metric", "within"), each, strict=True)) for each in self.before
+                dict(zip(("scene", "metric", "within"), row, strict=True)) for row in self.before
             ],
             "scene": None if self.scene is None else self.scene.as_mapping(),
             "runs": self.runs.report()["runs"],
@@ -268,13 +268,13 @@ def run_tuning(
         search(task.ranges, costs, task.effort, _own_values(task))
         whole = pyarrow.concat_tables(tables)
         runs.join(whole)
-    found, values = joined(scores), np.array(candidates.values, float)
-    best = best_of(found)
+    scores_, values = joined(scores), np.array(candidates.values, float)
+    best = best_of(scores_)
     return Tuning(
         task,
         Sweep(scene, job.keys, job.metrics, study, table_of(job, candidates, whole)),
         values,
-        found,
+        scores_,
         best,
         None if best is None else _tuned(candidates.scene_of(best)),
         () if best is None else _beside(task, candidates.values[best]),
@@ -290,7 +290,7 @@ def _tuned(scene: Scene) -> Scene:
 def _check(task: Task) -> None:
     if not task.ranges:
         raise InputError("nothing varies; name a key and its range, e.g. balls.mass=0.5g..3g")
-    check_keys([each.key for each in task.ranges])
+    check_keys([range_.key for range_ in task.ranges])
     draws, runs = task.spreading.draws, task.effort.candidates * task.spreading.draws
     if not FEWEST <= task.effort.candidates <= MOST // draws:
         raise InputError(f"runs = {runs}: must be from {FEWEST * draws} to {MOST}")
@@ -305,10 +305,10 @@ def _check(task: Task) -> None:
 
 def _at_shares(task: Task, spreading: Spreading, shares: Sequence[float]) -> Candidates:
     """Return candidates at fractions of all ranges."""
-    found = Candidates(task.scene, task.ranges, spreading, {})
-    columns = [each.at(np.array(shares)) for each in task.ranges]
-    found.add(np.column_stack(columns))
-    return found
+    candidates = Candidates(task.scene, task.ranges, spreading, {})
+    columns = [range_.at(np.array(shares)) for range_ in task.ranges]
+    candidates.add(np.column_stack(columns))
+    return candidates
 
 
 def _own_values(task: Task) -> list[float] | None:
@@ -317,11 +317,11 @@ def _own_values(task: Task) -> list[float] | None:
     With them as a start, the result is no worse.
     """
     values = []
-    for each in task.ranges:
+    for range_ in task.ranges:
         here: Any = task.scene.as_mapping()
-        for part in each.key.split("."):
+        for part in range_.key.split("."):
             here = here.get(part) if isinstance(here, dict) else None
-        if not isinstance(here, int | float) or not each.low <= here <= each.high:
+        if not isinstance(here, int | float) or not range_.low <= here <= range_.high:
             return None
         values.append(float(here))
     return values
@@ -354,10 +354,10 @@ def _judged(task: Task, scene: Scene, values: Sequence[tuple[Any, ...]]) -> Scor
 def _beside(task: Task, best: tuple[Any, ...]) -> tuple[tuple[str, float, float | None, bool], ...]:
     """Evaluate each key slightly below and above the best; whole numbers by one."""
     near = []
-    for place, each in enumerate(task.ranges):
+    for place, range_ in enumerate(task.ranges):
         for sign in (-1, 1):
             values = list(best)
-            values[place] += sign * (1 if each.whole else NEAR * abs(values[place]))
+            values[place] += sign * (1 if range_.whole else NEAR * abs(values[place]))
             near.append(tuple(values))
     scores = _judged(task, task.scene, near)
     return tuple(
@@ -389,9 +389,9 @@ def aim_of(minimise: str | None, maximise: str | None) -> Aim:
             "say what is to be best: either minimise or maximise a metric, one of them"
         )
     metric = minimise if minimise is not None else maximise
-    (found,) = metric_columns([str(metric)])
+    (column,) = metric_columns([str(metric)])
     wrong = Better.LARGER if minimise is not None else Better.SMALLER
-    if found.better is wrong:
+    if column.better is wrong:
         verb = "maximise" if minimise is not None else "minimise"
-        raise InputError(f"metric {found.key!r}: is better when {wrong.value}; {verb} it")
-    return Aim(found.key, minimise is not None)
+        raise InputError(f"metric {column.key!r}: is better when {wrong.value}; {verb} it")
+    return Aim(column.key, minimise is not None)

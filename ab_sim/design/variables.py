@@ -77,13 +77,13 @@ def variable_of(text: str) -> Variable:
     Raises:
         InputError: the text is invalid; the message states the fault.
     """
-    key, equals, given = (part.strip() for part in text.partition("="))
-    if not equals or not key or not given:
+    key, equals, values_text = (part.strip() for part in text.partition("="))
+    if not equals or not key or not values_text:
         raise InputError(f"{short(text)}: {FORMS}")
-    log = given.startswith("log:")
-    low, dots, rest = given.removeprefix("log:").partition("..")
+    log = values_text.startswith("log:")
+    low, dots, rest = values_text.removeprefix("log:").partition("..")
     if not dots:
-        return values(key, _in_one_unit(text, key, _listed(text, given)))
+        return values(key, _in_one_unit(text, key, _listed(text, values_text)))
     high, colon, count = rest.partition(":")
     low, high = _with_last_unit(text, [low, high])
     between = range_(key, _number(text, key, low), _number(text, key, high), log)
@@ -132,16 +132,16 @@ def spaced(between: Range, count: int) -> ListedValues:
     return ListedValues(key, tuple(float(value) for value in steps), log)
 
 
-def values(key: str, given: Sequence[Any]) -> ListedValues:
+def values(key: str, listed: Sequence[Any]) -> ListedValues:
     """Return listed values of any kind.
 
     Raises:
         InputError: there are no values, too many, or duplicates.
     """
     unit = scene_keys(key)[0].unit
-    if not 1 <= len(given) <= MOST:
-        raise InputError(f"{key}: {len(given)} values: must be from 1 to {MOST}")
-    numbers = tuple(_plain(key, unit, value) for value in given)
+    if not 1 <= len(listed) <= MOST:
+        raise InputError(f"{key}: {len(listed)} values: must be from 1 to {MOST}")
+    numbers = tuple(_plain(key, unit, value) for value in listed)
     seen: set[str] = set()
     for value in numbers:
         if not _fits(value):
@@ -167,13 +167,13 @@ def _takes_whole_numbers(key: str) -> bool:
     return scene_keys(key)[0].range.startswith("whole")
 
 
-def _in_one_unit(text: str, key: str, given: list[Any]) -> list[Any]:
+def _in_one_unit(text: str, key: str, listed: list[Any]) -> list[Any]:
     """Return listed values; if only the last one has a unit, it applies to all."""
     if scene_keys(key)[0].unit in NO_UNIT:
-        return given
-    if not any(isinstance(value, str) and has_unit(value) for value in given):
-        return given
-    return _with_last_unit(text, [str(value) for value in given])
+        return listed
+    if not any(isinstance(value, str) and has_unit(value) for value in listed):
+        return listed
+    return _with_last_unit(text, [str(value) for value in listed])
 
 
 def _with_last_unit(text: str, numbers: Sequence[str]) -> list[str]:
@@ -208,9 +208,9 @@ def _count(text: str, part: str) -> int:
     return int(part)
 
 
-def _listed(text: str, given: str) -> list[Any]:
+def _listed(text: str, text_: str) -> list[Any]:
     try:
-        numbers = read_yaml(given if given.startswith("[") else f"[{given}]")
+        numbers = read_yaml(text_ if text_.startswith("[") else f"[{text_}]")
     except ValueError as error:
         raise InputError(f"{short(text)}: its values: {error}") from error
     if not isinstance(numbers, list):

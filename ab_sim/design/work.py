@@ -182,9 +182,9 @@ class _Chunks(Sequence[list[Point]]):
 class _Progress:
     """Progress with rate and remaining time."""
 
-    def __init__(self, runs: int, known: int, tell: Progress | None) -> None:
-        self._runs, self._done, self._tell = runs, known, tell
-        self._newest = [(time.monotonic(), known)]
+    def __init__(self, runs: int, already_done: int, tell: Progress | None) -> None:
+        self._runs, self._done, self._tell = runs, already_done, tell
+        self._newest = [(time.monotonic(), already_done)]
         self._say("starting")
 
     def wait(self, what: str | None) -> None:

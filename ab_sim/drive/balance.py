@@ -43,7 +43,7 @@ def can_balance(unbalance: float, moments: Sequence[float]) -> bool:
     return longest <= (math.fsum(sides) - longest) * (1.0 + BALANCED)
 
 
-def completed(unbalance: float, moments: Sequence[float], given: np.ndarray) -> np.ndarray | None:
+def completed(unbalance: float, moments: Sequence[float], placed: np.ndarray) -> np.ndarray | None:
     """Complete positions whose last n - 2 balls are given; return None if no solution exists.
 
     The first two balls balance the rest of rotor and given balls: three-ball (27)-(34).
@@ -51,19 +51,19 @@ def completed(unbalance: float, moments: Sequence[float], given: np.ndarray) -> 
     Args:
         unbalance: M0 e [kg m].
         moments: m_i R of at least two balls [kg m].
-        given: angles of the last n - 2 balls [rad], shape (n - 2,).
+        placed: angles of the last n - 2 balls [rad], shape (n - 2,).
     """
     one, two, *rest = moments
-    need = -unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(given, float)))
+    need = -unbalance - complex(np.array(rest) @ np.exp(1j * np.asarray(placed, float)))
     far = abs(need)
     if not abs(one - two) <= far * (1.0 + BALANCED) or far > (one + two) * (1.0 + BALANCED):
         return None
     if far == 0.0:
-        return np.array([0.0, math.pi, *given])
+        return np.array([0.0, math.pi, *placed])
     middle = math.atan2(need.imag, need.real)
     aside_1 = acos_of((far * far + one * one - two * two) / (2.0 * far * one))
     aside_2 = acos_of((far * far + two * two - one * one) / (2.0 * far * two))
-    return np.array([middle - aside_1, middle + aside_2, *given])
+    return np.array([middle - aside_1, middle + aside_2, *placed])
 
 
 def acos_of(x: float) -> float:

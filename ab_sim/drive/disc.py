@@ -58,8 +58,8 @@ def turns_alike(scene: Scene) -> bool:
     """Return whether a turn about the shaft changes only the unbalance's direction of a rotor."""
     if scene.rotor.inertia is None:
         return True
-    own = inertia_matrix(scene.rotor.inertia)
-    return bool(own[0, 0] == own[1, 1] and not np.triu(own, 1).any())
+    inertia = inertia_matrix(scene.rotor.inertia)
+    return bool(inertia[0, 0] == inertia[1, 1] and not np.triu(inertia, 1).any())
 
 
 def on_other_axes(system: System, further: float) -> Callable[[Snapshot], Snapshot]:

@@ -26,10 +26,13 @@ class DrivenBalls(NamedTuple):
     def of(cls, scene: Scene) -> "DrivenBalls":
         """Return the parameters of a scene."""
         effects, balls = tuple(scene.effects.values()), scene.balls
-        each = map(Ball, balls.masses, balls.radii)
+        ball_list = map(Ball, balls.masses, balls.radii)
         return cls(
             balls.masses,
-            tuple(float(over_effects(effects, "friction_coefficient", 0.0, ball)) for ball in each),
+            tuple(
+                float(over_effects(effects, "friction_coefficient", 0.0, ball))
+                for ball in ball_list
+            ),
             tuple(scene.race.heights[race] for race in balls.races),
             scene.race.radius,
         )

@@ -112,6 +112,6 @@ class Snapshot(NamedTuple):
         if self.discrete_state.shape != other.discrete_state.shape:
             raise ValueError("the snapshot is of a drive with other effects")
         for name, kept in self.pickups.items():
-            own = other.pickups.get(name)
-            if own is None or [a.shape for a in kept] != [a.shape for a in own]:
+            pickup = other.pickups.get(name)
+            if pickup is None or [a.shape for a in kept] != [a.shape for a in pickup]:
                 raise ValueError("the snapshot is of a drive with other sensors")

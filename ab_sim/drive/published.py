@@ -85,39 +85,39 @@ def effort(ball: int) -> str:
 
 
 @state_topic(topics.JOINT_STATES)
-def _joints(shown: StateChannels) -> Iterator[Template]:
-    balls, none = range(shown.balls), (0.0,) * shown.balls
+def _joints(channels: StateChannels) -> Iterator[Template]:
+    balls, none = range(channels.balls), (0.0,) * channels.balls
     angles = ["angle", *(f"ball_{i}_angle" for i in balls)]
     rates = ["speed", *(f"ball_{i}_rate" for i in balls)]
-    if shown.has(*angles, *rates):
-        torque = "motor_torque" if shown.has("motor_torque") else "none"
-        sample = JointSample(0, 0.0, 0.0, none, none, none, 0.0, shown.frame(HOUSING))
+    if channels.has(*angles, *rates):
+        torque = "motor_torque" if channels.has("motor_torque") else "none"
+        sample = JointSample(0, 0.0, 0.0, none, none, none, 0.0, channels.frame(HOUSING))
         yield Template(sample, [*angles, *rates, torque, *map(effort, balls)], SPINDLE)
 
 
 @state_topic(topics.VIBRATION)
-def _vibration(shown: StateChannels) -> Iterator[Template]:
+def _vibration(channels: StateChannels) -> Iterator[Template]:
     """Yield a template for each accelerometer, or one for the deck if there is none."""
-    sensors = [name for name in shown.sensors if shown.has(f"{name}_1")]
+    sensors = [name for name in channels.sensors if channels.has(f"{name}_1")]
     for name in sensors:
-        read = shown.known(f"{name}_1", f"{name}_2", f"{name}_3")
-        sample = VibrationSample(0, AXES, frame=shown.frame(name))
+        read = channels.known(f"{name}_1", f"{name}_2", f"{name}_3")
+        sample = VibrationSample(0, AXES, frame=channels.frame(name))
         yield Template(sample, [*read, "zero", "zero", "zero"], name)
-    if not sensors and shown.has("ax", "ay"):
-        sample = VibrationSample(0, AXES, frame=shown.frame(HOUSING))
-        yield Template(sample, [*shown.known("ax", "ay", "az"), *TURNING], VIBRATION)
+    if not sensors and channels.has("ax", "ay"):
+        sample = VibrationSample(0, AXES, frame=channels.frame(HOUSING))
+        yield Template(sample, [*channels.known("ax", "ay", "az"), *TURNING], VIBRATION)
 
 
 @state_topic(topics.WHIRL)
-def _whirl(shown: StateChannels) -> Iterator[Template]:
-    if shown.has("x", "y"):
-        yield Template(WhirlSample(0, AXES, shown.frame(HOUSING)), shown.known("x", "y", "z"))
+def _whirl(channels: StateChannels) -> Iterator[Template]:
+    if channels.has("x", "y"):
+        yield Template(WhirlSample(0, AXES, channels.frame(HOUSING)), channels.known("x", "y", "z"))
 
 
 @state_topic(topics.DECK_POSE)
-def pose(shown: StateChannels) -> Iterator[Template]:
+def pose(channels: StateChannels) -> Iterator[Template]:
     """Yield the template of the deck's pose, also for tf."""
-    if shown.has("x", "y"):
-        turn = ["qx", "qy", "qz", "qw"] if shown.tilts else ["zero", "zero", "zero", "one"]
-        sample = PoseSample(0, AXES, NO_TURN, shown.frame(HOUSING))
-        yield Template(sample, [*shown.known("x", "y", "z"), *turn])
+    if channels.has("x", "y"):
+        turn = ["qx", "qy", "qz", "qw"] if channels.tilts else ["zero", "zero", "zero", "one"]
+        sample = PoseSample(0, AXES, NO_TURN, channels.frame(HOUSING))
+        yield Template(sample, [*channels.known("x", "y", "z"), *turn])

@@ -131,7 +131,7 @@ class RowReader:
         ways, first = self._ways, len(self.channels) - self._ways * len(self.pickups)
         return [slice(at, at + ways) for at in range(first, len(self.channels), ways)]
 
-    def felt(self, name: str, shown: np.ndarray) -> np.ndarray:
+    def felt(self, name: str, samples: np.ndarray) -> np.ndarray:
         """Return the quantity that a sensor measures, shape (samples, ways).
 
         For an accelerometer: specific force on the deck's axes [m/s^2]. For a probe: displacement
@@ -139,15 +139,15 @@ class RowReader:
         """
         point, effects = self._points[name], self._system.effects
         if name in self._scene.probes:
-            return self._displaced(shown, np.array(point))
-        return np.column_stack(self._deck_model.specific_force(effects, shown.T, point))
+            return self._displaced(samples, np.array(point))
+        return np.column_stack(self._deck_model.specific_force(effects, samples.T, point))
 
-    def _displaced(self, shown: np.ndarray, point: np.ndarray) -> np.ndarray:
+    def _displaced(self, samples: np.ndarray, point: np.ndarray) -> np.ndarray:
         """Return the displacement of a deck point on inertial axes [m], shape (samples, ways)."""
         names = type(self._deck_model).CHANNELS
-        moved: np.ndarray = shown[:, [names.index(axis) for axis in "xyz"[: self._ways]]]
+        moved: np.ndarray = samples[:, [names.index(axis) for axis in "xyz"[: self._ways]]]
         if "qw" in names:
-            q = shown[:, [names.index(f"q{part}") for part in "wxyz"]]
+            q = samples[:, [names.index(f"q{part}") for part in "wxyz"]]
             turn = np.array(turn_of(list(q.T))).reshape(3, 3, -1)
             moved = moved + np.einsum("ijs,j->si", turn, point) - point
         return moved

@@ -77,8 +77,8 @@ class SegmentsController:
 
     def _hear(self, run: Trajectory, name: str, every: int) -> None:
         rows = taken(run, every)
-        own = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
-        columns = [run.channels.index(channel) for channel in own if channel in run.channels]
+        channels = ("ax", "ay", "az") if name == VIBRATION else [f"{name}_{k}" for k in (1, 2, 3)]
+        columns = [run.channels.index(channel) for channel in channels if channel in run.channels]
         steps = rows[:, 0].astype(np.int64)
         steps, readings = self._faults.sampled(name, steps, rows[:, columns])
         for step, vector in zip(steps.tolist(), readings.tolist(), strict=True):

@@ -101,7 +101,7 @@ def _different(one: Any, other: Any, name: str = "") -> list[str]:
         return [name or "everything"]
     keys = sorted(one.keys() | other.keys())
     inner = [_different(one.get(key), other.get(key), f"{name}.{key}".lstrip(".")) for key in keys]
-    return [found for each in inner for found in each]
+    return [name for names in inner for name in names]
 
 
 def _as_values(snapshot: Snapshot) -> dict[str, Any]:

@@ -101,8 +101,8 @@ class StepPlan:
         at, done = self._at(first), 0
         while True:
             part, begun = self._places[at]
-            left = samples[done:] if done and isinstance(samples, np.ndarray) else samples
-            taken = driver(part)(begun, first + done, steps - done, command, left)
+            rest = samples[done:] if done and isinstance(samples, np.ndarray) else samples
+            taken = driver(part)(begun, first + done, steps - done, command, rest)
             if taken < 0:
                 return taken - done
             done += taken

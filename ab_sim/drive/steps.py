@@ -64,12 +64,12 @@ class Steps:
         if kind not in self._made:
             code = code_of(self._system, kind)
             run = self._run(code)
-            known, told = known_of(run), self._stepper.weights
-            if isinstance(told, TaylorParameters):
-                one = run_by_taylor(run, self._system, code, told)
-                taken = compiled(advance_by_taylor, known).bind(one)
+            fixed, weights = known_of(run), self._stepper.weights
+            if isinstance(weights, TaylorParameters):
+                one = run_by_taylor(run, self._system, code, weights)
+                taken = compiled(advance_by_taylor, fixed).bind(one)
             else:
-                taken = compiled(advance, known).bind(run)
+                taken = compiled(advance, fixed).bind(run)
             self._made[kind] = run, taken, code
         return self._made[kind][1]
 
@@ -103,8 +103,8 @@ class Steps:
     def _run(self, code: Code) -> Run:
         weights, parts = self._stepper.weights, self._stepper.parts
         step = code.step(weights, parts=parts) if isinstance(weights, EMITTED) else NOWHERE
-        own = self._balls, self.work, self._system, code, step, self._step, self.state
-        run = run_with(*own)
+        arguments = self._balls, self.work, self._system, code, step, self._step, self.state
+        run = run_with(*arguments)
         if isinstance(weights, Alpha):
             implicit = implicit_of(weights, code, len(self.state))
             run = run._replace(is_implicit=True, implicit=implicit)

@@ -23,9 +23,9 @@ def channels_for(
     deck_model: Sequence[str], balls: int, motor: bool = False, readings: Iterable[str] = ()
 ) -> tuple[str, ...]:
     """Return the names of the columns: spindle, deck model, balls, motor, sensor readings."""
-    each = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
+    ball_channels = (f"ball_{i}_{what}" for i in range(balls) for what in ("angle", "rate"))
     torque = ("motor_torque",) if motor else ()
-    return (*SPINDLE_CHANNELS, *deck_model, *each, *torque, *readings)
+    return (*SPINDLE_CHANNELS, *deck_model, *ball_channels, *torque, *readings)
 
 
 def taken(run: "Trajectory", every: int) -> np.ndarray:
@@ -61,14 +61,14 @@ def check_room(steps: int, every: int, channels: Sequence[str]) -> tuple[int, in
 def _counted(name: str, value: int, least: int) -> int:
     try:
         # operator.index would accept a bool as 0 or 1.
-        found = None if isinstance(value, bool) else operator.index(value)
+        whole = None if isinstance(value, bool) else operator.index(value)
     except TypeError:
-        found = None
-    if found is None:
+        whole = None
+    if whole is None:
         raise TypeError(f"{name} = {short(value)}: must be a whole number, at least {least}")
-    if found < least:
-        raise ValueError(f"{name} = {short(found)}: must be at least {least}")
-    return found
+    if whole < least:
+        raise ValueError(f"{name} = {short(whole)}: must be at least {least}")
+    return whole
 
 
 def column_of(channel: str, channels: Sequence[str]) -> int:
@@ -89,9 +89,9 @@ def column_of(channel: str, channels: Sequence[str]) -> int:
 def whirl_of(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return W = |u| [m] of displacements that are far from overflow and underflow."""
     # The C library's hypot, which handles overflow and underflow, takes four times as long.
-    found = np.multiply(x, x, dtype=float)
-    found += y * y
-    return np.sqrt(found, out=found)
+    whirl = np.multiply(x, x, dtype=float)
+    whirl += y * y
+    return np.sqrt(whirl, out=whirl)
 
 
 def is_ball_angle(channel: str) -> bool:
@@ -277,8 +277,8 @@ class Trajectory(Presented):
     def _turning(self, first: str) -> np.ndarray:
         if not self.tilts:
             return np.zeros((len(self), 3))
-        own = self._from(first, 3)[..., None]
-        return (self.turned @ own)[..., 0]
+        vector = self._from(first, 3)[..., None]
+        return (self.turned @ vector)[..., 0]
 
     def _of_balls(self, what: str) -> np.ndarray:
         if not self.balls:

@@ -50,15 +50,15 @@ def changes_in(
     common = [j for j in held if j < len(problem.common)]
     changes = []
     others = [measured for k, measured in enumerate(problem.recordings) if not white[k]]
-    for measured in sorted(others, key=lambda each: each.with_balls):
+    for measured in sorted(others, key=lambda recording: recording.with_balls):
         # A recording without balls may have been spoiled in the joint fit with another one.
         whole = () if measured.with_balls else (1.0,)
         for part in (*whole, *BEGINNINGS):
             tell(f"first {100 * part:.0f} % of {measured.name} alone", 0, 1)
-            own = _part(problem, good, measured, part * measured.duration)
-            values = StagedFit(own, common, seed, tell, workers).run().values
-            problem.runs += own.runs
-            if whiteness_over(own, values)[-1].white:
+            fit = _part(problem, good, measured, part * measured.duration)
+            values = StagedFit(fit, common, seed, tell, workers).run().values
+            problem.runs += fit.runs
+            if whiteness_over(fit, values)[-1].white:
                 time = _reach(problem, good, measured, common, values, part * measured.duration)
                 if time is None:
                     good.append(measured)
@@ -78,26 +78,26 @@ def _reach(
     values: np.ndarray, until: float,
 ) -> float | None:  # fmt: skip
     """Return the end of the validity of a beginning's fit, extended stepwise; None if unlimited."""
-    own = _part(problem, good, measured, until)
+    beginning = _part(problem, good, measured, until)
     free = [j for j in range(len(values)) if j not in held]
     whole = _part(problem, good, measured, measured.duration)
     while True:
-        left = whole.left(len(good), values)
-        time = _leaves(left, measured.time, own.noise[-1])
+        residuals = whole.left(len(good), values)
+        time = _leaves(residuals, measured.time, beginning.noise[-1])
         if time is None or time <= until * (1.0 + 1.0 / WINDOWS):
             return time
-        own = _part(problem, good, measured, time)
-        longer = minimise(own, values, free, LONGER_STEPS).values
-        problem.runs += own.runs
-        if not whiteness_over(own, longer)[-1].white:
+        beginning = _part(problem, good, measured, time)
+        longer = minimise(beginning, values, free, LONGER_STEPS).values
+        problem.runs += beginning.runs
+        if not whiteness_over(beginning, longer)[-1].white:
             return time
         values, until = longer, time
 
 
-def _leaves(left: np.ndarray, time: np.ndarray, noise: float) -> float | None:
+def _leaves(residuals: np.ndarray, time: np.ndarray, noise: float) -> float | None:
     """Return the time at which residuals (samples, axes) exceed the threshold; None if never."""
     for rows in np.array_split(np.arange(len(time)), WINDOWS):
-        some = left[rows]
+        some = residuals[rows]
         there = some[np.isfinite(some)]
         if len(there) and float(np.sqrt(np.mean(there**2))) > LOUD * noise:
             return float(time[rows[0]])

@@ -30,8 +30,8 @@ def low_pass_alone(sensor: Sampled, step: float) -> Pickup:
         step: integration step [s].
     """
     digits = {"noise_density": 0.0, "resolution": 0.0, "range": 1e9}
-    own = {**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step}
-    return Pickup(sensor.model_copy(update=own), step)
+    settings = {**digits, "axis_angle": 0.0, "sample_rate": 1.0 / step}
+    return Pickup(sensor.model_copy(update=settings), step)
 
 
 def whitening_of(measured: Measured) -> np.ndarray | None:

@@ -66,7 +66,7 @@ def read_files(files: Files, scene: Scene) -> tuple[list[Measured], list[Measure
             )
         recordings.append(replace(measured, free=free, trial_mass=mass))
     check_names(recordings)
-    names = [each.name for each in recordings]
+    names = [recording.name for recording in recordings]
     for name in files.trial_masses:
         if name not in names:
             raise InputError(
@@ -86,10 +86,12 @@ def _mappings(files: Files, paths: Sequence[Path]) -> list[ColumnMapping | None]
     read = [read_mapping_file(path) for path in files.maps]
     if not read:
         return [None] * len(paths)
-    each: list[ColumnMapping | None] = list(read if len(read) == len(paths) else read * len(paths))
+    mappings: list[ColumnMapping | None] = list(
+        read if len(read) == len(paths) else read * len(paths)
+    )
     return [
         mapping if path.suffix.lower() in (".csv", ".parquet") else None
-        for path, mapping in zip(paths, each, strict=True)
+        for path, mapping in zip(paths, mappings, strict=True)
     ]
 
 

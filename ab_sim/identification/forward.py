@@ -108,8 +108,8 @@ class RecordedDrive:
             SceneError: the values are not allowed.
         """
         changed = changed_scene(self.scene, values, "fit") if values else self.scene
-        found = changed if self.measured.with_balls else without_balls(changed)
-        return _heavier(found, self.measured.trial_mass) if self.measured.trial_mass else found
+        scene = changed if self.measured.with_balls else without_balls(changed)
+        return _heavier(scene, self.measured.trial_mass) if self.measured.trial_mass else scene
 
     def signals(
         self,
@@ -143,11 +143,11 @@ class RecordedDrive:
             return None
         if runs is None:
             return None
-        shown, slopes = self._at_times(runs, delay, slope)
-        sides = shown[1:].reshape(len(places), len(ways), *shown.shape[1:])
+        signals, slopes = self._at_times(runs, delay, slope)
+        sides = signals[1:].reshape(len(places), len(ways), *signals.shape[1:])
         widths = len(ways) * np.asarray(moves, float).reshape(-1, 1, 1)
-        other = sides[:, 1] if central else shown[0]
-        return SimulatedSignals(shown[0], slopes, (sides[:, 0] - other) / widths)
+        other = sides[:, 1] if central else signals[0]
+        return SimulatedSignals(signals[0], slopes, (sides[:, 0] - other) / widths)
 
     def _run(self, every: Sequence[Values]) -> np.ndarray | None:
         """Return signals at each step, shape (runs, steps, axes); None if a run diverges."""
@@ -155,10 +155,10 @@ class RecordedDrive:
         samples = self._runs.samples(prepared)
         if samples is None:
             return None
-        found = np.empty((len(every), self.steps, len(self.measured.axes)))
+        signals = np.empty((len(every), self.steps, len(self.measured.axes)))
         for k, run in enumerate(prepared):
-            found[k] = self._sensed(run, Trajectory(run.channels, samples[k]))
-        return found if bool(np.isfinite(found).all()) else None
+            signals[k] = self._sensed(run, Trajectory(run.channels, samples[k]))
+        return signals if bool(np.isfinite(signals).all()) else None
 
     def _sensed(self, run: PreparedRun, taken: Trajectory) -> np.ndarray:
         """Return signals on the sensor's axes, shape (steps, axes)."""
@@ -174,15 +174,17 @@ class RecordedDrive:
             across = pickup.process(1, across)
         return across[:, :1] * self._cosine + across[:, 1:2] * self._sine
 
-    def _felt(self, run: PreparedRun, shown: np.ndarray) -> np.ndarray:
+    def _felt(self, run: PreparedRun, samples: np.ndarray) -> np.ndarray:
         """Return the sensed quantity across the shaft, shape (steps, 2)."""
         deck, sensor = run.system.deck_model, self.measured.sensor
         if self.measured.kind == DISPLACEMENT:
             names = type(deck).CHANNELS
-            return shown[:, [names.index("x"), names.index("y")]]
+            return samples[:, [names.index("x"), names.index("y")]]
         point = (0.0, 0.0, 0.0) if sensor is None else sensor.position
-        felt = deck.specific_force(run.system.effects, shown.T, point)
-        return np.stack([np.broadcast_to(each, len(shown)) for each in felt[:2]], axis=1)
+        felt = deck.specific_force(run.system.effects, samples.T, point)
+        return np.stack(
+            [np.broadcast_to(component, len(samples)) for component in felt[:2]], axis=1
+        )
 
     def _at_times(
         self, runs: np.ndarray, delay: float, slope: bool
@@ -242,7 +244,7 @@ def _followed(scene: Scene, measured: Measured, step: float) -> Scene:
     if MOTOR in scene.effects:
         others = scene.as_mapping()["effects"]
         assert isinstance(others, dict)
-        changes["effects"] = {name: each for name, each in others.items() if name != MOTOR}
+        changes["effects"] = {name: effect for name, effect in others.items() if name != MOTOR}
     return changed_scene(scene, changes, measured.name)
 
 

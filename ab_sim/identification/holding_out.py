@@ -32,16 +32,16 @@ def held_out(
     shares, comparisons = [], []
     for common in (problem.start[:count], values[:count]):
         changed = [
-            each._replace(start=float(value))
-            for each, value in zip(problem.common, common, strict=True)
+            parameter._replace(start=float(value))
+            for parameter, value in zip(problem.common, common, strict=True)
         ]
         other = Problem(problem.scene, changed, recordings, noise)
         fit = StagedFit(other, range(count), seed, tell, workers).run()
         simulated = [other.simulated(k, fit.values) for k in range(len(recordings))]
         comparisons = [
-            RecordingFit(measured, each, True)
-            for measured, each in zip(recordings, simulated, strict=True)
-            if each is not None
+            RecordingFit(measured, signals, True)
+            for measured, signals in zip(recordings, simulated, strict=True)
+            if signals is not None
         ]
         problem.runs += other.runs
         shares.append(_share(comparisons) if len(comparisons) == len(simulated) else np.inf)
@@ -51,5 +51,8 @@ def held_out(
 
 def _share(comparisons: Sequence[RecordingFit]) -> float:
     """Return the r.m.s. of residuals relative to that of the signals."""
-    parts = [np.nanmean(each.residuals**2) / each.measured.rms**2 for each in comparisons]
+    parts = [
+        np.nanmean(comparison.residuals**2) / comparison.measured.rms**2
+        for comparison in comparisons
+    ]
     return float(np.sqrt(np.mean(parts)))

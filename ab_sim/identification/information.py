@@ -29,14 +29,14 @@ def triangle(matrix: np.ndarray) -> np.ndarray:
     Returns:
         R, shape (columns, columns), or (rows, columns) if there are fewer rows.
     """
-    left = matrix if matrix.shape[1] else matrix[:0]
+    rest = matrix if matrix.shape[1] else matrix[:0]
     height = max(ROWS, 4 * matrix.shape[1])
-    while len(left) > height:
-        blocks = -(-len(left) // height)
-        whole = np.zeros((blocks * height, left.shape[1]))
-        whole[: len(left)] = left
-        left = _r(whole.reshape(blocks, height, -1)).reshape(-1, left.shape[1])
-    return _r(left)
+    while len(rest) > height:
+        blocks = -(-len(rest) // height)
+        whole = np.zeros((blocks * height, rest.shape[1]))
+        whole[: len(rest)] = rest
+        rest = _r(whole.reshape(blocks, height, -1)).reshape(-1, rest.shape[1])
+    return _r(rest)
 
 
 def _r(matrices: np.ndarray) -> np.ndarray:
@@ -44,19 +44,19 @@ def _r(matrices: np.ndarray) -> np.ndarray:
     return factor
 
 
-def beyond(own: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def beyond(fixed: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Return a small matrix of the part of columns that other columns cannot reproduce.
 
     It is the triangular factor of ``wanted`` after projection onto the orthogonal complement of
-    ``own``.
+    ``fixed``.
 
     Args:
-        own: other columns, columns of interest, shape (numbers, columns).
+        fixed: other columns, columns of interest, shape (numbers, columns).
         wanted: shape (numbers, columns).
     """
-    scale = np.linalg.norm(own, axis=0)
-    both = np.column_stack([own / np.where(scale > 0.0, scale, 1.0), wanted])
-    return triangle(both)[own.shape[1] :, own.shape[1] :]
+    scale = np.linalg.norm(fixed, axis=0)
+    both = np.column_stack([fixed / np.where(scale > 0.0, scale, 1.0), wanted])
+    return triangle(both)[fixed.shape[1] :, fixed.shape[1] :]
 
 
 def covariance_of(derivatives: np.ndarray, most: float = np.inf) -> np.ndarray:

@@ -78,14 +78,14 @@ def measured_of(
     table = read_table(path, None if signal is None else pair_of(signal)[0])
     if mapping is None:
         sensors, probes = sensors_of(table)
-        found = usual_mapping(list(table.columns), sensors, probes, signal)
-        if isinstance(found, str):
+        usual = usual_mapping(list(table.columns), sensors, probes, signal)
+        if isinstance(usual, str):
             if table.description:
-                raise InputError(f"{path}: {found}")
+                raise InputError(f"{path}: {usual}")
             raise InputError(
-                f"{path}: {found}: it is no recording of ab_sim; say what its columns are by --map"
+                f"{path}: {usual}: it is no recording of ab_sim; say what its columns are by --map"
             )
-        mapping = found
+        mapping = usual
     return _Reader(table, scene, mapping).measured(with_balls)
 
 
@@ -126,8 +126,8 @@ class _Reader:
         mapping, name = self._mapping, self._name
         kind = self._kind()
         signals = np.column_stack(
-            [self._numbers(each, UNITS[kind], f"signals.{k}")
-             for k, each in enumerate(mapping.signals)]
+            [self._numbers(signal, UNITS[kind], f"signals.{k}")
+             for k, signal in enumerate(mapping.signals)]
         )  # fmt: skip
         # Treat infinite values as missing.
         signals[np.isinf(signals)] = np.nan
@@ -146,14 +146,14 @@ class _Reader:
             )
             time, signals, angle = time[finite], signals[finite], angle[finite]
             speed = None if speed is None else speed[finite]
-        own, step = self._run(time)
-        time = time - (0.0 if own else time[0])
+        is_own, step = self._run(time)
+        time = time - (0.0 if is_own else time[0])
         schedule = self._schedule(time, speed, angle)
         axes = self._axes()
         turned = schedule.angles(time)
         remarks = [
-            check_signal(time, turned, signals[:, k], f"signals.{k} ({each.column})", name)
-            for k, each in enumerate(mapping.signals)
+            check_signal(time, turned, signals[:, k], f"signals.{k} ({signal.column})", name)
+            for k, signal in enumerate(mapping.signals)
         ]
         there = np.isfinite(signals).all(axis=1)
         balls = mapping.balls if with_balls is None else with_balls
@@ -174,8 +174,8 @@ class _Reader:
                 "does not begin at rest, and has one signal: the deck's start across it is not "
                 "known, and taken as 0"
             )
-        for k, each in enumerate(mapping.signals):
-            check_held_signal(signals[kept, k], f"signals.{k} ({each.column})", name)
+        for k, signal in enumerate(mapping.signals):
+            check_held_signal(signals[kept, k], f"signals.{k} ({signal.column})", name)
         pulses = mapping.keyphasor
         zero_known = angle is not None if pulses is None else pulses.angle is not None
         free = dict.fromkeys((*mapping.free, *(() if zero_known else (DISC_ANGLE,))))
@@ -229,13 +229,13 @@ class _Reader:
         """Set spikes of a real drive's signals to NaN; return notes on them."""
         notes = []
         # In a simulation, impacts between balls cause genuine spikes.
-        for k, each in enumerate(() if self._table.description else self._mapping.signals):
+        for k, signal in enumerate(() if self._table.description else self._mapping.signals):
             rows = spikes_in(signals[:, k])
             if len(rows):
                 one = "spike" if len(rows) == 1 else "spikes"
                 notes.append(
-                    f"{len(rows)} {one} in {each.column} left out, the first at row {rows[0]}: is "
-                    "its line disturbed?"
+                    f"{len(rows)} {one} in {signal.column} left out, the first at row {rows[0]}: "
+                    "is its line disturbed?"
                 )
                 signals[rows, k] = np.nan
         return notes
@@ -243,11 +243,11 @@ class _Reader:
     def _left_out(self, time: np.ndarray, signals: np.ndarray) -> list[str]:
         """Return notes on missing samples that are not fitted."""
         notes = []
-        for each, column in zip(self._mapping.signals, signals.T, strict=True):
+        for signal, column in zip(self._mapping.signals, signals.T, strict=True):
             missing = int((~np.isfinite(column)).sum())
             if missing:
                 notes.append(
-                    f"{missing} of {len(column)} samples of {each.column} missing or no finite "
+                    f"{missing} of {len(column)} samples of {signal.column} missing or no finite "
                     "numbers, left out"
                 )
         steps = np.diff(time)
@@ -262,9 +262,9 @@ class _Reader:
         kind = self._mapping.kind_of_signals
         if kind is None:
             units = [
-                self._table.units.get(each.column)
-                for each in self._mapping.signals
-                if each.sensitivity is None
+                self._table.units.get(signal.column)
+                for signal in self._mapping.signals
+                if signal.sensitivity is None
             ]
             kind = next((kind_of_unit(unit) for unit in units if unit), None)
         if kind is None:
@@ -278,13 +278,13 @@ class _Reader:
             )  # fmt: skip
         return kind
 
-    def _numbers(self, asked: ColumnOf, si: str, said: str) -> np.ndarray:
+    def _numbers(self, asked: ColumnOf, si: str, place: str) -> np.ndarray:
         unit = self._table.unit_of(asked.column, asked.unit)
         if isinstance(asked, SignalColumn) and asked.sensitivity is not None:
-            factor = sensitivity_factor(asked.sensitivity, unit, si, f"{self._name}: {said}")
+            factor = sensitivity_factor(asked.sensitivity, unit, si, f"{self._name}: {place}")
         else:
-            factor = factor_of(unit, si, f"{self._name}: {said}")
-        return factor * self._table.column(asked.column, said)
+            factor = factor_of(unit, si, f"{self._name}: {place}")
+        return factor * self._table.column(asked.column, place)
 
     def _angle_from(self, asked: Keyphasor, time: np.ndarray) -> np.ndarray:
         """Return the spindle's angle; NaN outside the range of pulses."""
@@ -294,8 +294,8 @@ class _Reader:
         first = 0.0 if asked.angle is None else number_of(asked.angle, "rad", place)
         return first + angle_from_pulses(time, reading, asked.per_turn, self._name)
 
-    def _optional(self, asked: ColumnOf | None, si: str, said: str) -> np.ndarray | None:
-        return None if asked is None else self._numbers(asked, si, said)
+    def _optional(self, asked: ColumnOf | None, si: str, place: str) -> np.ndarray | None:
+        return None if asked is None else self._numbers(asked, si, place)
 
     def _time(self, count: int) -> np.ndarray:
         mapping = self._mapping
@@ -321,9 +321,9 @@ class _Reader:
         sensor = self._sensor()
         if sensor is not None:
             turned = sensor.axis_angle
-        for k, each in enumerate(self._mapping.signals):
+        for k, signal in enumerate(self._mapping.signals):
             place = f"{self._name}: signals.{k}.direction"
-            direction = each.direction
+            direction = signal.direction
             axes.append(
                 turned + AXES[k] if direction is None else number_of(direction, "rad", place)
             )
@@ -346,9 +346,9 @@ class _Reader:
                     f"{error_entry['msg']}{near}"
                 ) from None
         recorded = self._table.description.get("scene") or {}
-        for section, known in SENSORS.items():
+        for section, model in SENSORS.items():
             if asked in (recorded.get(section) or {}):
-                return known.model_validate(recorded[section][asked])
+                return model.model_validate(recorded[section][asked])
         if asked in self._scene.pickups:
             return self._scene.pickups[asked]
         if asked in itertools.chain(*sensors_of(self._table)):
@@ -360,13 +360,13 @@ class _Reader:
         )
 
 
-def check_names(found: Sequence[Measured]) -> None:
+def check_names(recordings: Sequence[Measured]) -> None:
     """Refuse recordings with equal names.
 
     Raises:
         InputError: two recordings have the same name.
     """
-    names = [each.name for each in found]
+    names = [recording.name for recording in recordings]
     for name in names:
         if names.count(name) > 1:
             raise InputError(f"{name}: two recordings are called so; give each another file name")

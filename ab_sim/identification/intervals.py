@@ -111,38 +111,38 @@ def intervals_of(
     scales = problem.scales[free]
     residuals = problem.residuals(values)
     jacobian = problem.derivatives(values, free)
-    left = max(len(residuals) - len(free), 1)
+    freedom = max(len(residuals) - len(free), 1)
     # Limit the variance from below: recorded simulations have no noise, and their residuals are
     # only rounding.
-    variance = max(sum_of_squares(residuals) / left, 1.0)
+    variance = max(sum_of_squares(residuals) / freedom, 1.0)
     covariance = variance * covariance_of(jacobian) * np.outer(scales, scales)
     # Along unknown directions, a straight move would leave the range of the derivatives. Balls that
     # start together have one: equal balls may be exchanged.
     followed = covariance_of(jacobian, UNKNOWN) * np.outer(scales, scales)
-    reach = float(student.ppf(0.5 + 0.5 * SHARE, left))
+    reach = float(student.ppf(0.5 + 0.5 * SHARE, freedom))
     deviations = np.sqrt(np.diag(covariance))
     reaches = reach * deviations
     skews = _skews(problem, values, free, followed, variance, reaches, reach) if profiles else {}
     estimates, drawn = [], []
-    for j, each in enumerate(problem.parameters):
+    for j, parameter in enumerate(problem.parameters):
         value = float(values[j])
         if j not in free:
             estimates.append(
-                Estimate(each.name, each.unit, value, -np.inf, np.inf, np.inf, HELD, False,
-                         each.start, each.recording is not None)
+                Estimate(parameter.name, parameter.unit, value, -np.inf, np.inf, np.inf, HELD,
+                         False, parameter.start, parameter.recording is not None)
             )  # fmt: skip
             continue
         k = free.index(j)
         deviation = float(deviations[k])
-        width = each.high - each.low
+        width = parameter.high - parameter.low
         near = AT_BOUND * min(width, deviation) if np.isfinite(width) else 0.0
-        at_bound = min(value - each.low, each.high - value) <= near
+        at_bound = min(value - parameter.low, parameter.high - value) <= near
         low, high, how = value - reach * deviation, value + reach * deviation, CURVATURE
         # A skewed sum of squares or a bound invalidates the symmetric interval: profile the
         # parameter instead.
         if profiles and (at_bound or skews[j] > SKEW):
-            tell(f"profile of {each.name}", k, len(free))
-            step = 2.0 * min(deviation, UNKNOWN * each.scale)
+            tell(f"profile of {parameter.name}", k, len(free))
+            step = 2.0 * min(deviation, UNKNOWN * parameter.scale)
             ends = [
                 _end(problem, values, free, followed, j, way, step, variance * reach**2)
                 for way in (-1.0, 1.0)
@@ -151,16 +151,17 @@ def intervals_of(
             points = sorted([*ends[0][1], (value, 0.0), *ends[1][1]])
             drawn.append(
                 ProfilePoints(
-                    each.name,
+                    parameter.name,
                     tuple(point[0] for point in points),
                     tuple(point[1] / variance for point in points),
                 )
             )
-        low = max(low, each.least)
+        low = max(low, parameter.least)
         estimates.append(
-            Estimate(each.name, each.unit, value, max(low, each.low) if at_bound else low,
-                     min(high, each.high) if at_bound else high, deviation, how, at_bound,
-                     each.start, each.recording is not None)
+            Estimate(parameter.name, parameter.unit, value,
+                     max(low, parameter.low) if at_bound else low,
+                     min(high, parameter.high) if at_bound else high, deviation, how, at_bound,
+                     parameter.start, parameter.recording is not None)
         )  # fmt: skip
     names = tuple(problem.parameters[j].name for j in free)
     return Intervals(tuple(estimates), names, covariance, tuple(drawn))
@@ -176,8 +177,8 @@ def _moved(
     if followed[k, k] > 0.0:
         moved[list(free)] += by * followed[:, k] / followed[k, k]
     moved[j] = values[j] + by
-    low = np.array([each.low for each in problem.parameters])
-    high = np.array([each.high for each in problem.parameters])
+    low = np.array([parameter.low for parameter in problem.parameters])
+    high = np.array([parameter.high for parameter in problem.parameters])
     return np.clip(moved, low, high)
 
 
@@ -207,11 +208,11 @@ def _end(
 
     The value is infinite if the bound is reached first.
     """
-    each = problem.parameters[j]
+    parameter = problem.parameters[j]
     others = [i for i in free if i != j]
     best = problem.cost(values)
-    bound = each.high if way > 0.0 else each.low
-    if each.is_own_angle:
+    bound = parameter.high if way > 0.0 else parameter.low
+    if parameter.is_own_angle:
         bound = values[j] + way * math.pi
     at, seen = float(values[j]), 0.0
     points: list[tuple[float, float]] = []

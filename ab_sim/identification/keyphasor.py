@@ -64,10 +64,10 @@ def angle_from_pulses(
     scatter = min(scatter, 0.5 * float(np.median(np.diff(time))))
     speeds = np.gradient(angles, pulses)
     spline = UnivariateSpline(pulses, angles, w=1.0 / (speeds * max(scatter, 1e-12)), s=len(pulses))
-    found = np.full(len(time), np.nan)
+    interpolated = np.full(len(time), np.nan)
     inside = (time >= pulses[0]) & (time <= pulses[-1])
-    found[inside] = spline(time[inside])
-    return found
+    interpolated[inside] = spline(time[inside])
+    return interpolated
 
 
 def _pulse_times(time: np.ndarray, reading: np.ndarray) -> np.ndarray:

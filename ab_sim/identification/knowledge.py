@@ -62,11 +62,13 @@ class Knowledge(NamedTuple):
         return {
             "parameters": list(self.names),
             "singular_values": list(self.singular),
-            "open": [each.report() for each in self.open],
+            "open": [direction.report() for direction in self.open],
         }
 
 
-def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()) -> Knowledge:
+def knowledge_of(
+    problem: Problem, values: np.ndarray, known_parameters: Sequence[int] = ()
+) -> Knowledge:
     """Return the identifiability at given values.
 
     Parameters are fixed until no unidentifiable direction is left.
@@ -74,20 +76,20 @@ def knowledge_of(problem: Problem, values: np.ndarray, known: Sequence[int] = ()
     Args:
         problem: problem with the recordings and their noise.
         values: values of all parameters [SI].
-        known: indices of parameters to be left out.
+        known_parameters: indices of parameters to be left out.
     """
     shared = shared_numbers(problem)
-    wanted = [j for j in shared if j not in known]
-    own = [j for j in range(len(problem.parameters)) if j not in shared]
-    jacobian = problem.derivatives(values, own + wanted)
-    left = beyond(jacobian[:, : len(own)], jacobian[:, len(own) :])
+    wanted = [j for j in shared if j not in known_parameters]
+    others = [j for j in range(len(problem.parameters)) if j not in shared]
+    jacobian = problem.derivatives(values, others + wanted)
+    remaining = beyond(jacobian[:, : len(others)], jacobian[:, len(others) :])
     names = [problem.parameters[j].name for j in wanted]
-    singular = np.linalg.svd(left, compute_uv=False)
+    singular = np.linalg.svd(remaining, compute_uv=False)
     directions: list[OpenDirection] = []
     held: list[int] = []
     columns = list(range(len(wanted)))
     while columns:
-        _, sizes, rows = np.linalg.svd(left[:, columns], full_matrices=True)
+        _, sizes, rows = np.linalg.svd(remaining[:, columns], full_matrices=True)
         sizes = np.concatenate([sizes, np.zeros(len(rows) - len(sizes))])
         if sizes[-1] > max(1.0 / UNKNOWN, ROUNDING * float(singular[0])):
             break
@@ -112,19 +114,19 @@ def knowledge_before(problem: Problem, seed: int, tell: Progress = lambda *_: No
         seed: seed of the start angles.
         tell: called with the current task, the number of finished tasks and the total.
     """
-    numbers, found = np.random.default_rng([seed, 0]), []
+    numbers, results = np.random.default_rng([seed, 0]), []
     for look in range(LOOKS):
         tell("what can be known", look, LOOKS)
         values = problem.start
-        for j, each in enumerate(problem.parameters):
-            if each.is_own_angle:
+        for j, parameter in enumerate(problem.parameters):
+            if parameter.is_own_angle:
                 values[j] += numbers.uniform(0.0, 2.0 * np.pi)
-        found.append(knowledge_of(problem, values))
-    first = found[0]
-    always = tuple(j for j in first.held if all(j in each.held for each in found))
+        results.append(knowledge_of(problem, values))
+    first = results[0]
+    always = tuple(j for j in first.held if all(j in result.held for result in results))
     names = {problem.parameters[j].name for j in always}
     return first._replace(
-        held=always, open=tuple(each for each in first.open if each.held in names)
+        held=always, open=tuple(direction for direction in first.open if direction.held in names)
     )
 
 
@@ -132,8 +134,8 @@ def shared_numbers(problem: Problem) -> list[int]:
     """Return the indices of the common parameters and of the recordings' gains."""
     return [
         j
-        for j, each in enumerate(problem.parameters)
-        if each.recording is None or each.nuisance == GAIN
+        for j, parameter in enumerate(problem.parameters)
+        if parameter.recording is None or parameter.nuisance == GAIN
     ]
 
 

@@ -134,36 +134,36 @@ def read_mapping_file(path: Path) -> Mapping:
     return mapping_of(raw, f"--map {path}")
 
 
-def mapping_of(raw: Any, said: str) -> Mapping:
+def mapping_of(raw: Any, place: str) -> Mapping:
     """Return a mapping from plain values.
 
     Raises:
         InputError: see ``read_mapping_file``.
     """
     if not isinstance(raw, dict):
-        raise InputError(f"{said}: must be a mapping with time, speed or angle, and signals")
+        raise InputError(f"{place}: must be a mapping with time, speed or angle, and signals")
     try:
         return Mapping.model_validate(raw)
     except ValidationError as error:
-        found = error.errors(include_url=False)[0]
-        key = ".".join(map(str, found["loc"]))
-        if found["type"] == "extra_forbidden":
-            last = str(found["loc"][-1])
+        first_error = error.errors(include_url=False)[0]
+        key = ".".join(map(str, first_error["loc"]))
+        if first_error["type"] == "extra_forbidden":
+            last = str(first_error["loc"][-1])
             raise InputError(
-                f"{said}: {key}: there is no such key{nearest(last, Mapping.model_fields)}"
+                f"{place}: {key}: there is no such key{nearest(last, Mapping.model_fields)}"
             ) from None
-        what = found["msg"].removeprefix("Value error, ")
-        value = "" if not key else f" = {short(found['input'])}"
-        raise InputError(f"{said}: {key or 'it'}{value}: {what}") from None
+        what = first_error["msg"].removeprefix("Value error, ")
+        value = "" if not key else f" = {short(first_error['input'])}"
+        raise InputError(f"{place}: {key or 'it'}{value}: {what}") from None
 
 
 def kind_of_unit(unit: str) -> str | None:
     """Return the quantity measured in a unit; None if it is neither of the two."""
-    for kind, own in UNITS.items():
-        if unit == own:
+    for kind, units in UNITS.items():
+        if unit == units:
             return kind
         try:
-            in_si(f"1 {_spelled(unit, own)}", own)
+            in_si(f"1 {_spelled(unit, units)}", units)
         except ValueError:
             continue
         return kind
@@ -175,21 +175,21 @@ def _spelled(unit: str, si: str) -> str:
     return SPELLINGS.get((unit.strip().lower(), si), unit.strip())
 
 
-def sensitivity_factor(sensitivity: str, unit: str | None, si: str, said: str) -> float:
+def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -> float:
     """Return the factor from a sensor's output to SI.
 
     Args:
         sensitivity: output per measured quantity, such as ``100 mV/g_0``.
         unit: unit of the output; None for that of the sensitivity.
         si: SI unit of the measured quantity.
-        said: key of the mapping, for messages.
+        name: key of the mapping, for messages.
 
     Raises:
         InputError: the text has another form, or does not fit the units.
     """
     output, slash, measured = sensitivity.rpartition("/")
     number, _, output_unit = output.strip().partition(" ")
-    place = f"{said}.sensitivity = {short(sensitivity)}"
+    place = f"{name}.sensitivity = {short(sensitivity)}"
     try:
         size = float(number)
     except ValueError:
@@ -200,7 +200,7 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, said: str) -
     return per / size * (1.0 if unit is None else factor_of(unit, output_unit.strip(), place))
 
 
-def factor_of(unit: str | None, si: str, said: str) -> float:
+def factor_of(unit: str | None, si: str, place: str) -> float:
     """Return the factor from a unit to SI.
 
     Raises:
@@ -211,10 +211,10 @@ def factor_of(unit: str | None, si: str, said: str) -> float:
     try:
         return in_si(f"1 {_spelled(unit, si)}", si)
     except ValueError as error:
-        raise InputError(f"{said}: unit {unit!r} {error}") from None
+        raise InputError(f"{place}: unit {unit!r} {error}") from None
 
 
-def number_of(value: str | float, si: str, said: str) -> float:
+def number_of(value: str | float, si: str, place: str) -> float:
     """Return a number in SI, from a number or a text with a unit.
 
     Raises:
@@ -225,7 +225,7 @@ def number_of(value: str | float, si: str, said: str) -> float:
             return in_si(value, si) if has_unit(value) else float(value)
         except ValueError as error:
             why = error if has_unit(value) else f"must be a number, in {si} or with a unit"
-            raise InputError(f"{said} = {short(value)}: {why}") from None
+            raise InputError(f"{place} = {short(value)}: {why}") from None
     return float(value)
 
 
@@ -254,9 +254,9 @@ def usual_mapping(
         wanted = next(iter((*sensors, *probes)), usual)
     pair = pair_of(wanted)
     if not {*pair} <= {*names}:
-        known = (*PAIRS, *sensors, *probes)
-        if wanted not in known:
-            return f"signal {short(wanted)}: must be one of {', '.join(known)}"
+        signals = (*PAIRS, *sensors, *probes)
+        if wanted not in signals:
+            return f"signal {short(wanted)}: must be one of {', '.join(signals)}"
         return f"it has no columns {pair[0]} and {pair[1]} for the signal {wanted!r}"
     kind = DISPLACEMENT if wanted in (DISPLACEMENT, *probes) else ACCELERATION
     return Mapping.model_validate(

@@ -96,7 +96,7 @@ def tried_effects(
                 trials.append(_freed(problem, without, free, number, nuisance, before))
     count = math.log(sum(measured.count for measured in problem.recordings))
     # Bayesian information criterion: every additional parameter must pay for itself.
-    return tuple(sorted(trials, key=lambda each: len(each.values) * count - each.drop))
+    return tuple(sorted(trials, key=lambda trial: len(trial.values) * count - trial.drop))
 
 
 def _freed(
@@ -108,14 +108,14 @@ def _freed(
     measured = recordings[number]
     recordings[number] = replace(measured, free=(*measured.free, nuisance))
     whole = Problem(problem.scene, problem.common, recordings, problem.noise)
-    own = [name for name in whole.names if name not in problem.names]
+    added = [name for name in whole.names if name not in problem.names]
     name = f"{nuisance} of {measured.name}"
-    return _fitted(problem, without, free, whole, own, name, before)._replace(nuisance=nuisance)
+    return _fitted(problem, without, free, whole, added, name, before)._replace(nuisance=nuisance)
 
 
 def _needs_balls(effect: type[Any]) -> bool:
     """Return whether an effect has no influence without balls."""
-    methods = {name for name, each in vars(effect).items() if callable(each) and name[0] != "_"}
+    methods = {name for name, member in vars(effect).items() if callable(member) and name[0] != "_"}
     return methods - {"check_scene"} <= BALLS_ONLY
 
 
@@ -124,11 +124,11 @@ def as_good_as_the_best(tried: Sequence[TriedEffect]) -> list[str]:
 
     For equal balls, for example, race friction and rolling friction are the same law.
     """
-    able = [each for each in tried if not each.failure]
+    able = [effect for effect in tried if not effect.failure]
     return [
-        each.name
-        for each in able
-        if len(each.values) == len(able[0].values) and able[0].drop - each.drop < ALIKE
+        effect.name
+        for effect in able
+        if len(effect.values) == len(able[0].values) and able[0].drop - effect.drop < ALIKE
     ]
 
 
@@ -137,8 +137,8 @@ def _tried(
     before: float,
 ) -> TriedEffect:  # fmt: skip
     whole = Problem(trial.scene, trial.common, problem.recordings, problem.noise)
-    own = [each.name for each in trial.more]
-    return _fitted(problem, without, free, whole, own, name, before)
+    added = [parameter.name for parameter in trial.more]
+    return _fitted(problem, without, free, whole, added, name, before)
 
 
 def _fitted(
@@ -146,14 +146,16 @@ def _fitted(
     name: str, before: float,
 ) -> TriedEffect:  # fmt: skip
     """Fit a problem with additional parameters, and compare it with the earlier fit."""
-    known = dict(zip(problem.names, without.values.tolist(), strict=True))
-    begin = np.array([known.get(each.name, each.start) for each in whole.parameters])
+    values_by_name = dict(zip(problem.names, without.values.tolist(), strict=True))
+    begin = np.array(
+        [values_by_name.get(parameter.name, parameter.start) for parameter in whole.parameters]
+    )
     fitted = {problem.names[j] for j in free} | {*more}
-    numbers = [j for j, each in enumerate(whole.parameters) if each.name in fitted]
-    own = [whole.names.index(each) for each in more]
+    numbers = [j for j, parameter in enumerate(whole.parameters) if parameter.name in fitted]
+    places = [whole.names.index(name) for name in more]
     fits = [minimise(whole, begin, numbers, TRIAL_STEPS)]
-    if own and begin[own[0]] != 0.0 and whole.parameters[own[0]].low < 0.0:
-        begin[own[0]] = -begin[own[0]]
+    if places and begin[places[0]] != 0.0 and whole.parameters[places[0]].low < 0.0:
+        begin[places[0]] = -begin[places[0]]
         fits.append(minimise(whole, begin, numbers, TRIAL_STEPS))
     best = min(fits, key=lambda fit: fit.cost)
     problem.runs += whole.runs
@@ -163,7 +165,7 @@ def _fitted(
     explains = (before - max(after, 0.0)) / before if before > 0.0 and drop > 0.0 else 0.0
     return TriedEffect(
         name, min(max(explains, 0.0), 1.0), drop, after,
-        {whole.names[j]: float(best.values[j]) for j in own},
+        {whole.names[j]: float(best.values[j]) for j in places},
     )  # fmt: skip
 
 
@@ -176,9 +178,9 @@ def _trial(problem: Problem, values: np.ndarray, name: str) -> _Trial:
         for field, about in effect_parameters(effect_classes()[name]).items()
         if about.get("type") == "number" and about.get("default", 0.0) == 0.0
     }
-    given = {field: max(0.0, _least(about)) for field, about in fields.items()
+    sizes = {field: max(0.0, _least(about)) for field, about in fields.items()
              if "default" not in about}  # fmt: skip
-    scene = _with_effect(problem.scene, name, given)
+    scene = _with_effect(problem.scene, name, sizes)
     other = Problem(scene, problem.common, problem.recordings, problem.noise)
     more = [
         FitParameter(
@@ -203,8 +205,10 @@ def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
         "stiffness_1": (k * (1 + APART), "N/m"), "stiffness_2": (k * (1 - APART), "N/m"),
         "damping_1": (c, "N s/m"), "damping_2": (c, "N s/m"),
     }  # fmt: skip
-    own = {name: start for name, (start, _) in starts.items()} | {"axis_angle": 0.5}
-    effects = {name: each for name, each in rest.items() if name != EQUAL} | {UNEQUAL: own}
+    sizes = {name: start for name, (start, _) in starts.items()} | {"axis_angle": 0.5}
+    effects = {name: settings for name, settings in rest.items() if name != EQUAL} | {
+        UNEQUAL: sizes
+    }
     more = [
         FitParameter(f"effects.{UNEQUAL}.{name}", unit, start, start, 0.0, 10.0 * start,
                   KeyPlace(f"effects.{UNEQUAL}.{name}"))
@@ -212,7 +216,11 @@ def _unequal(problem: Problem, values: np.ndarray) -> _Trial:
     ]  # fmt: skip
     axis = f"effects.{UNEQUAL}.axis_angle"
     more.append(FitParameter(axis, "rad", 0.5, 1.0, -3.2, 3.2, KeyPlace(axis)))
-    kept = [each for each in problem.common if not each.name.startswith(f"effects.{EQUAL}.")]
+    kept = [
+        parameter
+        for parameter in problem.common
+        if not parameter.name.startswith(f"effects.{EQUAL}.")
+    ]
     return _Trial(
         changed_scene(problem.scene, {"effects": effects}, f"with {UNEQUAL}"),
         (*kept, *more), tuple(more),
@@ -239,11 +247,11 @@ def _size(problem: Problem, values: np.ndarray, key: str, least: float) -> float
     bare = [problem.simulated(k, values) for k in range(len(problem.recordings))]
     for size in SIZES[SIZES >= least].tolist():
         changes = []
-        for k, (shown, noise) in enumerate(zip(bare, problem.noise, strict=True)):
+        for k, (signals, noise) in enumerate(zip(bare, problem.noise, strict=True)):
             moved = problem.simulated(k, values, {key: size})
-            if shown is None or moved is None:
+            if signals is None or moved is None:
                 return best
-            changes.append(float(np.sqrt(np.mean((moved - shown) ** 2))) / noise)
+            changes.append(float(np.sqrt(np.mean((moved - signals) ** 2))) / noise)
         change = max(changes)
         if change > 0.0 and abs(math.log(change)) < nearest:
             best, nearest = size, abs(math.log(change))

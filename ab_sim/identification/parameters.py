@@ -93,7 +93,7 @@ def fitted_parameters(
     return [_fitted(scene, key, bounds.get(key)) for key in keys]
 
 
-def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitParameter:
+def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitParameter:
     place, now = _place(scene, key)
     for section, why in _REFUSED.items():
         if key == section or key.startswith(f"{section}."):
@@ -111,7 +111,7 @@ def _fitted(scene: Scene, key: str, given: tuple[float, float] | None) -> FitPar
         )
     start = float(now)
     allowed = bounds_at(scene, row.key) or Bounds()
-    low, high = _limits(scene, allowed, start, given, key)
+    low, high = _limits(scene, allowed, start, bounds, key)
     scale = abs(start) if start else 0.25 * (high - low)
     return FitParameter(key, row.unit, start, scale, low, high, place, least=allowed.lowest)
 
@@ -156,11 +156,11 @@ def _is_count(key: str) -> bool:
 
 
 def _limits(
-    scene: Scene, allowed: Bounds, start: float, given: tuple[float, float] | None, key: str
+    scene: Scene, allowed: Bounds, start: float, bounds: tuple[float, float] | None, key: str
 ) -> tuple[float, float]:
     lowest, highest = allowed.lowest, allowed.highest
-    if given is not None:
-        low, high = given
+    if bounds is not None:
+        low, high = bounds
         if not low <= start <= high:
             raise InputError(
                 f"bounds {key} = {exact(low)}..{exact(high)}: the scene's value "

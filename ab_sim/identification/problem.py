@@ -44,16 +44,19 @@ class Problem:
     ) -> None:
         self.scene, self.common = scene, tuple(common)
         self.recordings, self.noise = tuple(recordings), tuple(noise)
-        own = [
-            each
+        of_recordings = [
+            own_parameter
             for number, measured in enumerate(recordings)
-            for each in own_parameters(scene, measured, number)
+            for own_parameter in own_parameters(scene, measured, number)
         ]
-        self.parameters = (*self.common, *own, *encoder_zero(recordings))
+        self.parameters = (*self.common, *of_recordings, *encoder_zero(recordings))
         self._drives = [RecordedDrive(scene, measured) for measured in recordings]
         self._taps = [whitening_of(measured) for measured in recordings]
-        whole = [whitened(*each) for each in zip(self._taps, self._measured, strict=True)]
-        self._there = [np.isfinite(each) for each in whole]
+        whole = [
+            whitened(*taps_and_signals)
+            for taps_and_signals in zip(self._taps, self._measured, strict=True)
+        ]
+        self._there = [np.isfinite(residuals) for residuals in whole]
         self.runs = 0
         """Number of runs made."""
         self._last: dict[int, tuple[bytes, SimulatedSignals | None]] = {}
@@ -69,17 +72,17 @@ class Problem:
     @property
     def names(self) -> tuple[str, ...]:
         """Names of all parameters."""
-        return tuple(each.name for each in self.parameters)
+        return tuple(parameter.name for parameter in self.parameters)
 
     @property
     def start(self) -> np.ndarray:
         """Start values in SI units."""
-        return np.array([each.start for each in self.parameters])
+        return np.array([parameter.start for parameter in self.parameters])
 
     @property
     def scales(self) -> np.ndarray:
         """Scales of the parameters."""
-        return np.array([each.scale for each in self.parameters])
+        return np.array([parameter.scale for parameter in self.parameters])
 
     def part(self, recordings: Sequence[int], until: float | None = None) -> "Problem":
         """Return the problem of some recordings, or of their beginnings.
@@ -136,12 +139,14 @@ class Problem:
         """
         residuals, blocks = [], []
         for k, (noise, there) in enumerate(zip(self.noise, self._there, strict=True)):
-            own = self._own_of(k, free)
-            signals = self._signals(k, values, own, central)
+            places = self._own_of(k, free)
+            signals = self._signals(k, values, places, central)
             residuals.append(self._left(k, signals, values)[there] / noise)
             block = np.zeros((int(there.sum()), len(free)))
             if signals is not None:
-                for j, column in zip(own, self._columns(k, signals, values, own), strict=True):
+                for j, column in zip(
+                    places, self._columns(k, signals, values, places), strict=True
+                ):
                     block[:, free.index(j)] = whitened(self._taps[k], column)[there]
             blocks.append(-block / noise)
         return np.concatenate(residuals), np.concatenate(blocks) * self.scales[list(free)]
@@ -194,10 +199,10 @@ class Problem:
                     by_key[RATES] = [0.0] * balls
             if not measured.at_rest:
                 by_key[POSITION], by_key[VELOCITY] = [0.0, 0.0], [0.0, 0.0]
-        for each, value in zip(self.parameters, values.tolist(), strict=True):
-            if each.place is not None and each.belongs_to(number):
-                base = 0.0 if number is None else each.bases.get(number, 0.0)
-                each.place.put(by_key, base + value, self.scene)
+        for parameter, value in zip(self.parameters, values.tolist(), strict=True):
+            if parameter.place is not None and parameter.belongs_to(number):
+                base = 0.0 if number is None else parameter.bases.get(number, 0.0)
+                parameter.place.put(by_key, base + value, self.scene)
         return by_key
 
     def _signals(
@@ -207,10 +212,10 @@ class Problem:
         """Run a recording; the last run without derivatives is cached."""
         if free or also:
             return self._run(number, values, free, central, also or {})
-        key, known = values.tobytes(), self._last.get(number)
-        if known is None or known[0] != key:
-            known = self._last[number] = key, self._run(number, values, (), central, {})
-        return known[1]
+        key, cached = values.tobytes(), self._last.get(number)
+        if cached is None or cached[0] != key:
+            cached = self._last[number] = key, self._run(number, values, (), central, {})
+        return cached[1]
 
     def _run(
         self, number: int, values: np.ndarray, free: Sequence[int], central: bool,
@@ -233,32 +238,32 @@ class Problem:
     def _own(self, number: int, nuisance: str, values: np.ndarray) -> list[float]:
         return [
             float(value)
-            for each, value in zip(self.parameters, values, strict=True)
-            if each.recording == number and each.nuisance == nuisance
+            for parameter, value in zip(self.parameters, values, strict=True)
+            if parameter.recording == number and parameter.nuisance == nuisance
         ]
 
     def _shown(self, number: int, signals: SimulatedSignals, values: np.ndarray) -> np.ndarray:
         gain, bias = self._own(number, GAIN, values), self._own(number, BIAS, values)
-        shown = signals.values * gain[0] if gain else signals.values
-        return shown + np.array(bias) if bias else shown
+        scaled = signals.values * gain[0] if gain else signals.values
+        return scaled + np.array(bias) if bias else scaled
 
     def _columns(
-        self, number: int, signals: SimulatedSignals, values: np.ndarray, own: Sequence[int]
+        self, number: int, signals: SimulatedSignals, values: np.ndarray, places: Sequence[int]
     ) -> list[np.ndarray]:
         """Return the derivatives of the signals by parameters, each of shape (samples, axes)."""
         gains = self._own(number, GAIN, values)
         gain, derivatives = (gains[0] if gains else 1.0), iter(signals.derivatives)
         columns = []
-        for j in own:
-            each = self.parameters[j]
-            if each.place is not None:
+        for j in places:
+            parameter = self.parameters[j]
+            if parameter.place is not None:
                 columns.append(gain * next(derivatives))
-            elif each.nuisance == GAIN:
+            elif parameter.nuisance == GAIN:
                 columns.append(signals.values)
-            elif each.nuisance == DELAY:
+            elif parameter.nuisance == DELAY:
                 columns.append(-gain * signals.slope)
             else:
                 column = np.zeros(signals.values.shape)
-                column[:, each.axis] = 1.0
+                column[:, parameter.axis] = 1.0
                 columns.append(column)
         return columns

@@ -53,14 +53,14 @@ def proposals_for(
         tell: progress callback.
     """
     shared, count = shared_numbers(problem), len(problem.common)
-    known = _information(problem, values)
+    present = _information(problem, values)
     fitted = [k for k in range(count) if k in free]
     lanes = [k for k, j in enumerate(shared) if j in free]
-    whole, given = deviations_of(known), deviations_of(known[:, lanes])
-    now = given[: len(fitted)]
+    whole, alone = deviations_of(present), deviations_of(present[:, lanes])
+    now = alone[: len(fitted)]
     now[[problem.parameters[k].name in unbounded for k in fitted]] = np.inf
     worst = fitted[int(np.argmax(now))] if fitted else 0
-    found = []
+    proposals = []
     standards = _standards(problem, values)
     for done, standard in enumerate(standards):
         tell(f"what a further {standard.name} would add", done, len(standards))
@@ -68,14 +68,14 @@ def proposals_for(
             added = _added(problem, values, standard)
         except AbSimError:
             continue
-        both = np.concatenate([known, np.zeros((len(added), len(shared)))])
-        both[len(known) :, :count] = added[:, :count]
+        both = np.concatenate([present, np.zeros((len(added), len(shared)))])
+        both[len(present) :, :count] = added[:, :count]
         then = deviations_of(both)
         opens = [k for k in range(count) if k not in fitted and whole[k] > UNKNOWN >= then[k]]
         asked = then[[*fitted, *opens]]
         if not opens:
             asked = deviations_of(both[:, lanes])[: len(fitted)]
-        found.append(
+        proposals.append(
             Proposal(
                 standard.name, standard.words, problem.parameters[worst].name,
                 REACH * float(np.max(now, initial=0.0)),
@@ -84,15 +84,17 @@ def proposals_for(
                 tuple(REACH * float(then[k]) for k in opens),
             )
         )  # fmt: skip
-    return tuple(sorted(found, key=lambda each: (-len(each.opens), each.then, each.name)))
+    return tuple(
+        sorted(proposals, key=lambda proposal: (-len(proposal.opens), proposal.then, proposal.name))
+    )
 
 
 def _information(problem: Problem, values: np.ndarray) -> np.ndarray:
     """Return sensitivities of common parameters, with the recordings' own parameters fitted."""
     shared = shared_numbers(problem)
-    own = [j for j in range(len(problem.parameters)) if j not in shared]
+    others = [j for j in range(len(problem.parameters)) if j not in shared]
     jacobian = problem.derivatives(values, list(range(len(problem.parameters))))
-    return beyond(jacobian[:, own], jacobian[:, shared])
+    return beyond(jacobian[:, others], jacobian[:, shared])
 
 
 def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
@@ -125,7 +127,7 @@ def _standards(problem: Problem, values: np.ndarray) -> list[_Standard]:
         words = f"take the balls out, run up {to} {RAMP:g} s"
         standards.append(_Standard("ramp without balls", words, ramp, with_balls=False))
     else:
-        standards = [each._replace(with_balls=False) for each in standards]
+        standards = [standard._replace(with_balls=False) for standard in standards]
     return standards
 
 
@@ -158,6 +160,6 @@ def _added(problem: Problem, values: np.ndarray, standard: _Standard) -> np.ndar
     other = Problem(problem.scene, problem.common, [measured], [problem.noise[0]])
     begin = other.start
     begin[: len(problem.common)] = values[: len(problem.common)]
-    found = _information(other, begin)
+    information = _information(other, begin)
     problem.runs += other.runs
-    return found
+    return information

@@ -101,16 +101,18 @@ def whiteness_over(problem: Problem, values: np.ndarray) -> tuple[Whiteness, ...
         problem: fitted problem.
         values: values of its parameters [SI].
     """
-    found = []
+    results = []
     for k, measured in enumerate(problem.recordings):
-        left = problem.left(k, values)
-        each = whiteness_of(left, measured.rms, measured.name)
-        each = each._replace(turning_z=turning_z(left, measured))
-        found.append(each if each.white else each._replace(signs=signs_of(left, measured.time)))
-    return tuple(found)
+        residuals = problem.left(k, values)
+        result = whiteness_of(residuals, measured.rms, measured.name)
+        result = result._replace(turning_z=turning_z(residuals, measured))
+        results.append(
+            result if result.white else result._replace(signs=signs_of(residuals, measured.time))
+        )
+    return tuple(results)
 
 
-def turning_z(left: np.ndarray, measured: Measured) -> float:
+def turning_z(residuals: np.ndarray, measured: Measured) -> float:
     """Return the significance of residuals that turn with the spindle; see ``Whiteness``.
 
     On axes that turn with the spindle, the mean of white noise over a block is normal; its variance
@@ -118,11 +120,11 @@ def turning_z(left: np.ndarray, measured: Measured) -> float:
     fit removes part of it, so that the test is conservative.
 
     Args:
-        left: residuals, shape (samples, axes), NaN where nothing was measured.
+        residuals: residuals, shape (samples, axes), NaN where nothing was measured.
         measured: recording with axes and spindle angle.
     """
-    there = np.isfinite(left).all(axis=1)
-    across = (left @ np.exp(1j * np.array(measured.axes)))[there]
+    there = np.isfinite(residuals).all(axis=1)
+    across = (residuals @ np.exp(1j * np.array(measured.axes)))[there]
     angle = measured.spindle_angle[there]
     turned = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(angle)))])
     size = float(np.mean(np.abs(across) ** 2))
@@ -139,15 +141,15 @@ def turning_z(left: np.ndarray, measured: Measured) -> float:
     return float(norm.isf(above) if above < below else -norm.isf(below))
 
 
-def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
+def signs_of(residuals: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
     """Return descriptions of patterns in residuals: a drifting sensor.
 
     Args:
-        left: residuals, shape (samples, axes), NaN where nothing was measured.
+        residuals: residuals, shape (samples, axes), NaN where nothing was measured.
         time: times of the samples [s].
     """
     signs = []
-    for axis, column in enumerate(left.T):
+    for axis, column in enumerate(residuals.T):
         there = np.isfinite(column)
         at, values = time[there], column[there]
         slope, level = np.polyfit(at, values, 1)
@@ -161,8 +163,11 @@ def signs_of(left: np.ndarray, time: np.ndarray) -> tuple[str, ...]:
 def noises_of(recordings: Sequence[Measured]) -> list[float]:
     """Return noise estimates of recordings, whitened if the noise is coloured."""
     return [
-        max(noise_of(whitened(whitening_of(each), each.signals)), NOISELESS * each.rms)
-        for each in recordings
+        max(
+            noise_of(whitened(whitening_of(recording), recording.signals)),
+            NOISELESS * recording.rms,
+        )
+        for recording in recordings
     ]
 
 
@@ -187,9 +192,9 @@ def _cumulative(centred: np.ndarray) -> float:
     return float(kstwobign.sf(distance * math.sqrt(len(power))))
 
 
-def total_z(found: Sequence[Whiteness]) -> float:
+def total_z(results: Sequence[Whiteness]) -> float:
     """Return a combined z of all recordings that can be tested; 0 if there is none."""
-    judged = [each.worst for each in found if each.judged]
+    judged = [result.worst for result in results if result.judged]
     return sum(judged) / math.sqrt(len(judged)) if judged else 0.0
 
 

@@ -153,29 +153,29 @@ class Identification(Presented):
         KeyError
             The name is unknown.
         """
-        for each in self.estimates:
-            if each.name == name:
-                return each
+        for estimate in self.estimates:
+            if estimate.name == name:
+                return estimate
         raise KeyError(f"no parameter {name!r}; there are: {[e.name for e in self.estimates]}")
 
     def _facts(self) -> dict[str, str]:
         return {
             "scene": self.before.name,
             "verdict": self.verdict,
-            "recordings": str(sum(not each.held_out for each in self.comparisons)),
-            "parameters": str(sum(not each.own for each in self.estimates)),
+            "recordings": str(sum(not comparison.held_out for comparison in self.comparisons)),
+            "parameters": str(sum(not estimate.own for estimate in self.estimates)),
             "runs": str(self.runs),
         }
 
     def _columns(self) -> Columns:
-        found = self.estimates
+        estimates = self.estimates
         return {
-            "parameter": Column(None, [each.name for each in found]),
-            "unit": Column(None, [each.unit for each in found]),
-            "value": Column(None, [each.value for each in found]),
-            "low": Column(None, [each.low for each in found]),
-            "high": Column(None, [each.high for each in found]),
-            "how": Column(None, [each.how for each in found]),
+            "parameter": Column(None, [estimate.name for estimate in estimates]),
+            "unit": Column(None, [estimate.unit for estimate in estimates]),
+            "value": Column(None, [estimate.value for estimate in estimates]),
+            "low": Column(None, [estimate.low for estimate in estimates]),
+            "high": Column(None, [estimate.high for estimate in estimates]),
+            "how": Column(None, [estimate.how for estimate in estimates]),
         }
 
     def report(self) -> dict[str, object]:
@@ -184,23 +184,23 @@ class Identification(Presented):
         Infinite numbers become None: the end of an open interval, or the z of an effect whose run
         diverges, as stated in its ``failure``.
         """
-        found: dict[str, object] = finite_or_none(
+        results: dict[str, object] = finite_or_none(
             {
                 "scene": self.before.name,
                 "verdict": self.verdict,
                 "reasons": list(self.reasons),
-                "parameters": [each.report() for each in self.estimates],
+                "parameters": [estimate.report() for estimate in self.estimates],
                 "covariance": {
                     "parameters": list(self.intervals.names),
                     "values": self.intervals.covariance.tolist(),
                 },
                 "correlation": self.intervals.correlation.tolist(),
-                "profiles": [each._asdict() for each in self.intervals.profiles],
+                "profiles": [profile._asdict() for profile in self.intervals.profiles],
                 "knowledge": self.knowledge.report(),
-                "residuals": [each.report() for each in self.whiteness],
-                "tried_effects": [each.report() for each in self.tried],
+                "residuals": [result.report() for result in self.whiteness],
+                "tried_effects": [trial.report() for trial in self.tried],
                 "held_out": None if self.held_out is None else self.held_out._asdict(),
-                "next_recordings": [each.report() for each in self.proposals],
+                "next_recordings": [proposal.report() for proposal in self.proposals],
                 "notes": list(self.notes),
                 "runs": self.runs,
                 "seed": self.seed,
@@ -208,7 +208,7 @@ class Identification(Presented):
                 "fitted_scene": self.scene.as_mapping(),
             }
         )
-        return found
+        return results
 
     def scene_text(self) -> str:
         """Return the fitted scene as a file, with a header that states the uncertainty."""
@@ -217,7 +217,7 @@ class Identification(Presented):
             *(f"# {text}" for text in (*self.reasons, *self.notes)),
             "# Intervals of 95 %:",
         ]
-        head += [f"#   {words_of(each)}" for each in self.estimates if not each.own]
+        head += [f"#   {words_of(estimate)}" for estimate in self.estimates if not estimate.own]
         return "\n".join(head) + "\n" + yaml_text(self.scene.as_mapping())
 
 
@@ -231,10 +231,10 @@ def share_words(share: float) -> str:
     return f"{100.0 * share:.2g} %" if np.isfinite(share) else "unknown"
 
 
-def words_of(each: Estimate) -> str:
+def words_of(estimate: Estimate) -> str:
     """Return a number with its interval as text, or its status."""
-    unit = "" if each.unit == "1" else f" {each.unit}"
-    value = f"{each.name} = {each.value:.6g}{unit}"
-    if not np.isfinite(each.low) and not np.isfinite(each.high):
-        return f"{value}, {each.how}: any value fits (-inf to inf)"
-    return f"{value} ({each.low:.6g} to {each.high:.6g})"
+    unit = "" if estimate.unit == "1" else f" {estimate.unit}"
+    value = f"{estimate.name} = {estimate.value:.6g}{unit}"
+    if not np.isfinite(estimate.low) and not np.isfinite(estimate.high):
+        return f"{value}, {estimate.how}: any value fits (-inf to inf)"
+    return f"{value} ({estimate.low:.6g} to {estimate.high:.6g})"

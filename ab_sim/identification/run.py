@@ -148,7 +148,7 @@ class _Work:
         proposals: tuple[Proposal, ...] = ()
         try:
             if not interrupted:
-                white = [each.white for each in whiteness]
+                white = [result.white for result in whiteness]
                 if not all(white):
                     tried = tried_scales(
                         problem, values, white, held, question.seed, self._tell, workers
@@ -157,7 +157,7 @@ class _Work:
                         tried = tried_effects(problem, values, free, white, self._tell)
                     # A wrong scale of all recordings contains no information about a change of the
                     # drive.
-                    if not explained_by(tried) and any(each.factor == 1.0 for each in misfits):
+                    if not explained_by(tried) and any(misfit.factor == 1.0 for misfit in misfits):
                         changes = changes_in(
                             problem, white, held, question.seed, self._tell, workers
                         )
@@ -167,14 +167,20 @@ class _Work:
                     )
                     comparisons += more
                 unbounded = [
-                    each.name for each in intervals.estimates if not each.bounded and not each.own
+                    estimate.name
+                    for estimate in intervals.estimates
+                    if not estimate.bounded and not estimate.own
                 ]
                 if question.propose:
                     proposals = proposals_for(problem, values, free, unbounded, self._tell)
         except (Interrupted, KeyboardInterrupt):
             interrupted = True
         opened = dict.fromkeys((*knowledge.open, *open_after.open))
-        bound = [each.name for each in intervals.estimates if each.at_bound and not each.own]
+        bound = [
+            estimate.name
+            for estimate in intervals.estimates
+            if estimate.at_bound and not estimate.own
+        ]
         verdict, reasons = verdict_of(
             Findings(
                 interrupted, whiteness, tried, outside, tuple(opened), bound,
@@ -191,9 +197,9 @@ class _Work:
             f"{measured.name}: {note}" for measured in self._recordings for note in measured.notes
         ]
         notes += [
-            each.doubt
-            for each, white in zip(problem.recordings, whiteness, strict=True)
-            if each.doubt and not white.white
+            recording.doubt
+            for recording, white in zip(problem.recordings, whiteness, strict=True)
+            if recording.doubt and not white.white
         ]
         return Identification(
             fitted, self._scene, verdict, tuple(reasons), intervals,
@@ -244,10 +250,10 @@ class _Work:
         """Return the standard deviation of each recording's residuals."""
         parts = []
         for k, measured in enumerate(problem.recordings):
-            left = problem.left(k, values)
+            residuals = problem.left(k, values)
             # Limit the influence of outliers by a robust estimate.
-            spread = float(np.nanmedian(np.abs(left))) / 0.6745
-            rms = float(np.sqrt(np.nanmean(left**2)))
+            spread = float(np.nanmedian(np.abs(residuals))) / 0.6745
+            rms = float(np.sqrt(np.nanmean(residuals**2)))
             parts.append(max(min(rms, 1.5 * spread), NOISELESS * measured.rms))
         return parts
 
@@ -269,8 +275,8 @@ def _check_doubts(problem: Problem, values: np.ndarray) -> None:
 def _within_a_turn(problem: Problem, values: np.ndarray) -> np.ndarray:
     """Return values with start angles reduced to one revolution."""
     turned = values.copy()
-    for j, each in enumerate(problem.parameters):
-        if each.is_own_angle:
+    for j, parameter in enumerate(problem.parameters):
+        if parameter.is_own_angle:
             turned[j] = math.remainder(float(values[j]), 2.0 * math.pi)
     return turned
 
@@ -279,7 +285,9 @@ def _marked(intervals: Intervals, problem: Problem, held: Sequence[int]) -> Inte
     """Return intervals in which undetermined fixed parameters are marked as such."""
     names = {problem.parameters[j].name for j in held}
     estimates = tuple(
-        each._replace(how=NOT_KNOWN) if each.how == HELD and each.name in names else each
-        for each in intervals.estimates
+        estimate._replace(how=NOT_KNOWN)
+        if estimate.how == HELD and estimate.name in names
+        else estimate
+        for estimate in intervals.estimates
     )
     return intervals._replace(estimates=estimates)

@@ -32,12 +32,12 @@ class AlikeRuns:
             if any(run.failure for run in done):
                 return None
             return np.stack([run.trajectory.samples for run in done])
-        found = np.empty((-(-len(runs) // LANES) * LANES, steps, channels))
+        samples = np.empty((-(-len(runs) // LANES) * LANES, steps, channels))
         for begin in range(0, len(runs), LANES):
             some = runs[begin : begin + LANES]
             keys = [run.step_plan_key for run in some]
-            into = LaneSamples.by_sample(found[begin : begin + LANES])
+            into = LaneSamples.by_sample(samples[begin : begin + LANES])
             sound, _ = self._lanes.run(LaneStarts.of(some), keys, into)
             if (sound[: len(some)] < steps).any():
                 return None
-        return found[: len(runs)]
+        return samples[: len(runs)]

@@ -208,7 +208,9 @@ class StagedFit:
             settled = self._without_balls(bare)
         for k in others:
             self._with_balls(k, settled)
-            settled |= {j for j, each in enumerate(problem.parameters) if each.belongs_to(k)}
+            settled |= {
+                j for j, parameter in enumerate(problem.parameters) if parameter.belongs_to(k)
+            }
         free = [j for j in range(len(problem.parameters)) if j not in self._held]
         fit = minimise(problem, self.best, free, LAST_STEPS, seen=self._keep)
         self.best = fit.values
@@ -252,12 +254,12 @@ class StagedFit:
                     begin = minimise(shorter, begin, felt, SEARCH_STEPS).values
                     whole.runs += shorter.runs
                 ends.append(minimise(part, begin, felt, SEARCH_STEPS * 3))
-            bests.append(min(ends, key=lambda each: each.cost))
+            bests.append(min(ends, key=lambda end: end.cost))
             if _settled(part, bests):
                 break
         else:
             self.disagreements.append("recordings without balls")
-        best = min(bests, key=lambda each: each.cost)
+        best = min(bests, key=lambda fit: fit.cost)
         self.best[places] = best.values
         jacobian = part.derivatives(best.values, felt)
         whole.runs += part.runs
@@ -281,16 +283,16 @@ class StagedFit:
                 what = f"start angles of {part.recordings[0].name}, first {100 * horizon:.0f} %"
                 starts, fits = tried[:keep], list[Fitted]()
                 self._tell(what, 0, len(starts))
-                for each, runs in self._workers.each(partial(_searched, part, free), starts, 1):
-                    fits.append(each)
+                for fit, runs in self._workers.each(partial(_searched, part, free), starts, 1):
+                    fits.append(fit)
                     whole.runs += runs
                     self._tell(what, len(fits), len(starts))
-                fits.sort(key=lambda each: each.cost)
-                tried = [each.values for each in _distinct(fits)]
+                fits.sort(key=lambda fit: fit.cost)
+                tried = [fit.values for fit in _distinct(fits)]
                 if not bests:
                     self.best[places] = tried[0]
             bests.append(fits[0])
-            self.best[places] = min(bests, key=lambda each: each.cost).values
+            self.best[places] = min(bests, key=lambda fit: fit.cost).values
             if _settled(part, bests):
                 return
         self.disagreements.append(part.recordings[0].name)
@@ -313,7 +315,7 @@ class StagedFit:
 
 def _settled(part: Problem, bests: Sequence[Fitted]) -> bool:
     """Return whether the best minimum is at noise level, or was found by two draws."""
-    costs = sorted(each.cost for each in bests)
+    costs = sorted(fit.cost for fit in bests)
     numbers = sum(measured.count for measured in part.recordings)
     if costs[0] <= AT_NOISE * 0.5 * numbers:
         return True
@@ -329,12 +331,12 @@ def _searched(part: Problem, free: Sequence[int], values: np.ndarray) -> tuple[F
 
 def _between(part: Problem, j: int, now: float, share: float) -> float:
     """Return a start of a parameter at a fraction of its search range."""
-    each = part.parameters[j]
-    if each.is_own_angle:
+    parameter = part.parameters[j]
+    if parameter.is_own_angle:
         return now + 2.0 * math.pi * share
-    if each.recording is not None:
+    if parameter.recording is not None:
         return now
-    low, high = each.low, each.high
+    low, high = parameter.low, parameter.high
     if now > 0.0:
         low, high = max(low, now / NEAR), min(high, now * NEAR)
         if low > 0.0:
@@ -347,10 +349,10 @@ def _places(whole: Problem, part: Problem) -> list[int]:
     return [whole.names.index(name) for name in part.names]
 
 
-def _distinct(found: Sequence[Fitted]) -> list[Fitted]:
+def _distinct(fits: Sequence[Fitted]) -> list[Fitted]:
     """Return the results without duplicates of better ones."""
     kept: list[Fitted] = []
-    for each in found:
-        if all(abs(each.cost - other.cost) > 1e-6 * max(other.cost, 1e-12) for other in kept):
-            kept.append(each)
+    for fit in fits:
+        if all(abs(fit.cost - other.cost) > 1e-6 * max(other.cost, 1e-12) for other in kept):
+            kept.append(fit)
     return kept

@@ -50,12 +50,12 @@ class Table:
     """Description of ab_sim's run; empty for a real drive."""
     notes: tuple[str, ...] = ()
 
-    def column(self, name: str, said: str) -> np.ndarray:
+    def column(self, name: str, place: str) -> np.ndarray:
         """Return the numbers of a column.
 
         Args:
             name: name of the column.
-            said: origin of the request, for messages.
+            place: origin of the request, for messages.
 
         Raises:
             InputError: there is no such column, or it does not contain numbers.
@@ -63,7 +63,7 @@ class Table:
         if name not in self.columns:
             near = nearest(name, self.columns)
             raise InputError(
-                f"{self.name}: {said}: there is no column {name!r}{near}; it has "
+                f"{self.name}: {place}: there is no column {name!r}{near}; it has "
                 + ", ".join(self.columns)
             )
         values = self.columns[name]
@@ -71,7 +71,7 @@ class Table:
             since = values - values[0] if values.dtype.kind == "M" else values
             return since / np.timedelta64(1, "s")
         if values.dtype.kind not in "fiu":
-            raise InputError(f"{self.name}: {said}: the column {name!r} {_contents(values)}")
+            raise InputError(f"{self.name}: {place}: the column {name!r} {_contents(values)}")
         return values.astype(float)
 
     def unit_of(self, name: str, written: str | None) -> str | None:
@@ -204,7 +204,7 @@ def _contents(values: np.ndarray) -> str:
         return "holds truth values, not numbers; write 0 and 1, or choose another column"
     if not isinstance(value, str | bytes):
         return f"holds {type(value).__name__} values, not numbers; write one number in each row"
-    row, value = next((each for each in there if not _is_number(each[1])), (row, value))
+    row, value = next((entry for entry in there if not _is_number(entry[1])), (row, value))
     return (
         f"holds texts, not numbers: {short(value)} at row {row}; is there a line that is no data?"
     )
@@ -289,10 +289,10 @@ def _of_recording(run: StoredRun, name: str) -> Table:
 
 def _of_bag(path: Path, rows_of: str | None) -> Table:
     with tempfile.TemporaryDirectory(prefix="ab_sim_") as folder:
-        found = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)
-        if len(found.files) > 1:
+        import_result = import_bag(path, Path(folder) / "bag.rrd", rows_of=rows_of)
+        if len(import_result.files) > 1:
             raise InputError(
-                f"{path}: holds {len(found.files)} runs, one after the other; make recordings of "
-                f"them (ab-sim import) and give those that are meant"
+                f"{path}: holds {len(import_result.files)} runs, one after the other; make "
+                f"recordings of them (ab-sim import) and give those that are meant"
             )
-        return _of_recording(open_recording(found.files[0]), path.stem)
+        return _of_recording(open_recording(import_result.files[0]), path.stem)

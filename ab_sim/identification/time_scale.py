@@ -97,7 +97,7 @@ def tried_scales(
                 nuisance=TIME_SCALE,
             )
         )  # fmt: skip
-    return tuple(sorted(scales, key=lambda each: -each.drop))
+    return tuple(sorted(scales, key=lambda scale: -scale.drop))
 
 
 def _drift(measured: Measured) -> tuple[float, float]:

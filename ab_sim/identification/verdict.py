@@ -95,73 +95,73 @@ def misfits_of(
     return tuple(misfits)
 
 
-def _steady_factor(measured: np.ndarray, shown: np.ndarray) -> float:
+def _steady_factor(measured: np.ndarray, simulated: np.ndarray) -> float:
     """Return the ratio of two signals (samples, axes) if it is constant over time; otherwise 1."""
     factors = []
     for some, other in zip(
-        np.array_split(measured, PARTS), np.array_split(shown, PARTS), strict=True
+        np.array_split(measured, PARTS), np.array_split(simulated, PARTS), strict=True
     ):
         there = np.isfinite(some)
         square = float(np.sum(other[there] ** 2))
         # A part without vibration has no amplitude to compare.
-        if square > 0.01 * float(np.sum(shown**2)) / PARTS:
+        if square > 0.01 * float(np.sum(simulated**2)) / PARTS:
             factors.append(float(np.sum(some[there] * other[there])) / square)
     if not factors:
         return 1.0
     middle = float(np.median(factors))
-    steady = max(abs(each - middle) for each in factors) < STEADY * abs(middle)
+    steady = max(abs(factor - middle) for factor in factors) < STEADY * abs(middle)
     return middle if steady and abs(middle - 1.0) > SCALED else 1.0
 
 
-def verdict_of(found: Findings) -> tuple[str, list[str]]:
+def verdict_of(findings: Findings) -> tuple[str, list[str]]:
     """Return the verdict, and its reasons as sentences."""
     reasons: list[str] = []
     verdict = FITS
-    for each in found.opened:
+    for direction in findings.opened:
         verdict = OPEN
-        reasons.append(f"{each.words}; {each.advice}; held: {each.held}")
-    if found.outside is not None:
+        reasons.append(f"{direction.words}; {direction.advice}; held: {direction.held}")
+    if findings.outside is not None:
         reasons.append(
             "a run of the fitted scene on held-out data diverges"
-            if np.isinf(found.outside.after)
-            else f"on held-out data the residuals' r.m.s. is {found.outside.after:.3g} of the "
-            f"signals', with the scene as it was {found.outside.before:.3g}"
+            if np.isinf(findings.outside.after)
+            else f"on held-out data the residuals' r.m.s. is {findings.outside.after:.3g} of the "
+            f"signals', with the scene as it was {findings.outside.before:.3g}"
         )
-        if not found.outside.better:
+        if not findings.outside.better:
             verdict = NO_BETTER
-    if found.at_bound:
+    if findings.at_bound:
         verdict = BOUND
-    for one in found.whiteness:
+    for one in findings.whiteness:
         reasons += _noise_words(one)
-    if not all(each.white for each in found.whiteness):
-        off = [each for each in found.misfits if each.off]
-        verdict = OFF if off or found.at_bound else MISSING
+    if not all(result.white for result in findings.whiteness):
+        off = [misfit for misfit in findings.misfits if misfit.off]
+        verdict = OFF if off or findings.at_bound else MISSING
         reasons += [
-            f"{each.recording}: residuals are {each.above_noise:.3g} times the noise, "
-            f"{100 * each.share:.3g} % of the signals"
-            for each in off
+            f"{misfit.recording}: residuals are {misfit.above_noise:.3g} times the noise, "
+            f"{100 * misfit.share:.3g} % of the signals"
+            for misfit in off
         ]
-        reasons += _effect_words(found.tried, found.fit)
+        reasons += _effect_words(findings.tried, findings.fit)
         reasons += [
-            f"{each.recording}: its beginning, fitted by itself, fits until {each.time:.3g} s and "
-            "no more from there on: has something changed or broken then, or does the scene lack "
-            "what shows only then?"
-            for each in found.changes
+            f"{change.recording}: its beginning, fitted by itself, fits until {change.time:.3g} s "
+            "and no more from there on: has something changed or broken then, or does the scene "
+            "lack what shows only then?"
+            for change in findings.changes
         ]
         reasons.append("intervals are of chance only, and do not count what is missing")
     reasons += [
-        f"{each.recording}: its signals are {each.factor:.3g} times the fitted ones all along: are "
-        "their unit and the sensor's gain right? (--free gain)"
-        for each in found.misfits
+        f"{misfit.recording}: its signals are {misfit.factor:.3g} times the fitted ones all along: "
+        "are their unit and the sensor's gain right? (--free gain)"
+        for misfit in findings.misfits
         # A change during a recording distorts the scale of other recordings.
-        if each.factor != 1.0 and not found.changes
+        if misfit.factor != 1.0 and not findings.changes
     ]
     reasons += [
         f"{name} is at its bound: are the signals' unit and the sensor's gain right? if so, look "
         "further (--bounds), or at what the scene lacks"
-        for name in found.at_bound
+        for name in findings.at_bound
     ]
-    if found.interrupted:
+    if findings.interrupted:
         verdict = INTERRUPTED
         reasons.insert(0, "interrupted: these are the best values so far, not those of a fit")
     return verdict, reasons
@@ -184,13 +184,13 @@ def _noise_words(one: Whiteness) -> list[str]:
 
 def explained_by(tried: Sequence[TriedEffect]) -> bool:
     """Return whether one of the trials would reduce the residuals to noise, or nearly so."""
-    best = next((each for each in tried if not each.failure), None)
+    best = next((trial for trial in tried if not trial.failure), None)
     return best is not None and best.explains > EXPLAINS
 
 
 def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]:
     """Return sentences on effects that explain the residuals, and on fitting the first of them."""
-    best = next((each for each in tried if not each.failure), None)
+    best = next((trial for trial in tried if not trial.failure), None)
     if best is None or best.explains < NAMED:
         return ["nothing tried by itself explains it"] if tried else []
     if not explained_by(tried):
@@ -200,9 +200,9 @@ def _effect_words(tried: Sequence[TriedEffect], fit: Sequence[str]) -> list[str]
         ]
     names = " or ".join(as_good_as_the_best(tried))
     if best.nuisance:
-        own = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
+        values_text = ", ".join(f"{name} = {value:.4g}" for name, value in best.values.items())
         return [
-            f"{names} would explain it: with {own} z = {best.z:.1f}: "
+            f"{names} would explain it: with {values_text} z = {best.z:.1f}: "
             + ASKED[best.nuisance]
             + (f" to fit it: --free {best.nuisance}" if best.nuisance in NUISANCES else "")
         ]

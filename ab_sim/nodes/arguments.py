@@ -31,8 +31,8 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
         InputError: ROS would ignore an argument, or does not understand it; the domain is none, or
             ROS cannot write its log.
     """
-    given = sys.argv if arguments is None else arguments
-    if stray := _outside_ros_args(given[1:]):
+    argument_list = sys.argv if arguments is None else arguments
+    if stray := _outside_ros_args(argument_list[1:]):
         raise InputError(
             f"argument {stray[0]!r}: is not known; parameters come after --ros-args, each after "
             f"-p: `--ros-args -p {_as_parameter(stray[0])}`"
@@ -44,7 +44,7 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
         if warning:
             print(visible(warning), file=sys.stderr)
     try:
-        rclpy.init(args=list(given), signal_handler_options=SignalHandlerOptions.NO)
+        rclpy.init(args=list(argument_list), signal_handler_options=SignalHandlerOptions.NO)
     except RuntimeError as error:
         # rclpy does not export its own exceptions.
         if "initialize logging" in str(error) or "for writing" in str(error):
@@ -58,8 +58,8 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
                 f"enclave for this node, or unset {SECURITY}"
             ) from error
         raise InputError(
-            f"arguments {' '.join(given[1:])}: ROS does not understand them: {error}; a parameter "
-            "is given as `--ros-args -p name:=value`"
+            f"arguments {' '.join(argument_list[1:])}: ROS does not understand them: {error}; a "
+            "parameter is given as `--ros-args -p name:=value`"
         ) from error
 
 

@@ -104,8 +104,8 @@ class BagReplay(BaseNode):
                 last_update = seconds
         until = time.monotonic() + LAST_WORDS
         for publisher in self._topics.values():
-            left = Duration(seconds=max(until - time.monotonic(), 0.0))
-            publisher.wait_for_all_acked(left)
+            remaining = Duration(seconds=max(until - time.monotonic(), 0.0))
+            publisher.wait_for_all_acked(remaining)
         return count
 
     def _wait(self, stopping: threading.Event, until: float) -> float:
@@ -118,8 +118,8 @@ class BagReplay(BaseNode):
             if self._paused:
                 stopping.wait(GLANCE)
                 paused += time.monotonic() - now
-            elif (left := until + paused - now) > 0:
-                stopping.wait(min(left, GLANCE))
+            elif (remaining := until + paused - now) > 0:
+                stopping.wait(min(remaining, GLANCE))
             else:
                 return paused
 
@@ -174,18 +174,18 @@ def chosen(bag: Bag, namespace: str | None) -> list[str]:
     """Return the topics to replay: all, or those of a namespace and those outside of any."""
     if namespace is None:
         return list(bag.topics)
-    own = choose_namespace(bag, namespace).rstrip("/") + "/"
+    prefix = choose_namespace(bag, namespace).rstrip("/") + "/"
     outside = {topic.name for topic in topics.ALL if topic.name.startswith("/")}
-    if f"{own}clock" in bag.topics:
+    if f"{prefix}clock" in bag.topics:
         outside.discard("/clock")
-    return [name for name in bag.topics if name.startswith(own) or name in outside]
+    return [name for name in bag.topics if name.startswith(prefix) or name in outside]
 
 
 def _profile(name: str, qos: Qos | None) -> QoSProfile:
     """Return the recorded quality of service where it matters to subscribers, or the contract's."""
     if qos is None:
-        known = topic_by_name(name)
-        return known.qos.profile if known else QoSProfile(depth=10)
+        topic = topic_by_name(name)
+        return topic.qos.profile if topic else QoSProfile(depth=10)
     latched = qos.durability is QosDurability.TRANSIENT_LOCAL
     unsure = qos.reliability is QosReliability.BEST_EFFORT
     return QoSProfile(

@@ -120,8 +120,8 @@ class Caller:
         client, end = self._clients[service], time.monotonic() + timeout
         while True:
             future = client.call_async(request)
-            left = end - time.monotonic()
-            if self._until(future.done, min(again, left) if again else left):
+            remaining = end - time.monotonic()
+            if self._until(future.done, min(again, remaining) if again else remaining):
                 return future.result()
             if time.monotonic() >= end:
                 raise AbSimError(
@@ -135,15 +135,15 @@ class Caller:
         Raises:
             InputError: the node lacks such a parameter; the message names the nearest.
         """
-        known = sorted(self.call("list_parameters", ListParameters.Request()).result.names)
+        all_names = sorted(self.call("list_parameters", ListParameters.Request()).result.names)
         for name in names:
-            if name not in known:
-                own = [other for other in known if "." not in other]
+            if name not in all_names:
+                own_names = [other for other in all_names if "." not in other]
                 raise InputError(
-                    f"{name}: the node has no such parameter{nearest(name, known)}; it has "
-                    + ", ".join(own)
+                    f"{name}: the node has no such parameter{nearest(name, all_names)}; it has "
+                    + ", ".join(own_names)
                 )
-        wanted = list(names) or known
+        wanted = list(names) or all_names
         answer = self.call("get_parameters", GetParameters.Request(names=wanted))
         pairs = zip(wanted, answer.values, strict=False)
         return {name: _plain(parameter_value_to_python(value)) for name, value in pairs}
@@ -156,8 +156,8 @@ class Caller:
             Refused: the node rejects the values; the message states the reason.
         """
         self.parameters([*values])
-        each = [_message(name, value) for name, value in values.items()]
-        request = SetParametersAtomically.Request(parameters=each)
+        messages = [_message(name, value) for name, value in values.items()]
+        request = SetParametersAtomically.Request(parameters=messages)
         result = self.call("set_parameters_atomically", request).result
         if not result.successful:
             raise Refused(result.reason or f"refused: {', '.join(values)}")

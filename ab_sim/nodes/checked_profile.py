@@ -79,12 +79,12 @@ class CheckedProfile:
     def made_of(self) -> dict[str, Any]:
         """Everything that defines the profile, as JSON-able values, to match it with a snapshot."""
         asked = self._asked
-        told: Mapping[str, Any] = {
+        definition: Mapping[str, Any] = {
             "profile": asked.profile.model_dump(mode="json"),
             "first": asked.first,
             "settings": self._settings,
         }
-        return dict(json.loads(json.dumps(told)))
+        return dict(json.loads(json.dumps(definition)))
 
     def execution(self, silence: float) -> ProfileExecution:
         """Return the execution, ready to begin.

@@ -181,9 +181,10 @@ class CommandPath:
     @property
     def limits(self) -> SpeedServo:
         """Largest speed and acceleration in force."""
-        own, rules = self._scene_limits, self.rules
+        limits, rules = self._scene_limits, self.rules
         return SpeedServo(
-            min(own.max_speed, rules.max_speed), min(own.max_acceleration, rules.max_acceleration)
+            min(limits.max_speed, rules.max_speed),
+            min(limits.max_acceleration, rules.max_acceleration),
         )
 
     def receive(self, speed: float, now: int, stamp: int = 0) -> None:

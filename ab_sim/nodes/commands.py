@@ -104,7 +104,11 @@ class PendingCommands:
         """
         if not self._subscriptions:
             return
-        arrivals = [(topic, *each) for topic, own in self._read() for each in arrived(own, AT_ONCE)]
+        arrivals = [
+            (topic, *message)
+            for topic, reader in self._read()
+            for message in arrived(reader, AT_ONCE)
+        ]
         if len({topic for topic, *_ in arrivals}) > 1:
             arrivals.sort(key=lambda arrival: arrival[2])
         # By the steady clock: the system clock may be set in the meantime. If it was set since the
@@ -174,7 +178,9 @@ class PendingCommands:
     def publishers_changed(self) -> bool:
         """Return whether the number of publishers has changed since the last call."""
         before = self._publishers
-        self._publishers = [own.get_publisher_count() for own in self._subscriptions]
+        self._publishers = [
+            subscription.get_publisher_count() for subscription in self._subscriptions
+        ]
         return before != self._publishers
 
     def check_publishers(self) -> None:
@@ -217,7 +223,7 @@ class PendingCommands:
             for info in self._publishers_of(topic)
             if info.topic_type == topic.type_name
         ]
-        present = {each.gid for each in endpoints}
+        present = {endpoint.gid for endpoint in endpoints}
         self._heard = {gid: time for gid, time in self._heard.items() if gid in present}
         since = self._awake - round(LATELY * 1e9)
         return Sources.of(endpoints, self._heard, {g for g, t in self._heard.items() if t >= since})

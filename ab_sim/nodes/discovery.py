@@ -47,7 +47,9 @@ def fast_dds() -> int:
 
 def from_pypi() -> bool:
     """Return whether Fast DDS is one from PyPI, which lacks SROS 2."""
-    return any(each.name in ("ros-fastdds", "ros-fastrtps") for each in distributions())
+    return any(
+        distribution.name in ("ros-fastdds", "ros-fastrtps") for distribution in distributions()
+    )
 
 
 def prepare() -> None:

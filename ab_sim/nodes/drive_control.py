@@ -253,7 +253,7 @@ class DriveControl:
             time.sleep(2e-4)
 
     def _leap(
-        self, leap: Callable[[Session], None], said: str, asked: Session | None = None
+        self, leap: Callable[[Session], None], text: str, asked: Session | None = None
     ) -> Answer:
         with self._node.active(asked) as session:
             _leave(session)
@@ -262,7 +262,7 @@ class DriveControl:
             session.pending = [session.now.drive.present()]
             _arrive(session)
             reached = session.now.time_ns
-        self._node.get_logger().info(said)
+        self._node.get_logger().info(text)
         return True, f"t = {reached * 1e-9:.9g}"
 
 

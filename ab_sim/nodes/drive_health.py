@@ -184,12 +184,12 @@ class DriveHealth:
         if share_of(work_precision.asked, angle, whirl) <= 1.0:
             return []
         wishes = [
-            f"{key} {found:.1e} {unit} (asked {limit:g})"
-            for key, found, limit, unit in (
+            f"{key} {error:.1e} {unit} (asked {limit:g})"
+            for key, error, limit, unit in (
                 ("ball angle", angle, work_precision.asked.angle, "rad"),
                 ("whirl", whirl, work_precision.asked.whirl, work_precision.unit),
             )
-            if limit is not None and found > limit
+            if limit is not None and error > limit
         ]
         return [
             f"less accurate than asked, error estimate of {', '.join(wishes)}: the step was "

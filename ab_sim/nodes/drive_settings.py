@@ -142,7 +142,7 @@ DRIVE_PARAMETERS = (
         "command_silence",
         "hold",
         "reaction of the watchdog: hold the present speed, coast to standstill, or stop",
-        choices=[each.value for each in WatchdogAction],
+        choices=[action.value for action in WatchdogAction],
     ),
     ParameterSpec(
         "coast_deceleration",

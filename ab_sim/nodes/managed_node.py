@@ -43,7 +43,7 @@ class ManagedNode(BaseNode, LifecycleNode):
     def __init__(self, name: str, *urgent: str) -> None:
         super().__init__(name)
         self.stopping = threading.Event()
-        self._urgent = {self.resolve_service_name(own) for own in (CHANGE_STATE, *urgent)}
+        self._urgent = {self.resolve_service_name(name) for name in (CHANGE_STATE, *urgent)}
         self.by_loop = [s for s in super().services if s.service_name in self._urgent]
         """Services served by the main loop; urgent ones are appended by their owners."""
         self._failure: Exception | None = None

@@ -109,9 +109,9 @@ class PairedSamples:
         """Continue from a state of ``state``."""
         before, last = (
             None
-            if each is None
-            else SpindleSample(whole(each[0]), finite(each[1]), finite(each[2]))
-            for each in state["spindle"]
+            if sample is None
+            else SpindleSample(whole(sample[0]), finite(sample[1]), finite(sample[2]))
+            for sample in state["spindle"]
         )
         self._waiting.clear()
         for time, first, second in state["waiting"]:

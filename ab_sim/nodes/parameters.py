@@ -60,18 +60,18 @@ class ParameterSpec(NamedTuple):
         unit = "" if self.unit in ("", *NO_UNIT) else f" {self.unit}"
         return f"{_kind(self.default)} from {self.allowed[0]:g} to {self.allowed[1]:g}{unit}"
 
-    def checked(self, given: Any) -> Any:
+    def checked(self, raw: Any) -> Any:
         """Return the value converted to the default's type.
 
         Raises:
             InputError: the value has another type, or is not allowed.
         """
-        value = _converted(given, self.default)
+        value = _converted(raw, self.default)
         allowed = value is not None and (not self.choices or value in self.choices)
         if allowed and self.allowed is not None:
             allowed = self.allowed[0] <= value <= self.allowed[1]
         if not allowed:
-            raise InputError(f"parameter {self.name} = {given!r}: must be {self.allowed_text}")
+            raise InputError(f"parameter {self.name} = {raw!r}: must be {self.allowed_text}")
         return value
 
     def declare(self, node: Node) -> Any:
@@ -96,14 +96,14 @@ class ParameterSpec(NamedTuple):
                 span = FloatingPointRange(from_value=low, to_value=high)
                 descriptor.floating_point_range = [span]
         try:
-            given = node.declare_parameter(self.name, self.default, descriptor).value
+            value = node.declare_parameter(self.name, self.default, descriptor).value
         except Exception as error:
             # rclpy raises various exception classes for wrong values.
             raise InputError(
                 f"parameter {self.name}: must be {self.allowed_text}: {error}"
             ) from error
         _DEFAULTS.setdefault(node, dict(_ROS_DEFAULTS))[self.name] = self.default
-        return self.checked(given)
+        return self.checked(value)
 
 
 LOAD = ParameterSpec(
@@ -197,10 +197,10 @@ def _refuse_undeclared(node: Node) -> None:
 
     Overrides of a topic's QoS are declared with the topic: only their form is checked here.
     """
-    known, shared, foreign = list(_values(node)), _shared_parameters(sys.argv), []
-    for name, given in node.handle.get_parameters(Parameter).items():
+    declared, shared, foreign = list(_values(node)), _shared_parameters(sys.argv), []
+    for name, parameter in node.handle.get_parameters(Parameter).items():
         if name.startswith(QOS):
-            _check_override(name, given.value)
+            _check_override(name, parameter.value)
         elif node.has_parameter(name):
             continue
         elif name in shared:
@@ -209,8 +209,8 @@ def _refuse_undeclared(node: Node) -> None:
         else:
             raise InputError(
                 f"parameter {name}: {node.get_fully_qualified_name()} has none of that name"
-                f"{nearest(name, known)}; it has {', '.join(known)}; one that is for other nodes "
-                "goes into a file, under their names"
+                f"{nearest(name, declared)}; it has {', '.join(declared)}; one that is for other "
+                "nodes goes into a file, under their names"
             )
     if foreign:
         node.get_logger().warning(
@@ -225,16 +225,16 @@ def _shared_parameters(arguments: Sequence[str]) -> set[str]:
     Args:
         arguments: command line, which ROS has accepted.
     """
-    given, names = set[str](), set[str]()
+    parameter_names, names = set[str](), set[str]()
     for flag, value in itertools.pairwise(arguments):
         if flag == "-p":
-            given.add(value.partition(":=")[0])
+            parameter_names.add(value.partition(":=")[0])
         elif flag == "--params-file":
             with contextlib.suppress(OSError, ValueError):  # ROS has accepted the file
                 for section, content in read_yaml_file(Path(value)).items():
                     if section.endswith("*"):
                         names |= set(_flat(content["ros__parameters"]))
-    return names - given
+    return names - parameter_names
 
 
 def _flat(parameters: Mapping[str, Any]) -> Iterator[str]:

@@ -51,7 +51,7 @@ def run_node(
     """
     interruption.watch()
     sys.setswitchinterval(TURN)
-    code, left = 0, True
+    code, has_left = 0, True
     try:
         init_ros(arguments)
         # From before the DDS participant exists: a participant that does not leave in order stays
@@ -65,14 +65,14 @@ def run_node(
                 finally:  # an error's last messages matter most
                     _let_last_words_out(node)
             finally:
-                left = leave_graph(node)
-                if not left:
+                has_left = leave_graph(node)
+                if not has_left:
                     interruption.leave_at_exit()
     except AbSimError as error:
         print(visible(str(error)), file=sys.stderr)
         code = error.exit_code
     finally:
-        if left:
+        if has_left:
             rclpy.try_shutdown()
     interruption.leave(code)
 

@@ -46,13 +46,13 @@ class RecordedFiles:
         self,
         path: Path | None,
         viewer: Viewer | None,
-        shown: Path,
+        folder: Path,
         logger: RcutilsLogger,
         drives: Callable[[], int],
         decimated: Mapping[str, Any],
     ) -> None:
         self._path, self._viewer, self._logger, self._decimated = path, viewer, logger, decimated
-        self._shown_folder = shown
+        self._shown_folder = folder
         self._drives, self._ran_back = drives, -math.inf
         self._number = 1
         self._description: Mapping[str, Any] | None = None
@@ -216,7 +216,7 @@ class RecordedFiles:
         assert self._description is not None
         path = self._shown_folder / name
         try:
-            recording = Recording(path, description=self._description, index=False, shown=True)
+            recording = Recording(path, description=self._description, index=False, is_shown=True)
             if channels := self._description.get("channels"):
                 recording.lay_out(channels, SCALARS)
         except RecordingError as error:

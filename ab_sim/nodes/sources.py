@@ -41,7 +41,11 @@ class Sources(NamedTuple):
             heard: identifiers of those that have sent.
             lately: identifiers of those that have sent lately.
         """
-        talking = {(each.node, each.gid[:PARTICIPANT]) for each in endpoints if each.gid in lately}
+        talking = {
+            (endpoint.node, endpoint.gid[:PARTICIPANT])
+            for endpoint in endpoints
+            if endpoint.gid in lately
+        }
         names = {node for node, _ in talking}
         publishers = Counter[tuple[str, bytes, str]]()
         dead = 0

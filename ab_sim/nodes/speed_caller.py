@@ -62,8 +62,8 @@ class SpeedCaller(Caller):
 
         namespace = node.rpartition("/")[0]
         topic, joints = (
-            each._replace(name=each.within(namespace))
-            for each in (topics.COMMAND, topics.JOINT_STATES)
+            topic._replace(name=topic.within(namespace))
+            for topic in (topics.COMMAND, topics.JOINT_STATES)
         )
         topics.DIAGNOSTICS.subscription(self._node, receive)
         joints.subscription(
@@ -86,11 +86,11 @@ class SpeedCaller(Caller):
             )
         # A drive whose time is paused publishes no speed.
         self._until(lambda: speeds, SPEED_WAIT)
-        before, known = _counts(healths[-1]), len(healths)
+        before, seen = _counts(healths[-1]), len(healths)
         standing_at = speeds[-1] if speeds else None
         publisher.publish(topic.message(speed))
         publisher.wait_for_all_acked(Duration(seconds=ANSWER))
-        if not self._until(lambda: len(healths) > known and _counts(healths[-1]) != before, ANSWER):
+        if not self._until(lambda: len(healths) > seen and _counts(healths[-1]) != before, ANSWER):
             raise AbSimError(f"{node} did not report the command within {ANSWER:g} s")
         health = healths[-1]
         accepted, *others = (now - then for now, then in zip(_counts(health), before, strict=True))

@@ -97,9 +97,9 @@ class AdaptiveProfile(RunUp):
         """
         sensor = sensors.get(self.sensor)
         if sensor is None:
-            known = f"has {', '.join(sensors)}" if sensors else "has no sensor"
+            has = f"has {', '.join(sensors)}" if sensors else "has no sensor"
             raise ValueError(
-                f"profile.sensor = {self.sensor!r}: there is no such sensor, the scene {known}"
+                f"profile.sensor = {self.sensor!r}: there is no such sensor, the scene {has}"
                 f"{nearest(self.sensor, sensors)}; name one, or add it: sensors: {{{self.sensor}: "
                 "{}}"
             )

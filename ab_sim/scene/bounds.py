@@ -73,17 +73,17 @@ def bounds_at(scene: Scene, key: str) -> Bounds | None:
 
 def _bounds(annotation: Any, more: Iterable[Any] = ()) -> Bounds | None:
     limits: dict[str, float] = {}
-    for each in (*_metadata(annotation), *more):
-        match each:
+    for constraint in (*_metadata(annotation), *more):
+        match constraint:
             case Ge():
-                limits["least"] = max(limits.get("least", -math.inf), float(each.ge))  # type: ignore[arg-type]
+                limits["least"] = max(limits.get("least", -math.inf), float(constraint.ge))  # type: ignore[arg-type]
             case Gt():
-                limits["above"] = max(limits.get("above", -math.inf), float(each.gt))  # type: ignore[arg-type]
+                limits["above"] = max(limits.get("above", -math.inf), float(constraint.gt))  # type: ignore[arg-type]
             case Le():
-                limits["most"] = min(limits.get("most", math.inf), float(each.le))  # type: ignore[arg-type]
+                limits["most"] = min(limits.get("most", math.inf), float(constraint.le))  # type: ignore[arg-type]
             case Lt():
-                limits["below"] = min(limits.get("below", math.inf), float(each.lt))  # type: ignore[arg-type]
-            case _ if not _is_of_any_number(each):
+                limits["below"] = min(limits.get("below", math.inf), float(constraint.lt))  # type: ignore[arg-type]
+            case _ if not _is_of_any_number(constraint):
                 return None
     return Bounds(**limits)
 
@@ -97,8 +97,8 @@ def _metadata(annotation: Any) -> Iterator[Any]:
     if origin is Annotated:
         inner, *metadata = get_args(annotation)
         yield from _metadata(inner)
-        for each in metadata:
-            yield from each.metadata if isinstance(each, FieldInfo) else (each,)
+        for entry in metadata:
+            yield from entry.metadata if isinstance(entry, FieldInfo) else (entry,)
     elif origin in (Union, UnionType):
         others = [kind for kind in get_args(annotation) if kind is not NoneType]
         yield from _metadata(others[0]) if len(others) == 1 else (annotation,)
@@ -106,12 +106,15 @@ def _metadata(annotation: Any) -> Iterator[Any]:
         yield annotation
 
 
-def _is_of_any_number(said: Any) -> bool:
+def _is_of_any_number(constraint: Any) -> bool:
     """Return whether a constraint is one on all numbers of scenes: no bool, and finite."""
-    own = [*_metadata(Number)]
-    if isinstance(said, BeforeValidator):
-        return said in own
-    return any(type(said) is type(each) and repr(said) == repr(each) for each in own)
+    constraints = [*_metadata(Number)]
+    if isinstance(constraint, BeforeValidator):
+        return constraint in constraints
+    return any(
+        type(constraint) is type(constraint) and repr(constraint) == repr(constraint)
+        for constraint in constraints
+    )
 
 
 _OF_MOUNTS = {"stiffness": _bounds(Stiffness), "damping": _bounds(Damping)}

@@ -38,12 +38,12 @@ def all_parsed(changes: Iterable[str]) -> list[Change]:
     Raises:
         SceneError: a change has another form, or the changes are not a list of texts.
     """
-    given = list(changes)
-    if isinstance(changes, str | Mapping) or not all(isinstance(each, str) for each in given):
+    texts = list(changes)
+    if isinstance(changes, str | Mapping) or not all(isinstance(text, str) for text in texts):
         raise SceneError(
             f"changes = {short(changes)}: must be a list of texts, e.g. ['balls.mass=0.002']"
         )
-    return [_parsed(change) for change in given]
+    return [_parsed(change) for change in texts]
 
 
 def _parsed(change: str) -> Change:
@@ -81,9 +81,9 @@ def apply(raw: dict[str, Any], changes: Sequence[Change]) -> None:
             _set(raw, change, balls)
     # Who changes the accuracy does not want the file's solver any more, and vice versa; who
     # changes both is told that they exclude each other, when the scene is checked.
-    given = {change.key.partition(".")[0] for change in changes if change.value is not REMOVED}
+    keys = {change.key.partition(".")[0] for change in changes if change.value is not REMOVED}
     for wanted, other in (("accuracy", "solver"), ("solver", "accuracy")):
-        if wanted in given and other not in given:
+        if wanted in keys and other not in keys:
             raw.pop(other, None)
 
 
@@ -187,7 +187,7 @@ def _joined(path: str, part: str) -> str:
     return f"{path}.{part}" if path else part
 
 
-def _place(entries: Sequence[Any], part: str, path: str, said: str) -> int:
+def _place(entries: Sequence[Any], part: str, path: str, place: str) -> int:
     """Return the index of an entry in a list.
 
     Raises:
@@ -198,7 +198,7 @@ def _place(entries: Sequence[Any], part: str, path: str, said: str) -> int:
     count = len(entries)
     there = f"has {count} entries, {path}.0 to {path}.{count - 1}" if count else "has no entries"
     raise SceneError(
-        f"{said}: {path} {there}, and no {short(part)}; name one that is there, or give the whole "
+        f"{place}: {path} {there}, and no {short(part)}; name one that is there, or give the whole "
         f"list, {path}=[...]"
     )
 

@@ -139,8 +139,8 @@ def _check_plane(scene: WithDeck) -> None:
         **{f"sensors.{name}.position": any(s.position) for name, s in scene.sensors.items()},
         **{f"probes.{name}.position": any(p.position) for name, p in scene.probes.items()},
     }
-    for key, given in needless.items():
-        if given:
+    for key, is_given in needless.items():
+        if is_given:
             raise ValueError(
                 f"{key}: has no meaning for a deck that moves in the plane of the disc; remove it, "
                 "or describe the deck in space (sections deck and mounts)"
@@ -149,11 +149,11 @@ def _check_plane(scene: WithDeck) -> None:
 
 
 def _check_effects(
-    scene: WithDeck, others: tuple[str, ...], own: tuple[str, ...], whose: str, here: str
+    scene: WithDeck, others: tuple[str, ...], methods: tuple[str, ...], whose: str, here: str
 ) -> None:
     for name, effect in scene.effects.items():
         acts_there = any(hasattr(effect, method) for method in others)
-        if acts_there and not any(hasattr(effect, method) for method in own):
+        if acts_there and not any(hasattr(effect, method) for method in methods):
             instead = "; describe the springs as mounts" if others is IN_PLANE else ""
             raise ValueError(
                 f"effects.{name}: acts on {whose} only, and {here}; remove it{instead}"

@@ -10,8 +10,8 @@ REGISTRY = "ab_sim.model.dynamics.registry"
 
 def deck_model_ways() -> dict[str, int]:
     """Return the names of the deck models, each with the number of axes along which it moves."""
-    known = import_module(REGISTRY).deck_models()
-    return {name: each.kind.AXES for name, each in known.items()}
+    models = import_module(REGISTRY).deck_models()
+    return {name: model.kind.AXES for name, model in models.items()}
 
 
 def check_deck_model(name: str | None, in_space: bool) -> None:

@@ -109,8 +109,8 @@ def _message(loc: list[str], kind: str, finding: Any) -> str:
     if kind == "string_type":
         return f"{key} = {short(value)}: must be a text; put it in quotes"
     if kind in ("union_tag_not_found", "union_tag_invalid"):
-        given = value.get("kind") if isinstance(value, dict) else value
-        return f"{key}.kind = {short(given)}: must be one of {', '.join(KINDS)}"
+        kind_given = value.get("kind") if isinstance(value, dict) else value
+        return f"{key}.kind = {short(kind_given)}: must be one of {', '.join(KINDS)}"
     if kind == "dict_type":
         return f"{key} = {short(value)}: must be a section `name: ...`{_meaning(loc)}"
     if kind in ("model_type", "named_tuple_type", "model_attributes_type"):
@@ -144,20 +144,20 @@ def _unknown(loc: list[str]) -> str:
                 "it does not act on the motion, so it is no effect; write it under sensors, "
                 "e.g. `sensors: {accelerometer: {bandwidth: 200}}`"
             )
-        known: list[str] = list(effect_classes())
-        return f"no such effect{nearest(name, known)}; known are: {', '.join(known)}"
-    known = _known_keys(loc[:-1])
-    if loc[:-1] == ["profile"] and name in known:
+        names: list[str] = list(effect_classes())
+        return f"no such effect{nearest(name, names)}; known are: {', '.join(names)}"
+    names = _known_keys(loc[:-1])
+    if loc[:-1] == ["profile"] and name in names:
         fields = (section.model_fields for section in _sections_at(loc[:-1]))
-        kinds = [get_args(each["kind"].annotation)[0] for each in fields if name in each]
+        kinds = [get_args(field["kind"].annotation)[0] for field in fields if name in field]
         return f"not known to this kind; it is a key of {' and '.join(kinds)}, see {loc[0]}.kind"
-    allowed = f"; allowed here: {', '.join(known)}" if known else "; it takes no parameters"
+    allowed = f"; allowed here: {', '.join(names)}" if names else "; it takes no parameters"
     owners = _owners(name)
     if name in _INSTEAD:
         return f"not known here; {_INSTEAD[name]}{allowed}"
-    if owners and not difflib.get_close_matches(name, known, n=1, cutoff=0.8):
+    if owners and not difflib.get_close_matches(name, names, n=1, cutoff=0.8):
         return f"not known here, it is a parameter of {' or '.join(owners)}{allowed}"
-    return f"not known here{nearest(name, known)}{allowed}"
+    return f"not known here{nearest(name, names)}{allowed}"
 
 
 def _owners(name: str) -> list[str]:
@@ -193,7 +193,7 @@ def _sections_at(loc: list[str]) -> list[type[BaseModel]]:
 def _classes(annotation: Any) -> Iterable[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
-    return [found for inner in get_args(annotation) for found in _classes(inner)]
+    return [effect_class for inner in get_args(annotation) for effect_class in _classes(inner)]
 
 
 def _meaning(loc: list[str]) -> str:

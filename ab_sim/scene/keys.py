@@ -55,8 +55,8 @@ def scene_keys(section: str = "") -> list[SceneKey]:
 def begins(key: Sequence[str], wanted: Sequence[str]) -> bool:
     """Return whether the parts of a row's key begin with those of a key in a scene."""
     return len(wanted) <= len(key) and all(
-        part == given or part == NAME or (part == ENTRY and given.isdecimal())
-        for part, given in zip(key, wanted, strict=False)
+        part == wanted_part or part == NAME or (part == ENTRY and wanted_part.isdecimal())
+        for part, wanted_part in zip(key, wanted, strict=False)
     )
 
 
@@ -103,7 +103,9 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
         meaning, unit = schema.get("description", ""), schema.get("unit", NONE)
         default = REQUIRED if needed else _default(schema.get("default"))
         yield SceneKey(key, unit, _range(schema, choices), default, meaning)
-        lists = [each for each in (schema, *choices) if each.get("type") == "array"]
+        lists = [
+            alternative for alternative in (schema, *choices) if alternative.get("type") == "array"
+        ]
         for entry in lists[:1]:
             yield SceneKey(f"{key}.{ENTRY}", unit, _range(_entry(entry), []), NONE, meaning)
 
@@ -111,17 +113,17 @@ def _rows(key: str, schema: Schema, sections: Schema, needed: bool) -> Iterator[
 def _resolved(schema: Schema, sections: Schema) -> tuple[Schema, list[Schema]]:
     """Return a schema with its references resolved, and the list of its alternatives, if any."""
     if "$ref" in schema:
-        own = {keyword: value for keyword, value in schema.items() if keyword != "$ref"}
-        schema = {**sections[schema["$ref"].rpartition("/")[2]], **own}
-    given = schema.get("anyOf") or schema.get("oneOf") or []
-    choices = [each for each in given if each.get("type") != "null"]
+        keywords = {keyword: value for keyword, value in schema.items() if keyword != "$ref"}
+        schema = {**sections[schema["$ref"].rpartition("/")[2]], **keywords}
+    alternatives = schema.get("anyOf") or schema.get("oneOf") or []
+    choices = [alternative for alternative in alternatives if alternative.get("type") != "null"]
     resolved = [_resolved(choice, sections)[0] for choice in choices]
     if len(resolved) == 1:
         inner, choices = _resolved(choices[0], sections)
-        own = {keyword: schema[keyword] for keyword in schema.keys() - {"anyOf", "oneOf"}}
-        return {**inner, **own}, choices
+        keywords = {keyword: schema[keyword] for keyword in schema.keys() - {"anyOf", "oneOf"}}
+        return {**inner, **keywords}, choices
     # Of a list and a mapping by name, the mapping describes everything.
-    mappings = [each for each in resolved if "properties" in each]
+    mappings = [alternative for alternative in resolved if "properties" in alternative]
     if len(mappings) == 1:
         return {**mappings[0], **schema}, []
     return schema, resolved
@@ -136,10 +138,10 @@ def _of_kinds(key: str, kinds: list[Schema], sections: Schema) -> Iterator[Scene
         for row in _below(key, kind, sections):
             of.setdefault(row.key, []).append(name)
             rows.setdefault(row.key, row)
-    own = f"{key}.kind"
-    yield rows.pop(own)._replace(range=_either(of[own]))
+    kind_key = f"{key}.kind"
+    yield rows.pop(kind_key)._replace(range=_either(of[kind_key]))
     for row in rows.values():
-        if row.key.count(".") == own.count("."):
+        if row.key.count(".") == kind_key.count("."):
             row = row._replace(meaning=f"{row.meaning}; of kind {_either(of[row.key])}")
         yield row
 
@@ -176,13 +178,13 @@ def _range(schema: Schema, choices: list[Schema]) -> str:
 
 def _list(schema: Schema) -> str:
     least, most = schema.get("minItems"), schema.get("maxItems")
-    each = _entry(schema)
+    entry = _entry(schema)
     count = f"{least} to {most}"
     if least == most or "not" in schema:
         count = f"{least}" if least == most else f"{least} or {most}"
-    if "type" not in each:
+    if "type" not in entry:
         return f"list of {count}" if most else "list"
-    values = _range(each, [])
+    values = _range(entry, [])
     return f"{count} of: {values}" if most else f"list of: {values}"
 
 

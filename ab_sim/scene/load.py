@@ -135,9 +135,9 @@ def check_scene(raw: Mapping[str, Any], origin: str) -> Scene:
     try:
         if "effects" not in raw:
             raise ValueError("effects: is missing; add it, if empty as []")
-        known = _effects_model(tuple(effect_classes().items()))
-        given = without_units(_by_name(raw["effects"]), ("effects",))
-        named = known.model_validate(given)
+        model = _effects_model(tuple(effect_classes().items()))
+        effects_ = without_units(_by_name(raw["effects"]), ("effects",))
+        named = model.model_validate(effects_)
         effects = {name: getattr(named, name) for name in named.model_fields_set}
         effects = {name: effects[name] for name in effect_classes() if name in effects}
     except ValidationError as error:
@@ -161,9 +161,9 @@ def _checked(
 
 
 @functools.lru_cache(maxsize=8)
-def _effects_model(known: tuple[tuple[str, type], ...]) -> type[BaseModel]:
+def _effects_model(classes: tuple[tuple[str, type], ...]) -> type[BaseModel]:
     """Return the model of these effects by name; a program may register more at any time."""
-    fields: dict[str, Any] = {name: (effect, None) for name, effect in known}
+    fields: dict[str, Any] = {name: (effect, None) for name, effect in classes}
     return create_model("Effects", __config__=ConfigDict(extra="forbid"), **fields)
 
 

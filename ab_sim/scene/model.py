@@ -124,9 +124,9 @@ class Scene(Section):
         """
         if self.rotor.inertia is None:
             return 0.0
-        own = inertia_matrix(self.rotor.inertia)
+        inertia = inertia_matrix(self.rotor.inertia)
         lifted = self.eccentric_mass * self.rotor.eccentricity * self.rotor.height
-        return complex(lifted - own[0, 2], -own[1, 2])
+        return complex(lifted - inertia[0, 2], -inertia[1, 2])
 
     @property
     def critical_speed(self) -> float | None:
@@ -171,20 +171,20 @@ class Scene(Section):
 
     def with_plain(self, keys: Iterable[str]) -> dict[str, object]:
         """Return the given values of the scene by key, with plain values for some keys."""
-        given = {
+        values = {
             key: value
             for key in type(self).model_fields
             if (value := getattr(self, key)) is not None
         }
         if self.accuracy is not None:
-            del given["solver"]
+            del values["solver"]
         if "race" not in self.model_fields_set:
-            del given["race"]
-        wanted = given.keys() & keys
-        given |= self.model_dump(mode="json", exclude_none=True, include=wanted - {"effects"})
+            del values["race"]
+        wanted = values.keys() & keys
+        values |= self.model_dump(mode="json", exclude_none=True, include=wanted - {"effects"})
         if "effects" in wanted:
-            given["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
-        return given
+            values["effects"] = {name: effect._asdict() for name, effect in self.effects.items()}
+        return values
 
     @model_validator(mode="after")
     def _consistent(self) -> "Scene":
@@ -252,14 +252,14 @@ def _check_radii(scene: Scene) -> None:
     balls, race = scene.balls, scene.race.radius
     if balls.count and "race" not in scene.model_fields_set:
         raise ValueError("race: is missing; add it: the balls need one, e.g. race: {radius: 0.01}")
-    given = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
+    radii = balls.radius if isinstance(balls.radius, tuple) else (balls.radius,)
     effects = scene.effects.items()
-    users = [name for name, each in effects if getattr(each, "uses_ball_radius", False)]
+    users = [name for name, effect in effects if getattr(effect, "uses_ball_radius", False)]
     if balls.radius is None and users and balls.count:
         raise ValueError(f"balls.radius: is needed by the effect {users[0]}")
-    for ball, radius in enumerate(given):
+    for ball, radius in enumerate(radii):
         if radius is not None and radius >= race:
-            key = f"balls.radius.{ball}" if given is balls.radius else "balls.radius"
+            key = f"balls.radius.{ball}" if radii is balls.radius else "balls.radius"
             raise ValueError(
                 f"{key} = {exact(radius)} m: must be less than race.radius = {exact(race)} m"
             )

@@ -49,9 +49,9 @@ def register(
     def add(effect: EffectClass) -> EffectClass:
         if name in _effects:
             raise ValueError(f"effect {name!r} is registered twice")
-        for other, known in _effects.items():
+        for other, other_class in _effects.items():
             # Error messages name an effect by its class, so equal names would be ambiguous.
-            if known.__name__ == effect.__name__:
+            if other_class.__name__ == effect.__name__:
                 raise ValueError(
                     f"effect {name!r}: its class is called {effect.__name__}, as that of the "
                     f"effect {other!r} is; give it a name of its own"

@@ -95,10 +95,11 @@ def _add_steppers(solver: Schema) -> None:
     for stepper, parameters in taken.items():
         for key, parameter in parameters.items():
             numbers.setdefault(key, []).append(_number(stepper, parameter))
-    given = solver["properties"]["parameters"]
-    given |= {
+    properties = solver["properties"]["parameters"]
+    properties |= {
         "properties": {
-            key: each[0] if len(each) == 1 else {"anyOf": each} for key, each in numbers.items()
+            key: number[0] if len(number) == 1 else {"anyOf": number}
+            for key, number in numbers.items()
         },
         "additionalProperties": False,
     }
@@ -130,9 +131,9 @@ def _number(stepper: str, parameter: Any) -> Schema:
 def _tidy(schema: Any) -> None:
     """Use standard keywords for bounds and remove needless ones, in place."""
     for part in parts_of(schema):
-        for own, standard in _BOUNDS.items():
-            if own in part:
-                part[standard] = part.pop(own)
+        for ours, standard in _BOUNDS.items():
+            if ours in part:
+                part[standard] = part.pop(ours)
         for keyword in _NEEDLESS:
             part.pop(keyword, None)
 
@@ -150,13 +151,13 @@ def _with_units(schema: Any) -> None:
 def parts_of(schema: Any) -> list[Schema]:
     """Return a schema and all schemas in it; the keys of a section are not keywords."""
     if isinstance(schema, list):
-        return [part for each in schema for part in parts_of(each)]
+        return [part for entry in schema for part in parts_of(entry)]
     if not isinstance(schema, dict):
         return []
     parts = [schema]
     for keyword, value in schema.items():
         if keyword in ("properties", "$defs"):
-            parts += [part for each in value.values() for part in parts_of(each)]
+            parts += [part for entry in value.values() for part in parts_of(entry)]
         elif keyword not in ("default", "enum", "const"):
             parts += parts_of(value)
     return parts

@@ -93,20 +93,20 @@ class Segment(Section):
     @model_validator(mode="after")
     def _one_end(self) -> "Segment":
         ends = {"to": self.to, "hold": self.hold, "duration": self.duration, "until": self.until}
-        given = [name for name, end in ends.items() if end is not None]
-        if len(given) != 1:
+        names = [name for name, end in ends.items() if end is not None]
+        if len(names) != 1:
             raise ValueError(
                 "give exactly one of to, hold, duration and until, e.g. "
                 "{to: 100, acceleration: 40} or {hold: 0.5}"
             )
-        if given == ["hold"] and self.acceleration is not None:
+        if names == ["hold"] and self.acceleration is not None:
             raise ValueError(
                 "hold keeps the speed and takes no acceleration; write {duration: ..., "
                 "acceleration: ...} to change it"
             )
-        if self.acceleration is None and given in (["to"], ["duration"]):
-            raise ValueError(f"acceleration: is missing; {given[0]} needs one [rad/s^2]")
-        if given == ["to"] and not self._slope >= 1e-6:
+        if self.acceleration is None and names in (["to"], ["duration"]):
+            raise ValueError(f"acceleration: is missing; {names[0]} needs one [rad/s^2]")
+        if names == ["to"] and not self._slope >= 1e-6:
             raise ValueError(
                 f"acceleration = {exact(self._slope)} rad/s^2: must be at least 1e-06; the speed "
                 "to go to says which way"
@@ -173,13 +173,13 @@ class SegmentsProfile(Section):
     @property
     def lasting(self) -> "SegmentsProfile":
         """Return the profile without conditions: each segment lasts as long as it may."""
-        each = [
+        held_segments = [
             segment
             if segment.until is None
             else Segment(duration=segment.until.at_most, acceleration=segment.acceleration or 0.0)
             for segment in self.segments
         ]
-        return SegmentsProfile(kind=self.kind, segments=tuple(each))
+        return SegmentsProfile(kind=self.kind, segments=tuple(held_segments))
 
     @property
     def condition(self) -> str | None:

@@ -52,7 +52,9 @@ def shown_units(text: str) -> ShownUnits:
                 f"{KINDS[unit].name}; give one of them"
             )
         units_shown[unit] = ShownUnit(written, 1.0 / in_si(f"1 {written}", unit))
-    for own, (unit, factor) in METRICS_OWN.items():
+    for unit_name, (unit, factor) in METRICS_OWN.items():
         if unit in units_shown:
-            units_shown[own] = units_shown[unit]._replace(factor=factor * units_shown[unit].factor)
+            units_shown[unit_name] = units_shown[unit]._replace(
+                factor=factor * units_shown[unit].factor
+            )
     return units_shown

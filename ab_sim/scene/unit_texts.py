@@ -57,10 +57,12 @@ def unit_at(key: Key) -> str:
         "1" for dimensionless numbers; "-" for other values and unknown keys.
     """
     registry = import_module(STEPPERS)
-    known = _known(tuple(effect_classes().items()), tuple(registry.steppers()))
+    units_of_keys = _known(tuple(effect_classes().items()), tuple(registry.steppers()))
     for wanted in (key, key[:-1]) if key[-1].isdecimal() else (key,):
         units = {
-            unit for parts, unit in known if len(parts) == len(wanted) and begins(parts, wanted)
+            unit
+            for parts, unit in units_of_keys
+            if len(parts) == len(wanted) and begins(parts, wanted)
         }
         if units:  # two steppers may use one name for numbers with different units
             return units.pop() if len(units) == 1 else "-"

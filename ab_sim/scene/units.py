@@ -137,15 +137,15 @@ def in_si(text: str, unit: str) -> float:
                 "has a unit, for which pint is needed: pip install 'pint>=0.24', or give the "
                 f"number in {unit}"
             ) from None
-        given, wanted = _units(written), _units(unit)
+        unit_, wanted = _units(written), _units(unit)
         if wanted is None:  # unit of a user's own effect
             raise ValueError(f"must be a number in {unit}, written without unit")
-        if given is None:
+        if unit_ is None:
             raise ValueError(f"{short(written)} is no unit that is known; {_must_be(unit)}")
-        if _root(given) != _root(wanted):
-            raise ValueError(_misfit(given, unit))
+        if _root(unit_) != _root(wanted):
+            raise ValueError(_misfit(unit_, unit))
         try:
-            value = float(_registry().Quantity(Decimal(number), given).m_as(wanted))
+            value = float(_registry().Quantity(Decimal(number), unit_).m_as(wanted))
         except ArithmeticError:
             value = math.inf
         except (TypeError, ValueError):  # decibels
@@ -169,10 +169,12 @@ def si_unit(written: str) -> str | None:
     with _many_digits():
         with _MAKING:
             _registry()
-        given = _units(written)
-        if given is None:
+        unit = _units(written)
+        if unit is None:
             return None
-        return next((known for known in KINDS if _root(_units(known)) == _root(given)), None)
+        return next(
+            (kind_unit for kind_unit in KINDS if _root(_units(kind_unit)) == _root(unit)), None
+        )
 
 
 def _must_be(unit: str) -> str:
@@ -185,15 +187,15 @@ def _example(unit: str) -> str:
     return f", e.g. {KINDS[unit].example if unit in KINDS else f'0.5 {unit}'}"
 
 
-def _misfit(given: Any, unit: str) -> str:
+def _misfit(unit_: Any, unit: str) -> str:
     """Return the message on a unit that measures another quantity than the key's."""
-    root = _root(given)
-    alike = next((known for known in KINDS if _root(_units(known)) == root), None)
+    root = _root(unit_)
+    alike = next((kind_unit for kind_unit in KINDS if _root(_units(kind_unit)) == root), None)
     if alike is not None:
         message = f"is {KINDS[alike].name} [{alike}], {_must_be(unit)}"
         note = _NOTES.get((alike, unit))
         return f"{message}; {note}" if note else message
-    base = f"{_registry().get_base_units(given)[1]:~C}".replace("**", "^").replace("*", " ")
+    base = f"{_registry().get_base_units(unit_)[1]:~C}".replace("**", "^").replace("*", " ")
     return f"is in [{base}], {_must_be(unit)}" if base else f"has no dimension, {_must_be(unit)}"
 
 

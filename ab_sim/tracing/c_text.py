@@ -92,19 +92,19 @@ class Store(NamedTuple):
 
 
 def c_statements(
-    stores: Sequence[Store], inputs: Mapping[str, str], known: Mapping[int, str] | None = None
+    stores: Sequence[Store], inputs: Mapping[str, str], known_texts: Mapping[int, str] | None = None
 ) -> list[str]:
     """Return the lines of a C function body that computes expressions.
 
     Args:
         stores: lowered roots and their destinations, which must not overlap any input.
         inputs: C text of each input by its name, ending in ``[i]`` for a quantity per ball.
-        known: C text of values that are already available, by the number of their node.
+        known_texts: C text of values that are already available, by the number of their node.
 
     Raises:
         ValueError: an operation exists in machine code only: lanes, or rows of touching balls.
     """
-    return _Statements(stores, inputs, known or {}).lines()
+    return _Statements(stores, inputs, known_texts or {}).lines()
 
 
 def c_literal(value: float) -> str:
@@ -127,10 +127,10 @@ class _Statements:
     """
 
     def __init__(
-        self, stores: Sequence[Store], inputs: Mapping[str, str], known: Mapping[int, str]
+        self, stores: Sequence[Store], inputs: Mapping[str, str], known_texts: Mapping[int, str]
     ) -> None:
-        self._stores, self._inputs, self._known = stores, inputs, known
-        self._nodes = reached([store.root for store in stores], known)
+        self._stores, self._inputs, self._known = stores, inputs, known_texts
+        self._nodes = reached([store.root for store in stores], known_texts)
         self._round: dict[int, int] = {}
         for x in self._nodes:
             behind = x.op == "total" and x.args[0].each

@@ -40,7 +40,7 @@ def cos_sin(x: float) -> tuple[float, float]:
     c = near + fma(zz, c, (1.0 - near) - half)
     # Rotate by the number of quarter turns modulo 4, from -2 to 2: cosine and sine of that
     # rotation are -1, 0 or 1, and (1 - |n|, n (2 - |n|)) gives them without a branch.
-    left = fma(-(fma(quarters, 0.25, ROUND) - ROUND), 4.0, quarters)
-    turn_c = 1.0 - abs(left)
-    turn_s = left * (2.0 - abs(left))
+    remainder = fma(-(fma(quarters, 0.25, ROUND) - ROUND), 4.0, quarters)
+    turn_c = 1.0 - abs(remainder)
+    turn_s = remainder * (2.0 - abs(remainder))
     return fma(c, turn_c, -(s * turn_s)), fma(s, turn_c, c * turn_s)

@@ -37,14 +37,14 @@ class Graph:
         # The key is the hexadecimal text: it tells -0.0 from 0.0, and NaN equals itself.
         return self._node("const", (), Level.CONSTANT, False, value, value.hex())
 
-    def input(self, name: str, level: Level = Level.STATE, each: bool = False) -> "Expression":
-        """Return the node of an input; with ``each``, of one number per ball.
+    def input(self, name: str, level: Level = Level.STATE, per_ball: bool = False) -> "Expression":
+        """Return the node of an input; with ``per_ball``, of one number per ball.
 
         Raises:
             ValueError: an input of that name exists with another level or shape.
         """
-        node = self._node("input", (), level, each, name, name)
-        if (node.level, node.each) != (level, each):
+        node = self._node("input", (), level, per_ball, name, name)
+        if (node.level, node.each) != (level, per_ball):
             raise ValueError(f"input {name!r} is there already, as {node.level.name}, {node.each=}")
         return node
 
@@ -54,11 +54,11 @@ class Graph:
         Raises:
             ValueError: an argument belongs to another graph.
         """
-        each, level = op == "rows", Level.TIME if op == "rows" else Level.CONSTANT
+        per_ball, level = op == "rows", Level.TIME if op == "rows" else Level.CONSTANT
         for arg in args:
             if arg.graph is not self:
                 raise ValueError(f"{op} of expressions of different graphs")
-            each = each or (arg.each and op != "total")
+            per_ball = per_ball or (arg.each and op != "total")
             if arg.level > level:
                 level = arg.level
         numbers = [arg.number for arg in args]
@@ -66,21 +66,21 @@ class Graph:
             # The first two arguments commute, so both orders are one node. It is printed in the
             # order that came first.
             numbers[:2] = numbers[1::-1]
-        return self._node(op, args, level, each, None, tuple(numbers))
+        return self._node(op, args, level, per_ball, None, tuple(numbers))
 
     def _node(
-        self, op: str, args: Any, level: Level, each: bool, payload: Any, key: Any
+        self, op: str, args: Any, level: Level, per_ball: bool, payload: Any, key: Any
     ) -> "Expression":
         # Common subexpressions: the key names the operation and its arguments' numbers, so an
         # operation that exists already is returned instead of a second node.
-        found = self._nodes.get((op, key))
-        if found is None:
-            found = Expression()
-            found.graph, found.op, found.args = self, op, args
-            found.level, found.each, found.payload = level, each, payload
-            found.number = len(self._nodes)
-            self._nodes[op, key] = found
-        return found
+        node = self._nodes.get((op, key))
+        if node is None:
+            node = Expression()
+            node.graph, node.op, node.args = self, op, args
+            node.level, node.each, node.payload = level, per_ball, payload
+            node.number = len(self._nodes)
+            self._nodes[op, key] = node
+        return node
 
 
 class Expression:
@@ -306,20 +306,20 @@ REBUILD: dict[str, Callable[..., "Expression"]] = {
 
 def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
     """Return the operation of a node applied to other arguments."""
-    own = tuple(args)
-    if own == x.args:
+    arguments = tuple(args)
+    if arguments == x.args:
         return x
     if x.op == "total":
-        return total(own[0])
-    return REBUILD[x.op](*own) if x.op in REBUILD else x.graph.node(x.op, *own)
+        return total(arguments[0])
+    return REBUILD[x.op](*arguments) if x.op in REBUILD else x.graph.node(x.op, *arguments)
 
 
-def reached(roots: Iterable[Expression], known: Container[int] = ()) -> list[Expression]:
+def reached(roots: Iterable[Expression], known_numbers: Container[int] = ()) -> list[Expression]:
     """Return the roots and all nodes on which they depend, arguments first.
 
     Args:
         roots: nodes of one graph.
-        known: numbers of nodes whose arguments are not followed.
+        known_numbers: numbers of nodes whose arguments are not followed.
     """
     seen: dict[int, Expression] = {}
     ahead = list(roots)
@@ -327,7 +327,7 @@ def reached(roots: Iterable[Expression], known: Container[int] = ()) -> list[Exp
         x = ahead.pop()
         if x.number not in seen:
             seen[x.number] = x
-            ahead += () if x.number in known else x.args
+            ahead += () if x.number in known_numbers else x.args
     # Numbers grow from arguments to results, so sorting by them is a topological order.
     return [seen[number] for number in sorted(seen)]
 
@@ -349,13 +349,13 @@ def shown(x: Expression, depth: int = 6) -> str:
     return f"-{args[0]}" if x.op == "neg" else f"{x.op}({', '.join(args)})"
 
 
-def _binary(make: Any, own: Expression, other: Any) -> Any:
+def _binary(make: Any, operand: Expression, other: Any) -> Any:
     if not isinstance(other, Expression | float | int):
         return NotImplemented
-    return make(own, lifted(own.graph, other))
+    return make(operand, lifted(operand.graph, other))
 
 
-def _reflected(make: Any, own: Expression, other: Any) -> Any:
+def _reflected(make: Any, operand: Expression, other: Any) -> Any:
     if not isinstance(other, float | int):
         return NotImplemented
-    return make(own.graph.constant(other), own)
+    return make(operand.graph.constant(other), operand)

@@ -30,7 +30,7 @@ def fma(a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once."""
     for x in (a, b, c):
         if isinstance(x, Expression):
-            return expression.fma(*(expression.lifted(x.graph, each) for each in (a, b, c)))
+            return expression.fma(*(expression.lifted(x.graph, operand) for operand in (a, b, c)))
     return multiply_add(a, b, c)
 
 

@@ -27,27 +27,27 @@ def latex(
     return Printer(Latex(), symbol, named).text(x)
 
 
-def latex_symbol(text: str, known: Mapping[str, str] | None = None) -> str:
+def latex_symbol(text: str, known_symbols: Mapping[str, str] | None = None) -> str:
     """Return the LaTeX of a symbol in plain text: ``k_3``, ``theta'``, ``beta_b``, ``rest_speed``.
 
     Primes are derivatives with respect to time, and become dots.
 
     Args:
         text: a letter or the name of a Greek letter, with an index and primes; or a word.
-        known: LaTeX of symbols that differ from these rules; a key without index and primes
+        known_symbols: LaTeX of symbols that differ from these rules; a key without index and primes
             applies to the base of a symbol.
     """
-    known = known or {}
-    if text in known:
-        return known[text]
+    known_symbols = known_symbols or {}
+    if text in known_symbols:
+        return known_symbols[text]
     if len(text) > 2 and text[0] == text[-1] == "|":
-        return rf"\left|{latex_symbol(text[1:-1], known)}\right|"
+        return rf"\left|{latex_symbol(text[1:-1], known_symbols)}\right|"
     if (called := re.fullmatch(r"(\w+)\((.+)\)", text)) is not None:
-        of = latex_symbol(called[2], known)
+        of = latex_symbol(called[2], known_symbols)
         return rf"\mathrm{{{called[1]}}}\left({of}\right)"
-    base, index, primes = _parts(text, known)
-    if base in known:
-        base = known[base]
+    base, index, primes = _parts(text, known_symbols)
+    if base in known_symbols:
+        base = known_symbols[base]
     elif base in GREEK:
         base = f"\\{base}"
     elif len(base) > 1:
@@ -59,14 +59,14 @@ def latex_symbol(text: str, known: Mapping[str, str] | None = None) -> str:
     return f"{base}_{{{index}}}" if index else base
 
 
-def _parts(text: str, known: Mapping[str, str]) -> tuple[str, str, str]:
+def _parts(text: str, known_symbols: Mapping[str, str]) -> tuple[str, str, str]:
     """Return base, index and primes; in a word, only a number after ``_`` is an index."""
     bare = text.rstrip("'")
     primes = text[len(bare) :]
     if (digits := re.fullmatch(r"([A-Za-z])(\d+)", bare)) is not None:
         return digits[1], digits[2], primes
     base, _, index = bare.rpartition("_")
-    if base and (len(base) == 1 or base in GREEK or base in known or index.isdigit()):
+    if base and (len(base) == 1 or base in GREEK or base in known_symbols or index.isdigit()):
         return base, index, primes
     return bare, "", primes
 
@@ -90,8 +90,8 @@ class Latex(Notation):
 
     def indexed(self, symbol: str, index: str) -> str:
         """Return a symbol with the index of a ball."""
-        own = re.fullmatch(r"(.*_\{[^{}]*(?:\{[^{}]*\})?)\}", symbol)
-        return f"{symbol}_{{{index}}}" if own is None else f"{own[1]},{index}}}"
+        match = re.fullmatch(r"(.*_\{[^{}]*(?:\{[^{}]*\})?)\}", symbol)
+        return f"{symbol}_{{{index}}}" if match is None else f"{match[1]},{index}}}"
 
     def bracketed(self, text: str) -> str:
         """Return a text in brackets."""

@@ -21,9 +21,9 @@ class Shape(NamedTuple):
     """Number of runs computed together; a number's elements, one per lane, are adjacent in
     memory."""
 
-    def widths(self, each: bool) -> list[int]:
-        """Return the widths of the vectors of a node; with ``each``, those for all balls."""
-        if not each:
+    def widths(self, per_ball: bool) -> list[int]:
+        """Return the widths of the vectors of a node; with ``per_ball``, those for all balls."""
+        if not per_ball:
             return [self.lanes]
         if self.lanes > 1:
             return [self.lanes] * self.balls
@@ -160,10 +160,10 @@ class Body:
         self,
         into: Function,
         places: dict[str, MemorySlot],
-        known: Mapping[int, MemorySlot] | None = None,
+        known_slots: Mapping[int, MemorySlot] | None = None,
         bound: Mapping[str, list[str]] | None = None,
     ) -> None:
-        self._into, self._known = into, known or {}
+        self._into, self._known = into, known_slots or {}
         self.places = places
         """Positions of inputs in memory, by name."""
         self._bound = bound or {}
@@ -191,11 +191,11 @@ class Body:
             self._values[node.number] = self._emitted(node)
         return [self._operand(x, k, width) for k, width in enumerate(self._widths(x))]
 
-    def store(self, x: Expression, place: MemorySlot, each: bool = False) -> None:
-        """Append stores of a node; with ``each``, store one value per ball even if it is shared."""
+    def store(self, x: Expression, place: MemorySlot, per_ball: bool = False) -> None:
+        """Append stores of a node; with ``per_ball``, one value per ball even if it is shared."""
         shape, first = self._into.shape, 0
         self.values(x)
-        for k, width in enumerate(shape.widths(x.each or each)):
+        for k, width in enumerate(shape.widths(x.each or per_ball)):
             self._into.store(self._operand(x, k, width), place, first, width)
             first += 1 if shape.lanes > 1 else width
 
@@ -212,13 +212,13 @@ class Body:
         """Return part ``k`` of a node in the given width."""
         if x.op == "const":
             return literal(x.payload, width)
-        own = self._values[x.number]
-        if len(own) > 1 or x.each:
-            return own[k]
+        values = self._values[x.number]
+        if len(values) > 1 or x.each:
+            return values[k]
         is_bool = x.op in ("lt", "le")
         if self._into.shape.lanes == width:
-            return own[0]
-        return self._into.widened(own[0], width, "i1" if is_bool else "double")
+            return values[0]
+        return self._into.widened(values[0], width, "i1" if is_bool else "double")
 
     def _emitted(self, x: Expression) -> list[str]:
         into = self._into
@@ -289,14 +289,14 @@ class Body:
         """Return the matrix times a quantity per ball, accumulated column by column."""
         into, shape, matrix = self._into, self._into.shape, self.places[ROWS]
         widths, n = shape.widths(True), shape.balls
-        each = [self._operand(x, k, width) for k, width in enumerate(widths)]
+        parts = [self._operand(x, k, width) for k, width in enumerate(widths)]
         texts: list[str] = []
         for j in range(n):
             if shape.lanes > 1:
-                factors = [each[j]] * n
+                factors = [parts[j]] * n
             else:
                 group, at = divmod(j, GROUP)
-                one = each[group]
+                one = parts[group]
                 if widths[group] > 1:
                     one = into.put(f"extractelement {kind(widths[group])} {one}, i32 {at}")
                 factors = [one if w == 1 else into.widened(one, w) for w in widths]

@@ -30,8 +30,8 @@ def without_cosines(roots: Iterable[Expression]) -> list[Expression]:
         angle: Any = args[0]
         if angle.number not in pairs:
             pairs[angle.number] = cos_sin(angle)
-        found: Expression = pairs[angle.number][x.op == "sin"]
-        return found
+        replacement: Expression = pairs[angle.number][x.op == "sin"]
+        return replacement
 
     return mapped(roots, rule)
 

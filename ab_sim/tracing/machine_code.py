@@ -85,8 +85,8 @@ class MachineCode:
 
 def processor_features() -> str:
     """Return the processor features that code may use, in LLVM's notation, within the limit set."""
-    own, limit = str(llvm.get_host_cpu_features().flatten()), os.environ.get(LIMIT, "")
-    return f"{own},{limit}" if limit else own
+    features, limit = str(llvm.get_host_cpu_features().flatten()), os.environ.get(LIMIT, "")
+    return f"{features},{limit}" if limit else features
 
 
 def _run(passes: Sequence[str], module: Any, machine: Any) -> None:

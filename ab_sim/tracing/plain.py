@@ -48,17 +48,17 @@ def python_function(
 
 def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:
     """Return the source of ``python_function``'s result."""
-    lines, known = [], {}
+    lines, texts = [], {}
     for x in reached(roots):
         if x.op == "const":
-            known[x.number] = f"({x.payload!r})"
+            texts[x.number] = f"({x.payload!r})"
         elif x.op == "input":
-            known[x.number] = names[x.payload]
+            texts[x.number] = names[x.payload]
         else:
-            known[x.number] = f"t{x.number}"
-            form = _FORMS[x.op].format(*(known[arg.number] for arg in x.args))
-            lines.append(f"    {known[x.number]} = {form}")
-    lines.append(f"    return [{', '.join(known[root.number] for root in roots)}]")
+            texts[x.number] = f"t{x.number}"
+            form = _FORMS[x.op].format(*(texts[arg.number] for arg in x.args))
+            lines.append(f"    {texts[x.number]} = {form}")
+    lines.append(f"    return [{', '.join(texts[root.number] for root in roots)}]")
     arguments = ", ".join(sorted(names.values()))
     return f"def evaluate(*, {arguments}):\n" + "\n".join(lines) + "\n"
 

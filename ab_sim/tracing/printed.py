@@ -209,8 +209,8 @@ class Printer:
         self, numbers: Sequence[PrintedText], factors: Mapping[Expression, int], index: str
     ) -> PrintedText:
         """Return a product: numbers first, then plain factors, then functions and sums."""
-        made = [(self._late(x), self._factor(x, n, index)) for x, n in factors.items()]
-        parts = [*numbers, *(it for _, it in sorted(made, key=lambda each: each[0]))]
+        factors_in_order = [(self._late(x), self._factor(x, n, index)) for x, n in factors.items()]
+        parts = [*numbers, *(it for _, it in sorted(factors_in_order, key=lambda item: item[0]))]
         if not parts:
             return self._number(1.0)
         if len(parts) == 1:
@@ -251,11 +251,13 @@ class Printer:
             over = chr(ord(index) + 1)
             term = notation.tight(self._written(x.args[0], over), Holds.OPEN)
             return notation.row(term, index, over)
-        own = [self._written(arg, index) for arg in x.args]
+        operands = [self._written(arg, index) for arg in x.args]
         if x.op == "div":
-            return notation.quotient(own[0], own[1])
+            return notation.quotient(operands[0], operands[1])
         if x.op == "where":
-            return notation.choice(own[0].text, own[1], own[2])
+            return notation.choice(operands[0].text, operands[1], operands[2])
         if x.op in ("lt", "le"):
-            return PrintedText(notation.comparison(x.op, own[0].text, own[1].text), Holds.CHOICE)
-        return notation.function(x.op, own[0])
+            return PrintedText(
+                notation.comparison(x.op, operands[0].text, operands[1].text), Holds.CHOICE
+            )
+        return notation.function(x.op, operands[0])

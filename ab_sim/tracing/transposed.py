@@ -63,7 +63,7 @@ def _cut(into: Function, value: str, width: int, count: int) -> list[tuple[int, 
     """
     if count == width:
         return [(width, value)]
-    found, first, size = [], 0, width // 2
+    pieces, first, size = [], 0, width // 2
     while size:
         if count & size:
             which = range(first, first + size)
@@ -72,7 +72,7 @@ def _cut(into: Function, value: str, width: int, count: int) -> list[tuple[int, 
                 if size == 1
                 else into.shuffled(value, width, which)
             )
-            found.append((size, piece))
+            pieces.append((size, piece))
             first += size
         size //= 2
-    return found
+    return pieces

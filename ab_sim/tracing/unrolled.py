@@ -51,7 +51,7 @@ def _row(of: list[Expression], i: int) -> Expression:
     """Return a row of the matrix times a column, summed from the first ball on."""
     graph, n = of[0].graph, len(of)
     line = [graph.input(name_of(ROWS, j * n + i), Level.TIME) for j in range(n)]
-    found = mul(line[0], of[0])
+    total = mul(line[0], of[0])
     for j in range(1, n):
-        found = fma(line[j], of[j], found)
-    return found
+        total = fma(line[j], of[j], total)
+    return total

@@ -187,7 +187,7 @@ def test_arrays_of_balls_compute_what_the_trace_does() -> None:
 
     by_arrays = formula(each, np.cos, np.sin, 150.0)
     graph = Graph()
-    inputs = {name: graph.input(name, each=True) for name in each}
+    inputs = {name: graph.input(name, per_ball=True) for name in each}
     traced = formula(inputs, lambda a: a.cos(), lambda a: a.sin(), 150.0)
     roots = unrolled(lowered(traced), n)
     names = {name_of(name, k): f"{name}{k}" for name in each for k in range(n)}

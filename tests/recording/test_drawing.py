@@ -138,7 +138,7 @@ def test_a_file_opens_at_its_start_paused(tmp_path: Path) -> None:
 
 def test_one_that_is_watched_live_follows_and_is_paused_once_it_is_closed(tmp_path: Path) -> None:
     path = tmp_path / "run.rrd"
-    with Recording(path, description=describe(), shown=True) as recording:
+    with Recording(path, description=describe(), is_shown=True) as recording:
         recording.block(*run(5))
     states = blueprint_cells(path, "TimePanelBlueprint:play_state")
     kinds = rrb.components.PlayState

@@ -324,7 +324,7 @@ def test_every_view_is_there_and_every_entity_in_it(file: Path) -> None:
 def test_a_copy_for_a_viewer(scene: Scene, run: Trajectory, file: Path, tmp_path: Path) -> None:
     """Fewer rows and frames, the same vibration, one layout, and nothing before it is flushed."""
     path, scalars = tmp_path / "shown.rrd", ("real_time_factor", "commands_received")
-    with Recording(path, description=describe(scene), shown=True) as recording:
+    with Recording(path, description=describe(scene), is_shown=True) as recording:
         recording.lay_out(run.channels, scalars)
         for name in scalars:
             recording.scalar(name, 0.1, 1.0)
@@ -350,7 +350,7 @@ def test_a_batch_for_a_viewer_is_four_messages(
     """A page drawn by software takes some five messages a frame; the rest follows rarely."""
     path = tmp_path / "shown.rrd"
     batches = np.array_split(run.samples, 8)
-    with Recording(path, description=describe(scene), shown=True) as recording:
+    with Recording(path, description=describe(scene), is_shown=True) as recording:
         recording.lay_out(run.channels, ["real_time_factor"])
         for batch in batches:
             recording.scalar("real_time_factor", batch[0, 1], 1.0)

@@ -34,7 +34,7 @@ def test_equal_nodes_are_one() -> None:
 
 def test_what_adds_nothing_is_not_there() -> None:
     graph = Graph()
-    a, p = graph.input("a"), graph.input("p", each=True)
+    a, p = graph.input("a"), graph.input("p", per_ball=True)
     assert a + 0.0 is a and 1.0 * a is a and (-a) * -1.0 is a and a - 0 is a and a / 1.0 is a
     assert total(0.0 * p) is graph.constant(0.0)
     assert a**2 is a * a and where(a < 0, p, p) is p
@@ -75,7 +75,7 @@ def test_floats_go_through_the_same_formulas() -> None:
 def test_sums_of_floats_have_the_order_of_sums_of_balls() -> None:
     numbers = np.random.default_rng(1).normal(size=21)
     graph = Graph()
-    root = total(graph.input("p", each=True))
+    root = total(graph.input("p", per_ball=True))
     given = {name: np.zeros(1) for name in "abc"} | {"q": np.zeros((1, 21)), "p": numbers[None]}
     assert by_plain(lowered([root]), 21, given)[0, 0] == total(list(numbers))
 
@@ -89,8 +89,8 @@ def formula(a: Expression, p: Expression) -> Expression:
 def test_derivatives_are_the_limits_of_differences(order: int) -> None:
     """By one number and by one per ball, once and twice, against central differences."""
     graph = Graph()
-    a, p = graph.input("a"), graph.input("p", each=True)
-    along = {a: graph.constant(0.7), p: graph.input("q", each=True)}
+    a, p = graph.input("a"), graph.input("p", per_ball=True)
+    along = {a: graph.constant(0.7), p: graph.input("q", per_ball=True)}
     lower = formula(a, p)
     for _ in range(order - 1):
         (lower,) = derivatives([lower], along)
@@ -110,7 +110,7 @@ def test_derivatives_are_the_limits_of_differences(order: int) -> None:
 
 def test_rows_change_by_what_the_matrix_does() -> None:
     graph = Graph()
-    a, m = graph.input("a"), graph.input("m", each=True)
+    a, m = graph.input("a"), graph.input("m", per_ball=True)
     (fixed,) = derivatives([rows(m * a)], {a: graph.constant(2.0)})
     assert fixed is rows(m * 2.0)
 
@@ -133,8 +133,8 @@ def test_what_is_known_before_a_run_is_computed_before() -> None:
 
 def test_formulas_in_print() -> None:
     graph = Graph()
-    k, x, m = graph.input("k"), graph.input("x"), graph.input("m", each=True)
-    theta = graph.input("theta", each=True)
+    k, x, m = graph.input("k"), graph.input("x"), graph.input("m", per_ball=True)
+    theta = graph.input("theta", per_ball=True)
     greek = {"theta": r"\theta"}
     written = latex(-(k * (x - 2.0)) / (1.0 + k**2), lambda name: greek.get(name, name))
     assert written == r"\frac{-k \, \left(x - 2\right)}{1 + k^{2}}"

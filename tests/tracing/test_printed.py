@@ -10,7 +10,7 @@ from ab_sim.tracing.plain_text import plain_text
 
 GRAPH = Graph()
 a, b, c, x = (GRAPH.input(name) for name in "abcx")
-m, theta = (GRAPH.input(name, each=True) for name in ("m", "theta"))
+m, theta = (GRAPH.input(name, per_ball=True) for name in ("m", "theta"))
 
 CASES: list[tuple[Expression, str, str]] = [
     (a - b + c, "a - b + c", "a - b + c"),
@@ -92,7 +92,7 @@ def test_symbols_as_latex(symbol: str, tex: str) -> None:
 
 
 def test_indices_join() -> None:
-    v_n = GRAPH.input("v_{n}", each=True)
+    v_n = GRAPH.input("v_{n}", per_ball=True)
     assert latex(v_n) == "v_{n,i}"
     assert plain_text(v_n, lambda _: "v_n") == "v_n,i"
     assert plain_text(theta, lambda _: "theta''") == "theta_i''"

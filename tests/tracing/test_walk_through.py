@@ -24,11 +24,11 @@ def test_walk_through() -> None:
     graph = Graph()
     k, m = (graph.input(name, Level.PARAMETER) for name in ("k", "m"))
     u = graph.input("u")
-    angles, rates = (graph.input(name, each=True) for name in ("theta", "rate"))
+    angles, rates = (graph.input(name, per_ball=True) for name in ("theta", "rate"))
     force = pull(k, u, m, angles, rates)
 
     # Expressions can be differentiated and printed.
-    turned = graph.input("d theta", each=True)
+    turned = graph.input("d theta", per_ball=True)
     (change,) = derivatives([force], {angles: turned})
     assert plain_text(force) == "sum_i (0 if rate_i < 0, else m rate_i^2) cos(theta_i) - k u"
     assert plain_text(change) == "-sum_i (0 if rate_i < 0, else m rate_i^2) d theta_i sin(theta_i)"

@@ -53,7 +53,7 @@ def formulas(draw: Any) -> list[Expression]:
     """Some expressions that use all operations, on top of each other."""
     graph = Graph()
     known = [graph.input(name) for name in NAMES]
-    known += [graph.input(name, each=True) for name in EACH]
+    known += [graph.input(name, per_ball=True) for name in EACH]
     known += [graph.constant(draw(st.floats(-5.0, 5.0))) for _ in range(2)]
     one = st.deferred(lambda: st.sampled_from(known))
     for _ in range(draw(st.integers(3, 25))):

@@ -125,19 +125,25 @@ def collocate(f: RightHandSide, longest: float) -> np.ndarray:
     return np.concatenate(kept)
 
 
-def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
+def take_steps(collocation_steps: CollocationSteps, clock: Clock, state: Floats) -> bool:
     """Take steps; update ``state`` and its compensation ``own.rest``.
 
     Args:
-        own: equations, method and work arrays.
+        collocation_steps: equations, method and work arrays.
         clock: begin, length and number of the steps.
         state: state, overwritten.
 
     Returns:
         Whether the iterations converged.
     """
-    field, slopes, ahead, trial, rest = own.field, own.slopes, own.ahead, own.trial, own.rest
-    count, states = own.c.size, state.size
+    field, slopes, ahead, trial, rest = (
+        collocation_steps.field,
+        collocation_steps.slopes,
+        collocation_steps.ahead,
+        collocation_steps.trial,
+        collocation_steps.rest,
+    )
+    count, states = collocation_steps.c.size, state.size
     for step in range(clock.steps):
         time = clock.begin + step * clock.length
         call(field.slope, field.c, field.b, state, trial, time)
@@ -153,12 +159,14 @@ def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
                 for j in range(states):
                     total = rest[j]
                     for k in range(count):
-                        total += clock.length * own.a[i, k] * slopes[k, j]
+                        total += clock.length * collocation_steps.a[i, k] * slopes[k, j]
                     trial[j] = state[j] + total
-                at = time + own.c[i] * clock.length
+                at = time + collocation_steps.c[i] * clock.length
                 call(field.slope, field.c, field.b, trial, ahead[i], at)
                 for j in range(states):
-                    moved = abs(ahead[i, j] - slopes[i, j]) * clock.length / own.scale[j]
+                    moved = (
+                        abs(ahead[i, j] - slopes[i, j]) * clock.length / collocation_steps.scale[j]
+                    )
                     # Negated comparison, so that a NaN counts as a change.
                     if not moved <= change:
                         change = moved
@@ -176,7 +184,7 @@ def take_steps(own: CollocationSteps, clock: Clock, state: Floats) -> bool:
         for j in range(states):
             total = rest[j]
             for k in range(count):
-                total += clock.length * own.b[k] * slopes[k, j]
+                total += clock.length * collocation_steps.b[k] * slopes[k, j]
             summed = state[j] + total
             rest[j] = total - (summed - state[j])
             state[j] = summed

@@ -70,8 +70,8 @@ def all_families(
 
 def _ours(scene: Scene, sampling: SampleTimes, steps: Sequence[float]) -> Iterator[Family]:
     """Yield every registered stepper with its settings."""
-    own = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
-    ladder = sorted({*steps, *own}, reverse=True)
+    own_steps = [scene.solver.step] if sampling.per_period(scene.solver.step) else []
+    ladder = sorted({*steps, *own_steps}, reverse=True)
     for name in steppers():
         settings = [
             (f"{1e3 * step:g} ms", partial(OwnStepper, scene, sampling, name, step))

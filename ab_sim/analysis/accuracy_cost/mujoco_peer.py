@@ -76,7 +76,9 @@ class MuJoCo:
         self.length = step
         self.profile = SpeedSchedule.of_scene(scene)
         effects = tuple(scene.effects.values())
-        balls = [Ball(*each) for each in zip(scene.balls.masses, scene.balls.radii, strict=True)]
+        balls = [
+            Ball(*values) for values in zip(scene.balls.masses, scene.balls.radii, strict=True)
+        ]
         R = scene.race.radius
         spins = [over_effects(effects, "ball_inertia", 0.0, ball) for ball in balls]
         size = min([ball.mass for ball in balls], default=scene.total_mass) * R * R

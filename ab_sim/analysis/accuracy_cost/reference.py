@@ -103,19 +103,19 @@ def event_reference(scene: Scene, sampling: SampleTimes) -> Reference:
     Raises:
         InputError: no step is short enough, or a solution diverged.
     """
-    made: dict[str, tuple[float, Samples]] = {}
+    runs_by_name: dict[str, tuple[float, Samples]] = {}
     # The steps differ: with equal ones, even rounding errors would be alike.
     below = math.inf
     for name in (RK8.name, TSIT5.name):
         run, step = _shortest(scene, sampling, name, below)
         below = step
         try:
-            made[name] = step, run.samples(run.run())
+            runs_by_name[name] = step, run.samples(run.run())
         except FailedError as error:
             raise InputError(
                 f"{scene.name}: no reference could be made with {name} at {step:g} s: {error}"
             ) from error
-    (step, first), (other, second) = made[RK8.name], made[TSIT5.name]
+    (step, first), (other, second) = runs_by_name[RK8.name], runs_by_name[TSIT5.name]
     text = (
         f"rk8 at {step:g} s, cross-checked by tsit5 at {other:g} s, by which rk8 is judged; both "
         "locate events by the package's own code, because the peers here do not"

@@ -40,9 +40,9 @@ class RunErrors(NamedTuple):
     """Relative error of the energy balance over the run; None without a balance."""
 
     @classmethod
-    def of(cls, found: Deviation, uncertainty: Deviation, energy: float | None) -> "RunErrors":
+    def of(cls, deviation: Deviation, uncertainty: Deviation, energy: float | None) -> "RunErrors":
         """Create the errors from a run's deviation."""
-        angle, whirl, angle_end, whirl_end = map(ErrorBound.of, found, uncertainty)
+        angle, whirl, angle_end, whirl_end = map(ErrorBound.of, deviation, uncertainty)
         return cls(angle, whirl, angle_end, whirl_end, energy)
 
 
@@ -193,11 +193,11 @@ class AccuracyCost(Presented):
         where["versions"].update(peer_versions())
         return {
             **where,
-            **{each.name: getattr(self, each.name) for each in fields(self)},
+            **{field.name: getattr(self, field.name) for field in fields(self)},
             "reference_independent": self.independent,
             "uncertainty": self.uncertainty._asdict(),
             "rows": [row.report() for row in self.rows],
-            "left_out": [each._asdict() for each in self.omitted],
+            "left_out": [omission._asdict() for omission in self.omitted],
         }
 
     def _order(self, row: SettingCost) -> tuple[float, float]:

@@ -60,12 +60,12 @@ def sampling_of(scene: Scene) -> SampleTimes:
         InputError: the duration is too short to compare anything.
     """
     duration = nanoseconds(scene.duration)
-    longest, own = nanoseconds(LADDER[-1]), nanoseconds(scene.solver.step)
-    wished = [math.lcm(longest, own)] + [nanoseconds(step) for step in reversed(LADDER)]
+    longest, scene_step = nanoseconds(LADDER[-1]), nanoseconds(scene.solver.step)
+    wished = [math.lcm(longest, scene_step)] + [nanoseconds(step) for step in reversed(LADDER)]
     for period in wished:
         if duration // period >= LEAST_SAMPLES:
-            found = SampleTimes(period / 1e9, duration // period)
-            return found._replace(parts=_parts(found, [scene.solver.step, *reversed(LADDER)]))
+            times = SampleTimes(period / 1e9, duration // period)
+            return times._replace(parts=_parts(times, [scene.solver.step, *reversed(LADDER)]))
     least = LEAST_SAMPLES * LADDER[0]
     raise InputError(
         f"duration = {scene.duration:g} s: too short to compare steppers in; give at least "
@@ -76,9 +76,13 @@ def sampling_of(scene: Scene) -> SampleTimes:
 def _parts(sampling: SampleTimes, steps: list[float]) -> int:
     parts = 1
     for step in steps:
-        each = sampling.per_period(step)
-        if each and step >= DENSE and sampling.number * math.lcm(parts, each) <= MOST_SAMPLES:
-            parts = math.lcm(parts, each)
+        per_period = sampling.per_period(step)
+        if (
+            per_period
+            and step >= DENSE
+            and sampling.number * math.lcm(parts, per_period) <= MOST_SAMPLES
+        ):
+            parts = math.lcm(parts, per_period)
     return parts
 
 

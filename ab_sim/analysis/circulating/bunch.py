@@ -147,29 +147,29 @@ def bunches(drive: BunchDrive, speed: float, count: int) -> list[CirculatingBunc
 
 
 def stalled(
-    drive: BunchDrive, speed: float, count: int, known: bool = True
+    drive: BunchDrive, speed: float, count: int, known_only: bool = True
 ) -> CirculatingBunch | None:
     """Return the stable state of lowest speed; None if there is none.
 
     Args:
         drive, speed, count: see ``bunches``.
-        known: accept only states with small swings. Otherwise also accept plausible states, whose
-            bunch is on the side of the displacement, as it is below the critical speed.
+        known_only: accept only states with small swings. Otherwise also accept plausible states,
+            whose bunch is on the side of the displacement, as it is below the critical speed.
     """
-    for each in bunches(drive, speed, count):
-        if each.stable and (each.known or (not known and each.angle < 0.5 * math.pi)):
-            return each
+    for bunch in bunches(drive, speed, count):
+        if bunch.stable and (bunch.known or (not known_only and bunch.angle < 0.5 * math.pi)):
+            return bunch
     return None
 
 
 def _stiffness_at(drive: BunchDrive, w: float, count: int, s: float) -> complex:
     """Return the dynamic stiffness D [N/m]."""
     b, m = w - s, drive.ball_mass
-    own = complex(drive.stiffness - drive.mass * s * s, drive.damping * s)
+    stiffness = complex(drive.stiffness - drive.mass * s * s, drive.damping * s)
     if count == drive.balls:
-        return own
+        return stiffness
     swinging = complex(drive.rolling_mass * b * b, drive.drag * b)
-    return own + (drive.balls - count) * m * m * s**4 / (2.0 * swinging)
+    return stiffness + (drive.balls - count) * m * m * s**4 / (2.0 * swinging)
 
 
 def _missed(drive: BunchDrive, w: float, count: int, s: float) -> float:
@@ -224,9 +224,9 @@ def _left_unbalance(drive: BunchDrive, w: float, count: int) -> float:
 
     Below the critical speed the resting balls gather on the side of the unbalance.
     """
-    own = (drive.balls - count) * drive.ball_mass * drive.radius
+    balls_unbalance = (drive.balls - count) * drive.ball_mass * drive.radius
     if drive.mass * w * w <= drive.stiffness:
-        return drive.unbalance + own
+        return drive.unbalance + balls_unbalance
     if drive.balls - count >= 2:
-        return max(0.0, drive.unbalance - own)
-    return abs(drive.unbalance - own)
+        return max(0.0, drive.unbalance - balls_unbalance)
+    return abs(drive.unbalance - balls_unbalance)

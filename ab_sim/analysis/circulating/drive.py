@@ -35,14 +35,14 @@ class BunchDrive(NamedTuple):
 
 def why_not(scene: Scene) -> str | None:
     """Return the reason why the closed form does not cover a scene; None if it does."""
-    found = _known(scene)
-    return found if isinstance(found, str) else None
+    drive_or_reason = _known(scene)
+    return drive_or_reason if isinstance(drive_or_reason, str) else None
 
 
 def drive_of(scene: Scene) -> BunchDrive | None:
     """Return the parameters of a scene; None if ``why_not`` gives a reason."""
-    found = _known(scene)
-    return None if isinstance(found, str) else found
+    drive_or_reason = _known(scene)
+    return None if isinstance(drive_or_reason, str) else drive_or_reason
 
 
 def _known(scene: Scene) -> BunchDrive | str:

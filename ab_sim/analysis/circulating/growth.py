@@ -65,12 +65,12 @@ def _equations(
     """Return the real matrices of z and theta for derivatives 2, 1 and 0, with lengths in R."""
     m, mu, cb = drive.ball_mass, drive.rolling_mass, drive.drag
     turned: Orders = 1.0, 2j * s, -s * s
-    own = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
+    deck = 0.0, drive.damping, drive.stiffness + 1j * drive.damping * s
     swung = _swinging(drive, w, count, s)
     equations = []
     for order in range(3):
         matrix = np.zeros((3, 3))
-        matrix[:2, :2] = _plane(drive.mass * turned[order] + own[order] + swung[order])
+        matrix[:2, :2] = _plane(drive.mass * turned[order] + deck[order] + swung[order])
         bunch = 1j * turned[order]
         matrix[:2, 2] = count * m * bunch.real, count * m * bunch.imag
         matrix[2, :2] = m * _plane(-1j * turned[order])[0]

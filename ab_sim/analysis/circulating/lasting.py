@@ -55,11 +55,11 @@ def lasting_speed(scene: Scene, bunch: CirculatingBunch) -> float | None:
     time = run["time"][half:] - run["time"][half]
     # Fit a straight line: a difference of the end points would contain the swings.
     speeds = w + np.polyfit(time, run.ball_angles[half:], 1)[0]
-    own, others = speeds[: bunch.count], speeds[bunch.count :]
-    kept = np.abs(own - bunch.speed) <= NEAR * abs(bunch.speed)
-    beats = np.abs(own - w) >= 0.5 * abs(w - bunch.speed)
+    in_bunch, others = speeds[: bunch.count], speeds[bunch.count :]
+    kept = np.abs(in_bunch - bunch.speed) <= NEAR * abs(bunch.speed)
+    beats = np.abs(in_bunch - w) >= 0.5 * abs(w - bunch.speed)
     resting = np.abs(others - w) <= 0.1 * abs(w - bunch.speed)
-    return float(own.mean()) if (kept & beats).all() and resting.all() else None
+    return float(in_bunch.mean()) if (kept & beats).all() and resting.all() else None
 
 
 def _held(scene: Scene, speed: float, step: float) -> Scene:

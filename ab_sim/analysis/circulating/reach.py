@@ -75,7 +75,7 @@ Case = Callable[[float], tuple[BunchDrive, float]]
 
 def _reach(case: Case, count: int, values: np.ndarray) -> list[Reach]:
     there = [stalled(*case(float(value)), count) is not None for value in values]
-    found, k = [], 0
+    reaches, k = [], 0
     while k < len(values):
         if not there[k]:
             k += 1
@@ -87,9 +87,9 @@ def _reach(case: Case, count: int, values: np.ndarray) -> list[Reach]:
         after = float(values[k + 1]) if k + 1 < len(values) else None
         low, low_end, low_speed = _end(case, count, float(values[first]), before)
         high, high_end, high_speed = _end(case, count, float(values[k]), after)
-        found.append(Reach(count, low, high, low_end, high_end, low_speed, high_speed))
+        reaches.append(Reach(count, low, high, low_end, high_end, low_speed, high_speed))
         k += 1
-    return found
+    return reaches
 
 
 def _end(case: Case, count: int, inside: float, outside: float | None) -> tuple[float, str, float]:
@@ -106,7 +106,7 @@ def _end(case: Case, count: int, inside: float, outside: float | None) -> tuple[
             inside = middle
     speed = _speed(stalled(*case(inside), count))
     beyond = bunches(*case(outside), count)
-    near = [each for each in beyond if abs(each.speed - speed) <= SAME * speed]
+    near = [state for state in beyond if abs(state.speed - speed) <= SAME * speed]
     if not near:
         return inside, FOLD, speed
     return inside, SWING if not near[0].known else UNSTABLE, speed

@@ -95,8 +95,8 @@ def equilibria_of(scene: Scene, speed: float) -> Equilibria:
         states = resting_states(system, rotor, speed)
     omitted = tuple(name for name in LEFT_OUT if name in scene.effects)
     two = any(state.label.endswith(WORST) for state in states)
-    known = known_positions(rotor, len(system.balls)) if two else None
-    return Equilibria(scene.name, speed, tuple(states), omitted, rotor is None, known)
+    positions = known_positions(rotor, len(system.balls)) if two else None
+    return Equilibria(scene.name, speed, tuple(states), omitted, rotor is None, positions)
 
 
 def resting_states(system: System, rotor: ClosedFormRotor, speed: float) -> list[RestingState]:

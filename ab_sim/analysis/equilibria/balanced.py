@@ -54,9 +54,9 @@ def symmetric(rotor: ClosedFormRotor) -> np.ndarray | None:
     return np.array([-beta, beta] * (n // 2) + [math.pi] * odd)
 
 
-def completed(rotor: ClosedFormRotor, given: np.ndarray) -> np.ndarray | None:
+def completed(rotor: ClosedFormRotor, first_balls: np.ndarray) -> np.ndarray | None:
     """Apply ``balance.completed`` to a rotor."""
-    return balance.completed(rotor.unbalance, rotor.moments, given)
+    return balance.completed(rotor.unbalance, rotor.moments, first_balls)
 
 
 def positions(rotor: ClosedFormRotor) -> np.ndarray:
@@ -78,11 +78,11 @@ def _positions(unbalance: float, moments: tuple[float, ...], kinds: tuple[int, .
         return np.array([completed(rotor, np.empty(0)) if middle is None else middle])
     starts, low, high = _ends(unbalance, moments, kinds)
     draw = np.random.default_rng(0)
-    found = [] if middle is None else [middle]
-    found += _between(rotor, low, high, starts, draw)
+    candidates = [] if middle is None else [middle]
+    candidates += _between(rotor, low, high, starts, draw)
     if len({*kinds}) > 1:
-        found += _there(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
-    return np.array(found)
+        candidates += _there(rotor, draw.uniform(-math.pi, math.pi, (SCATTER, n)))
+    return np.array(candidates)
 
 
 def ends(rotor: ClosedFormRotor) -> tuple[np.ndarray, np.ndarray]:
@@ -109,14 +109,14 @@ def _ends(
 
 def position_at(rotor: ClosedFormRotor, rho: float) -> np.ndarray:
     """Return a balanced position with a given rho within the ``ends``, for three or more balls."""
-    known = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
-    if abs(doubling(rotor, known[0]) - rho) <= SAME:
-        return known[0]
+    by_distance = sorted(positions(rotor), key=lambda x: abs(doubling(rotor, x) - rho))
+    if abs(doubling(rotor, by_distance[0]) - rho) <= SAME:
+        return by_distance[0]
     draw = np.random.default_rng(0)
     # Near the ends rho hardly changes along the set, so Newton's method fails from some starts.
-    starts = [x + draw.normal(scale=0.05, size=len(x)) for x in known[:4]]
-    tries = (_closed(rotor, start, rho) for start in (*known, *starts))
-    return next((x for x in tries if x is not None), known[0])
+    starts = [x + draw.normal(scale=0.05, size=len(x)) for x in by_distance[:4]]
+    tries = (_closed(rotor, start, rho) for start in (*by_distance, *starts))
+    return next((x for x in tries if x is not None), by_distance[0])
 
 
 def _there(rotor: ClosedFormRotor, starts: np.ndarray) -> list[np.ndarray]:

@@ -65,13 +65,15 @@ def branches_over_speed(
     for k, pattern in enumerate(patterns):
         if progress is not None:
             progress(pattern.label, k, len(patterns) + 1)
-        own = [f for f in folds_of(rotor, pattern.moment) if speeds[0] < f.speed < speeds[-1]]
-        folds += [(pattern.label, fold) for fold in own]
-        intervals += _clustered(system, rotor, pattern, own, speeds)
+        folds_here = [
+            f for f in folds_of(rotor, pattern.moment) if speeds[0] < f.speed < speeds[-1]
+        ]
+        folds += [(pattern.label, fold) for fold in folds_here]
+        intervals += _clustered(system, rotor, pattern, folds_here, speeds)
     if progress is not None:
         progress("balanced", len(patterns), len(patterns) + 1)
     intervals += _balanced(system, rotor, speeds)
-    folds.sort(key=lambda each: each[1])
+    folds.sort(key=lambda labelled_fold: labelled_fold[1])
     return OverSpeed((float(speeds[0]), float(speeds[-1])), tuple(intervals), tuple(folds))
 
 

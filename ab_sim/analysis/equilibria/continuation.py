@@ -65,11 +65,11 @@ class EquilibriumCurve:
         only.
         """
         speed, state, _ = self.point(z)
-        own = scaled_jacobian(field_at(self.system, speed).jacobian(0.0, state), self.scales)
+        jacobian = scaled_jacobian(field_at(self.system, speed).jacobian(0.0, state), self.scales)
         h = np.zeros(len(z))
         h[-1] = 1e-5 * abs(z[-1]) + 1e-9
         along = (self.off(z + h) - self.off(z - h)) / (2.0 * h[-1])
-        return np.column_stack([own, along])
+        return np.column_stack([jacobian, along])
 
     def tangent(self, z: np.ndarray, like: np.ndarray) -> np.ndarray:
         """Return the unit tangent, with the orientation of ``like``."""

@@ -109,24 +109,24 @@ def growths(system: System, speed: float, theta: np.ndarray) -> Growth:
     alone = across[:, 0] @ jacobian[layout.rates, layout.rates] @ across[:, 0]
 
     def masses(reaches: np.ndarray) -> np.ndarray:
-        found = np.empty((*reaches.shape[:-1], 8, 8))
-        found[:] = np.eye(8)
+        matrix = np.empty((*reaches.shape[:-1], 8, 8))
+        matrix[:] = np.eye(8)
         for axis in (0, 1):
-            found[..., 2 + axis, 2 + axis] = mass
-            found[..., 2 + axis, 6 + axis] = moment * reaches[..., axis]
-            found[..., 6 + axis, 2 + axis] = moment / inertia * reaches[..., axis]
-        return found
+            matrix[..., 2 + axis, 2 + axis] = mass
+            matrix[..., 2 + axis, 6 + axis] = moment * reaches[..., axis]
+            matrix[..., 6 + axis, 2 + axis] = moment / inertia * reaches[..., axis]
+        return matrix
 
     here = masses(reach) @ (basis.T @ jacobian @ basis)
-    own = np.zeros((8, 8))
-    own[4:6, 6:] = np.eye(2)
-    own[6:, 6:] = alone * np.eye(2)
+    block = np.zeros((8, 8))
+    block[4:6, 6:] = np.eye(2)
+    block[6:, 6:] = alone * np.eye(2)
 
     def at(rhos: np.ndarray) -> np.ndarray:
         reaches = np.sqrt(0.5 * n * (1.0 + np.multiply.outer(rhos, [1.0, -1.0])).clip(0.0))
         scales = np.ones((len(rhos), 8))
         scales[:, 4:6] = scales[:, 6:] = reaches / reach
-        scaled = own + (here - own) * scales[:, :, None] * scales[:, None, :]
+        scaled = block + (here - block) * scales[:, :, None] * scales[:, None, :]
         matrices = np.linalg.solve(masses(reaches), scaled)
         return np.linalg.eigvals(matrices).real.max(axis=1)
 

@@ -131,7 +131,7 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
     named = []
     for label, alike in by_label.items():
         if alike[0].structural_zeros:
-            by_growth = sorted(alike, key=lambda each: each.lambda_max)
+            by_growth = sorted(alike, key=lambda state: state.lambda_max)
             named.append(alike[0])
             if len(alike) > 1:
                 named.append(by_growth[-1].relabelled(label + WORST))
@@ -139,13 +139,13 @@ def labelled(system: System, speed: float, states: list[np.ndarray]) -> list[Res
             continue
         if label == "balanced":
             # Mirror images, unless they differ only by an exchange of equal balls.
-            ways = sum(each.assignments or 0 for each in alike)
+            ways = sum(state.assignments or 0 for state in alike)
             named.append(replace(alike[0], assignments=ways))
             continue
-        alike.sort(key=lambda each: -each.W)
-        for k, each in enumerate(alike):
-            named.append(each.relabelled(label + (f"/{k + 1}" if len(alike) > 1 else "")))
-    return sorted(named, key=lambda each: (each.label.startswith("balanced"), each.label))
+        alike.sort(key=lambda state: -state.W)
+        for k, one in enumerate(alike):
+            named.append(one.relabelled(label + (f"/{k + 1}" if len(alike) > 1 else "")))
+    return sorted(named, key=lambda state: (state.label.startswith("balanced"), state.label))
 
 
 def nullity(system: System, speed: float, state: np.ndarray) -> int:

@@ -146,6 +146,6 @@ def _near_folds(curve: _Curve) -> Iterator[tuple[float, float]]:
     both = np.isfinite(speeds).all(axis=0)
     for k in np.flatnonzero(both & (signs[0] * signs[1] < 0.0)):
         if not both[max(k - 1, 0)] or not both[min(k + 1, len(ASIDE) - 1)]:
-            found = curve.met(float(ASIDE[k]), float(np.sqrt(speeds[0, k] * speeds[1, k])))
-            if found is not None:
-                yield found
+            fold = curve.met(float(ASIDE[k]), float(np.sqrt(speeds[0, k] * speeds[1, k])))
+            if fold is not None:
+                yield fold

@@ -67,7 +67,7 @@ class BranchInterval:
 
     def having(self, stable: bool | None) -> list[tuple[float, float]]:
         """Return the speed ranges [rad/s] in which the linear test gives this verdict."""
-        edges = [self.speeds[0], *(each.speed for each in self.crossings), self.speeds[-1]]
+        edges = [self.speeds[0], *(crossing.speed for crossing in self.crossings), self.speeds[-1]]
         middles = [0.5 * (a + b) for a, b in zip(edges[:-1], edges[1:], strict=True)]
         near = [int(np.argmin(np.abs(self.speeds - x))) for x in middles]
         ranges = zip(edges[:-1], edges[1:], near, strict=True)
@@ -87,7 +87,7 @@ class OverSpeed:
     @property
     def crossings(self) -> list[Crossing]:
         """Crossings of all intervals, by rising speed."""
-        return sorted(each for interval in self.intervals for each in interval.crossings)
+        return sorted(crossing for interval in self.intervals for crossing in interval.crossings)
 
     @property
     def without_state(self) -> list[tuple[float, float]]:
@@ -111,7 +111,7 @@ class OverSpeed:
         return {
             "speeds": list(self.speeds),
             "folds": [{"label": label, **fold._asdict()} for label, fold in self.folds],
-            "crossings": [each.report() for each in self.crossings],
+            "crossings": [crossing.report() for crossing in self.crossings],
             "without_state": [list(r) for r in self.without_state],
             "without_stable_state": [list(r) for r in self.without_stable_state],
             "undecided": [list(r) for r in self.undecided],
@@ -123,7 +123,7 @@ class OverSpeed:
                         key: [getattr(x, key) for x in interval.states]
                         for key in StateSummary._fields
                     },
-                    "crossings": [each.report() for each in interval.crossings],
+                    "crossings": [crossing.report() for crossing in interval.crossings],
                 }
                 for interval in self.intervals
             ],
@@ -134,14 +134,14 @@ class OverSpeed:
         """Return the object that a report describes."""
         intervals = [
             BranchInterval(
-                each["label"],
-                tuple(map(StateSummary, *(each[key] for key in StateSummary._fields))),
-                np.array(each["speeds"]),
-                tuple(_of(Crossing, one) for one in each["crossings"]),
+                item["label"],
+                tuple(map(StateSummary, *(item[key] for key in StateSummary._fields))),
+                np.array(item["speeds"]),
+                tuple(_of(Crossing, one) for one in item["crossings"]),
             )
-            for each in report["branches"]
+            for item in report["branches"]
         ]
-        folds = [(each["label"], _of(Fold, each)) for each in report["folds"]]
+        folds = [(fold["label"], _of(Fold, fold)) for fold in report["folds"]]
         low, high = report["speeds"]
         return cls((low, high), tuple(intervals), tuple(folds))
 

@@ -134,8 +134,8 @@ def _polished(rotor: ClosedFormRotor, moment: float, speed: float) -> Iterator[f
             if abs(step) <= 2e-16 * abs(x):
                 break
         terms = (abs(s) + abs(b) * x + a * x * x * x) ** 2 + (d * x) ** 2 + e * e
-        known = any(abs(x - y) <= 1e-12 * x for y in taken) or (abs(s) == e and x < BALANCED)
-        if x > 0.0 and abs(_factored(a, b, s, d, e, x)[0]) <= 1e-13 * terms and not known:
+        duplicate = any(abs(x - y) <= 1e-12 * x for y in taken) or (abs(s) == e and x < BALANCED)
+        if x > 0.0 and abs(_factored(a, b, s, d, e, x)[0]) <= 1e-13 * terms and not duplicate:
             taken.append(x)
             yield x * length
 

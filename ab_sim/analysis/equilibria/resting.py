@@ -115,8 +115,8 @@ def may_move_rest(effect: Any) -> bool:
     """Return whether an effect may shift resting states from the closed forms."""
     if isinstance(effect, Suspension | HardeningSuspension):
         return False
-    own = {name for name, value in vars(type(effect)).items() if callable(value)}
-    public = {name for name in own if not name.startswith("_")}
+    callables = {name for name, value in vars(type(effect)).items() if callable(value)}
+    public = {name for name in callables if not name.startswith("_")}
     return bool(public - {"check_scene"} - _LEAVES_REST)
 
 
@@ -141,6 +141,8 @@ def base_rotor_of(system: System) -> ClosedFormRotor:
 
 def kinds_of(system: System) -> tuple[int, ...]:
     """Return the kind of each ball; equal balls share a number."""
-    known: dict[tuple[float, ...], int] = {}
+    numbers_by_kind: dict[tuple[float, ...], int] = {}
     columns = system.balls[:, [MASS, ROLLING_MASS, RACE_RADIUS]]
-    return tuple(known.setdefault(tuple(row), len(known)) for row in columns.tolist())
+    return tuple(
+        numbers_by_kind.setdefault(tuple(row), len(numbers_by_kind)) for row in columns.tolist()
+    )

@@ -102,9 +102,9 @@ def reaching_the_deck(layout: StateLayout, theta: np.ndarray) -> tuple[np.ndarra
     return felt, apart
 
 
-def _sorted(found: Sequence[tuple[np.ndarray, np.ndarray]]) -> EigenvalueSpectrum:
-    values = np.concatenate([each[0] for each in found])
-    doubts = np.concatenate([each[1] for each in found])
+def _sorted(spectra: Sequence[tuple[np.ndarray, np.ndarray]]) -> EigenvalueSpectrum:
+    values = np.concatenate([values_and_doubts[0] for values_and_doubts in spectra])
+    doubts = np.concatenate([values_and_doubts[1] for values_and_doubts in spectra])
     order = np.lexsort((values.imag, -values.real))
     return EigenvalueSpectrum(values[order], doubts[order])
 
@@ -126,8 +126,8 @@ def _together(theta: np.ndarray, kinds: Sequence[int]) -> list[list[int]]:
 def _eigenvalues(matrix: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return eigenvalues and their rounding errors, eps |A| / |y^H x| (Wilkinson)."""
     balanced = matrix_balance(matrix, permute=False)[0]
-    values, left, right = eig(balanced, left=True, right=True)  # type: ignore[misc]
-    aligned = np.abs(np.einsum("ij,ij->j", left.conj(), right))
+    values, left_vectors, right = eig(balanced, left=True, right=True)  # type: ignore[misc]
+    aligned = np.abs(np.einsum("ij,ij->j", left_vectors.conj(), right))
     norm = np.linalg.norm(balanced)
     doubts = SAFETY * np.finfo(float).eps * norm / np.maximum(aligned, 1e-300)
     # The first-order error of a double eigenvalue is infinite; its actual error is of order

@@ -67,8 +67,8 @@ def sticking(scene: Scene, speed: float, state: RestingState) -> tuple[Sticking,
         )
     effects = tuple(scene.effects.values())
     balls = [Ball(m, a) for m, a in system.balls[:, [MASS, RADIUS]]]
-    each = [over_effects(effects, "friction_coefficient", 0.0, ball) for ball in balls]
-    held = np.array(each)
+    coefficients = [over_effects(effects, "friction_coefficient", 0.0, ball) for ball in balls]
+    held = np.array(coefficients)
 
     def slack(theta: np.ndarray) -> float:
         """Return the smallest margin f N - |T| of all balls, per m R w^2."""

@@ -59,12 +59,15 @@ def traced_branches(
             if state.structural_zeros:
                 continua += [(state.label, part) for part in whole]
             for points in whole:
-                own = list(monotone(points))
-                fresh = [_fresh(system, part, [*parts, *own[:i]]) for i, part in enumerate(own)]
-                folds += _folds(system, own, fresh, low, high)
-                parts += [part for part, new in zip(own, fresh, strict=True) if new]
+                traced_parts = list(monotone(points))
+                fresh = [
+                    _fresh(system, part, [*parts, *traced_parts[:i]])
+                    for i, part in enumerate(traced_parts)
+                ]
+                folds += _folds(system, traced_parts, fresh, low, high)
+                parts += [part for part, new in zip(traced_parts, fresh, strict=True) if new]
     intervals = [_interval(system, part, speeds) for part in parts]
-    folds.sort(key=lambda each: each[1])
+    folds.sort(key=lambda labelled_fold: labelled_fold[1])
     return OverSpeed((low, high), tuple(intervals), tuple(folds))
 
 
@@ -115,11 +118,11 @@ def _at(system: System, part: Part, speed: float) -> RestingState:
 
 def _interval(system: System, part: Part, speeds: np.ndarray) -> BranchInterval:
     kept = np.linspace(0, len(part) - 1, min(len(part), MOST_SPEEDS)).astype(int)
-    own = np.array([part[k].speed for k in kept])
-    inside = speeds[(speeds > own[0]) & (speeds < own[-1])]
-    middle = _at(system, part, float(0.5 * (own[0] + own[-1])))
+    part_speeds = np.array([part[k].speed for k in kept])
+    inside = speeds[(speeds > part_speeds[0]) & (speeds < part_speeds[-1])]
+    middle = _at(system, part, float(0.5 * (part_speeds[0] + part_speeds[-1])))
     return interval_of(
-        middle.label, lambda speed: _at(system, part, speed), np.union1d(own, inside)
+        middle.label, lambda speed: _at(system, part, speed), np.union1d(part_speeds, inside)
     )
 
 

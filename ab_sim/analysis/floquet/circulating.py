@@ -107,14 +107,17 @@ def circulating_solution(scene: Scene, bunch: CirculatingBunch) -> CirculatingSo
         state_of_bunch(beat.turn.system, bunch),
         2.0 * math.pi / abs(speed - bunch.speed),
     )
-    steps, found = beat.steps(period), None
+    steps, solution = beat.steps(period), None
     while steps <= MOST:
-        before, found = found, beat.shoot(state, period, steps)
-        if found is None:
+        before, solution = solution, beat.shoot(state, period, steps)
+        if solution is None:
             return None
-        if before is not None and abs(found.period - before.period) <= CONVERGED * found.period:
-            return found
-        state, period, steps = found.states[0], found.period, 2 * steps
+        if (
+            before is not None
+            and abs(solution.period - before.period) <= CONVERGED * solution.period
+        ):
+            return solution
+        state, period, steps = solution.states[0], solution.period, 2 * steps
     return None
 
 

@@ -38,12 +38,13 @@ class FollowedPoint(NamedTuple):
 
     def report(self) -> dict[str, Any]:
         """Return the point as JSON-able values."""
-        found = self.found
+        stability = self.found
         report: dict[str, Any] = {
-            "value": self.value, "speed": self.speed, "found": found is not None, "new": self.new
+            "value": self.value, "speed": self.speed,
+            "found": stability is not None, "new": self.new,
         }  # fmt: skip
-        if found is not None:
-            report |= found.report()
+        if stability is not None:
+            report |= stability.report()
         return report
 
 
@@ -91,25 +92,29 @@ class Followed(Presented):
         }
 
     def _columns(self) -> Columns:
-        found = [point.found for point in self.points]
+        stabilities = [point.found for point in self.points]
         return {
             self.over: Column(
                 "rad/s" if self.over == "speed" else None, [point.value for point in self.points]
             ),
             "held_speed": Column("rad/s", [point.speed for point in self.points]),
-            "largest": Column("1", [None if one is None else one.largest for one in found]),
-            "verdict": Column(None, [None if one is None else one.verdict for one in found]),
-            "whirl_max": Column("m", [None if one is None else one.whirl_max for one in found]),
+            "largest": Column("1", [None if one is None else one.largest for one in stabilities]),
+            "verdict": Column(None, [None if one is None else one.verdict for one in stabilities]),
+            "whirl_max": Column(
+                "m", [None if one is None else one.whirl_max for one in stabilities]
+            ),
             "new": Column(None, [point.new for point in self.points]),
         }
 
     @property
     def unlocated(self) -> list[tuple[FollowedPoint, FollowedPoint]]:
         """Successive points with different verdicts and no border between them."""
-        found = [(point, point.found.verdict) for point in self.points if point.found is not None]
+        judged_points = [
+            (point, point.found.verdict) for point in self.points if point.found is not None
+        ]
         return [
             (one, other)
-            for (one, before), (other, after) in pairwise(found)
+            for (one, before), (other, after) in pairwise(judged_points)
             if before != after
             and not any(
                 min(one.value, other.value) <= border.value <= max(one.value, other.value)
@@ -184,10 +189,12 @@ def _border(case: Case, one: FollowedPoint, other: FollowedPoint) -> list[Border
     def at(value: float) -> tuple[float, Solution]:
         scene, speed = case(value)
         share = (value - one.value) / (other.value - one.value)
-        found, _ = solution(scene, speed, SolutionSearch((first.start, last.start), share, ()))
-        if found is None:
+        solution_here, _ = solution(
+            scene, speed, SolutionSearch((first.start, last.start), share, ())
+        )
+        if solution_here is None:
             raise _Lost
-        return speed, found
+        return speed, solution_here
 
     size = max(abs(one.value), abs(other.value))
     try:

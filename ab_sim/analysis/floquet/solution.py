@@ -87,9 +87,9 @@ def solved(
         orbit = turn.shoot(one + share * ahead)
         if orbit is None and starts:
             orbit = turn.shoot(other)
-        found = None if orbit is None else judged(turn, orbit, NEIGHBOUR)
-        if found is not None or not starts:
-            return {"found": None if found is None else found.report(), "new": False}
+        stability = None if orbit is None else judged(turn, orbit, NEIGHBOUR)
+        if stability is not None or not starts:
+            return {"found": None if stability is None else stability.report(), "new": False}
     orbit, name = find_orbit(turn, starts)
-    found = None if orbit is None else judged(turn, orbit, name)
-    return {"found": None if found is None else found.report(), "new": True}
+    stability = None if orbit is None else judged(turn, orbit, name)
+    return {"found": None if stability is None else stability.report(), "new": True}

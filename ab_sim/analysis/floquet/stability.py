@@ -202,7 +202,7 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
     angles = orbit.states[:, layout.angles]
     turned = np.round((angles[-1] - angles[0]) / (2.0 * math.pi))
     mean = 2.0 * math.pi * turned * np.linspace(0.0, 1.0, len(angles))[:, None]
-    swings = [between(each[:-1] - each[0]).real for each in (angles - mean).T]
+    swings = [between(swing[:-1] - swing[0]).real for swing in (angles - mean).T]
     balanced = _keeps_still(turn, orbit)
     return Stability(
         scene=turn.scene.name,
@@ -253,8 +253,8 @@ def _largest(multipliers: np.ndarray, structural: int) -> float:
 
 
 def _keeps_still(turn: TurnMap, orbit: Orbit) -> bool:
-    own = turn.layout.deck
-    away = np.abs(orbit.states[:, own] - turn.rest()) / turn.scale[own]
+    deck = turn.layout.deck
+    away = np.abs(orbit.states[:, deck] - turn.rest()) / turn.scale[deck]
     return bool(away.max() <= STILL)
 
 
@@ -270,9 +270,9 @@ def _structural(turn: TurnMap, multipliers: np.ndarray) -> int:
 
 def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
     """Return the smallest and largest distance of C from its rest position across the shaft [m]."""
-    deck_model, own = turn.system.deck_model, turn.layout.deck
+    deck_model, deck = turn.system.deck_model, turn.layout.deck
     psi = turn.scene.start.angle + turn.speed * turn.period * np.linspace(0, 1, orbit.steps + 1)
-    x, y = deck_model.place(orbit.states[:, own], psi)[:-1, :2].T
+    x, y = deck_model.place(orbit.states[:, deck], psi)[:-1, :2].T
     place = rest_of(turn.scene).place
     whirl = np.abs(between((x - place[0]) + 1j * (y - place[1])))
     return float(whirl.min()), float(whirl.max())

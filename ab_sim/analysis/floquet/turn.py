@@ -139,12 +139,12 @@ class TurnMap:
 
     def ways(self, state: np.ndarray) -> np.ndarray:
         """Return directions of the independent coordinates as columns, (states, 2 (K + n))."""
-        own = self.layout.deck.stop
-        tangent = self.system.deck_model.tangent(state[:own])
-        balls = self.layout.size - own
-        directions = np.zeros((own + balls, tangent.shape[1] + balls))
-        directions[:own, : tangent.shape[1]] = tangent
-        directions[own:, tangent.shape[1] :] = np.eye(balls)
+        deck_states = self.layout.deck.stop
+        tangent = self.system.deck_model.tangent(state[:deck_states])
+        balls = self.layout.size - deck_states
+        directions = np.zeros((deck_states + balls, tangent.shape[1] + balls))
+        directions[:deck_states, : tangent.shape[1]] = tangent
+        directions[deck_states:, tangent.shape[1] :] = np.eye(balls)
         return directions
 
     def shoot(self, guess: np.ndarray, steps: int | None = None) -> Orbit | None:

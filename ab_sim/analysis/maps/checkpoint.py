@@ -25,8 +25,8 @@ class PointCheckpoint:
         self, function: Callable[..., dict[str, Any]], scene: Scene, numbers: dict[str, Any]
     ) -> None:
         self._results, self._scene, self._numbers = Results(function), scene, numbers
-        known = self._results.find(scene, **numbers) or {"points": []}
-        self._values: dict[Point, Any] = {(i, j): value for i, j, value in known["points"]}
+        stored = self._results.find(scene, **numbers) or {"points": []}
+        self._values: dict[Point, Any] = {(i, j): value for i, j, value in stored["points"]}
         self._on_disk = len(self._values)
         self._saved_at = time.monotonic()
 

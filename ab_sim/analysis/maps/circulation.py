@@ -31,7 +31,7 @@ def circulation_at(plane: Plane, point: Point) -> int:
         return NOT_LOOKED_FOR
     if stalled(drive, speed, drive.balls) is not None:
         return CIRCULATES
-    likely = stalled(drive, speed, drive.balls, known=False)
+    likely = stalled(drive, speed, drive.balls, known_only=False)
     return NONE_CIRCULATES if likely is None else NOT_KNOWN
 
 

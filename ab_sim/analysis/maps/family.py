@@ -23,7 +23,7 @@ class Family(NamedTuple):
 
     def report(self) -> dict[str, Any]:
         """Return the family as JSON-able values."""
-        maps = [found.report() for found in self.maps]
+        maps = [map_.report() for map_ in self.maps]
         return {"key": self.key, "values": list(self.values), "maps": maps}
 
 
@@ -60,8 +60,8 @@ def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
     planes = [
         plane._replace(scene=changed_scene(plane.scene, {key: value}, "each")) for value in values
     ]
-    for each in planes:
-        each.check()
+    for plane_here in planes:
+        plane_here.check()
     return planes
 
 
@@ -78,5 +78,5 @@ def family(
     Further arguments and errors are those of ``stability_map`` and ``members``.
     """
     planes = members(plane, key, values)
-    maps = tuple(stability_map(each, coarse, workers, tell) for each in planes)
+    maps = tuple(stability_map(plane, coarse, workers, tell) for plane in planes)
     return Family(key, values, maps)

@@ -58,8 +58,8 @@ def refined(
                 old[np.searchsorted(old, new, "right") - 1]
                 for old, new in zip(before, lines, strict=True)
             ]
-            known = grid.computed[np.ix_(*lines)]
-            labels = np.where(known, grid.labels[np.ix_(*lines)], grid.labels[np.ix_(*last)])
+            computed = grid.computed[np.ix_(*lines)]
+            labels = np.where(computed, grid.labels[np.ix_(*lines)], grid.labels[np.ix_(*last)])
             grid.labels[np.ix_(*lines)] = labels
             _compute_borders(verdicts, grid, np.ix_(*lines))
         before, coarse = lines, coarse // 2
@@ -72,23 +72,27 @@ def _spaced(spacing: int, size: int) -> np.ndarray:
 
 
 def _compute_borders(
-    verdicts: Callable[[Sequence[Point]], Sequence[int]], found: Refined, at: tuple[np.ndarray, ...]
+    verdicts: Callable[[Sequence[Point]], Sequence[int]],
+    labels_so_far: Refined,
+    at: tuple[np.ndarray, ...],
 ) -> None:
     while True:
-        wanted = _at_borders(found.labels[at]) & ~found.computed[at]
+        wanted = _at_borders(labels_so_far.labels[at]) & ~labels_so_far.computed[at]
         if not wanted.any():
             return
         rows, columns = (np.broadcast_to(lines, wanted.shape)[wanted] for lines in at)
-        _compute(verdicts, found, (rows, columns))
+        _compute(verdicts, labels_so_far, (rows, columns))
 
 
 def _compute(
-    verdicts: Callable[[Sequence[Point]], Sequence[int]], found: Refined, at: tuple[np.ndarray, ...]
+    verdicts: Callable[[Sequence[Point]], Sequence[int]],
+    labels_so_far: Refined,
+    at: tuple[np.ndarray, ...],
 ) -> None:
     rows, columns = (lines.ravel() for lines in np.broadcast_arrays(*at))
     points = [(int(i), int(j)) for i, j in zip(rows, columns, strict=True)]
-    found.labels[rows, columns] = verdicts(points)
-    found.computed[rows, columns] = True
+    labels_so_far.labels[rows, columns] = verdicts(points)
+    labels_so_far.computed[rows, columns] = True
 
 
 def _at_borders(labels: np.ndarray) -> np.ndarray:

@@ -86,11 +86,11 @@ class StabilityMap(Presented):
     def balanced_positions(self) -> str | None:
         """Positions that the labels cover: ``extremes.ALL``, or ``SAMPLED`` at some corner."""
         rows, columns = self.plane.shape
-        known = set()
+        kinds_at_corners = set()
         for row, column in ((0, 0), (0, columns - 1), (rows - 1, 0), (rows - 1, columns - 1)):
             system = resting_system(self.plane.at(row, column)[0])
-            known.add(known_positions(rotor_of(system), len(system.balls)))
-        return next((each for each in (SAMPLED, ALL) if each in known), None)
+            kinds_at_corners.add(known_positions(rotor_of(system), len(system.balls)))
+        return next((kind for kind in (SAMPLED, ALL) if kind in kinds_at_corners), None)
 
     def _facts(self) -> dict[str, str]:
         rows, columns = self.plane.shape
@@ -175,17 +175,17 @@ def stability_map(
     }
     scene = plane.scene
     with (
-        Workers(workers) as each,
+        Workers(workers) as workers_,
         PointCheckpoint(map_points, scene, numbers) as kept,
         PointCheckpoint(circulation_points, scene, numbers) as beside,
     ):
 
         def verdicts(points: Sequence[Point]) -> list[int]:
-            labels = functools.partial(each.each, functools.partial(label_at, plane))
+            labels = functools.partial(workers_.each, functools.partial(label_at, plane))
             return kept.of(points, labels, "points near borders", tell)
 
         def circulation(points: Sequence[Point]) -> list[int]:
-            labels = functools.partial(each.each, functools.partial(circulation_at, plane))
+            labels = functools.partial(workers_.each, functools.partial(circulation_at, plane))
             return beside.of(points, labels, "balls that circulate", tell)
 
         grid = refined(verdicts, plane.shape, coarse)

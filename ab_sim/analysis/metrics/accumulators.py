@@ -78,8 +78,8 @@ class PeakAccumulator:
         if inside.any():
             between = peaks_between(*self._around[:, inside])
             higher = between.whirl > peaks.whirl[inside]
-            for own, other in zip(peaks, between, strict=True):
-                own[inside] = np.where(higher, other, own[inside])
+            for peak, other in zip(peaks, between, strict=True):
+                peak[inside] = np.where(higher, other, peak[inside])
         return peaks
 
 
@@ -182,11 +182,11 @@ class BandAccumulator:
             outside = np.abs(block.whirl[rows] - self._final[rows]) > self._band[rows]
             last = np.argmax(outside[:, ::-1], axis=1)
             inside[rows] = np.where(outside.any(axis=1), last, count)
-        left = np.flatnonzero(inside < count)
-        at = count - inside[left]
-        self._begins[left] = self._done + at
-        found = time[left, np.minimum(at, count - 1)]
-        self._times[left] = np.where(at < count, found, np.nan)
+        open_runs = np.flatnonzero(inside < count)
+        at = count - inside[open_runs]
+        self._begins[open_runs] = self._done + at
+        crossing_times = time[open_runs, np.minimum(at, count - 1)]
+        self._times[open_runs] = np.where(at < count, crossing_times, np.nan)
         self._done += count
 
     @property
@@ -259,8 +259,8 @@ class TiltAccumulator:
         if "qw" not in block.channels:
             return
         rests = self._runs.rests
-        each = zip(rests, block.trajectories, strict=True)
-        tilts = np.array([rest.tilt_from(trajectory) for rest, trajectory in each])
+        pairs = zip(rests, block.trajectories, strict=True)
+        tilts = np.array([rest.tilt_from(trajectory) for rest, trajectory in pairs])
         for run, most in enumerate(tilts.max(axis=1).tolist()):
             before = self.peak[run]
             self.peak[run] = most if before is None else max(before, most)
@@ -325,8 +325,8 @@ class OncePerTurnAccumulator:
         There must be ``TURNS`` revolutions, and samples close enough to resolve them.
         """
         valid = self._shown & (self._turned >= TURNS * TURN)
-        each = zip(self._sums.tolist(), valid.tolist(), strict=True)
-        return [complex(*parts) if known else None for parts, known in each]
+        sums_and_validity = zip(self._sums.tolist(), valid.tolist(), strict=True)
+        return [complex(*parts) if valid else None for parts, valid in sums_and_validity]
 
     @property
     def size(self) -> list[float | None]:
@@ -397,7 +397,7 @@ class FinalCirculationAccumulator:
     @property
     def any_ball(self) -> list[bool | None]:
         """Flag of at least one circulating ball; None without balls."""
-        return [each is not None if self._balls else None for each in self.found]
+        return [bunch is not None if self._balls else None for bunch in self.found]
 
 
 class RunOverlapAccumulator:

@@ -33,8 +33,8 @@ class StartUpConclusion:
         """Time until the whirl stays in its band [s]."""
         self.ready: list[float | None] = [None] * len(runs)
         """Time until the spindle has reached its final speed as well [s]."""
-        found = zip(band.found, start.found, target.found, strict=True)
-        for run, (in_band, begins, has_speed) in enumerate(found):
+        times_of_runs = zip(band.found, start.found, target.found, strict=True)
+        for run, (in_band, begins, has_speed) in enumerate(times_of_runs):
             if begins is None or in_band is None:
                 continue
             self.in_band[run] = max(in_band - begins, 0.0)
@@ -94,8 +94,8 @@ class VerdictConclusion:
         within = unbalance <= numbers.most_unbalance
         # A couple that does not exist or does not count is NaN.
         within &= ~(couple > numbers.most_couple)
-        circulates = np.array([found is not None for found in circulation.found])
-        unbalanced = np.array([left is not None for left in residual.unbalance])
+        circulates = np.array([bunch is not None for bunch in circulation.found])
+        unbalanced = np.array([unbalance is not None for unbalance in residual.unbalance])
         has_balls = numbers.moments.shape[1] > 0
         ringing_down = (final.largest <= earlier.largest) & ~residual.rises
         self.found = verdicts(

@@ -200,8 +200,8 @@ class Metrics(MotionMetrics):
     verdict = Metric[str](
         "verdict",
         "-",
-        f"{', '.join(each.value for each in Verdict)}: the last two without balls or without an "
-        "unbalance; if the run rings down, the final whirl is an upper bound",
+        f"{', '.join(verdict.value for verdict in Verdict)}: the last two without balls or without "
+        "an unbalance; if the run rings down, the final whirl is an upper bound",
         "from balanced, settled and circulating_balls",
         VerdictConclusion,
         lambda verdict: verdict.found,

@@ -276,7 +276,7 @@ class MotionMetrics(MetricValues):
             place=Place.COURSE,
             note=CIRCULATE,
         ),
-        plain=lambda found: found and found.report(),
+        plain=lambda value: value and value.report(),
         kind=MetricKind.STRUCTURE,
     )
     overlaps = Metric[tuple[Overlap, ...] | None](
@@ -293,6 +293,6 @@ class MotionMetrics(MetricValues):
             place=Place.COURSE,
             caution=f"balls overlap: {WHAT_CHANGES}",
         ),
-        plain=lambda found: None if found is None else [each._asdict() for each in found],
+        plain=lambda bunches: None if bunches is None else [bunch._asdict() for bunch in bunches],
         kind=MetricKind.STRUCTURE,
     )

@@ -159,10 +159,10 @@ class SampleBlock:
     def whirl(self) -> np.ndarray:
         """Whirl W = |u| [m], shape (runs, samples)."""
         x, y = self["x"], self["y"]
-        found = np.empty(x.shape)
+        whirl = np.empty(x.shape)
         for rows in self.row_blocks():
-            found[rows] = whirl_of(x[rows], y[rows])
-        return found
+            whirl[rows] = whirl_of(x[rows], y[rows])
+        return whirl
 
     def row_blocks(self) -> Iterator[slice]:
         """Yield blocks of runs whose data fit into the processor's nearest caches."""
@@ -202,13 +202,13 @@ class SampleBlock:
         The channels of a sample are contiguous in memory, so that results do not depend on the
         other runs.
         """
-        each = map(np.ascontiguousarray, self.samples)
-        return [Trajectory(self.channels, samples) for samples in each]
+        runs = map(np.ascontiguousarray, self.samples)
+        return [Trajectory(self.channels, samples) for samples in runs]
 
     @property
     def late_trajectories(self) -> list[Trajectory]:
         """Trajectory of each run in the last stretch."""
-        return [each.last(self.late) for each in self.trajectories]
+        return [trajectory.last(self.late) for trajectory in self.trajectories]
 
 
 def accumulate(
@@ -218,7 +218,7 @@ def accumulate(
     done: dict[type[Any], Any] = {}
     for together in _passes(tuple(kinds)):
         accumulators = {
-            kind: kind(runs, *(done[each] for each in _after(kind))) for kind in together
+            kind: kind(runs, *(done[needed] for needed in _after(kind))) for kind in together
         }
         looking = [accumulator for kind, accumulator in accumulators.items() if _looks(kind)]
         for block in blocks() if looking else ():

@@ -182,8 +182,8 @@ class Metric(Generic[T]):
 
     def values(self, accumulator: Any) -> list[T]:
         """Return the values of all runs of an accumulator as plain Python objects."""
-        found = self.find(accumulator)
-        return cast(list[T], found.tolist() if isinstance(found, np.ndarray) else list(found))
+        values = self.find(accumulator)
+        return cast(list[T], values.tolist() if isinstance(values, np.ndarray) else list(values))
 
     @property
     def scalar(self) -> bool:
@@ -200,18 +200,18 @@ class Metric(Generic[T]):
         """Return its description, and that of its ratio to the run without balls, if it has one."""
         better, kind = self.better.value, self.kind.value
         taken_by = "sweep, tune, robust" if self.scalar else "run only"
-        own = MetricInWords(
+        description = MetricInWords(
             self.key, self.unit, better, kind, self.meaning, self.equation, taken_by
         )
         if self.relative is None:
-            return [own]
+            return [description]
         meaning = (
             f"{self.key} in that of the run without balls, which `ab-sim run` makes beside; null "
             "if that is 0 or cannot run"
         )
         equation = f"{self.key} / {self.key} without balls"
         return [
-            own,
+            description,
             MetricInWords(self.relative.key, "1", better, kind, meaning, equation, "run only"),
         ]
 
@@ -237,8 +237,8 @@ class Metric(Generic[T]):
         if self.unit == "e" and None not in values and np.all(eccentricities > 0.0):
             reported: list[Any] = (np.array(values, float) / eccentricities).tolist()
             return reported
-        each = zip(values, eccentricities.tolist(), strict=True)
-        return [self.as_reported(value, e) for value, e in each]
+        pairs = zip(values, eccentricities.tolist(), strict=True)
+        return [self.as_reported(value, e) for value, e in pairs]
 
 
 _metrics: dict[str, Metric[Any]] = {}
@@ -268,12 +268,12 @@ def described_metrics(name: str | None = None) -> list[MetricInWords]:
     Raises:
         InputError: the name is unknown; the message names the nearest, and all.
     """
-    metrics = [each for metric in reported_metrics() for each in metric.described()]
+    metrics = [description for metric in reported_metrics() for description in metric.described()]
     if name is None:
         return metrics
-    named = [each for each in metrics if each.name == name]
+    named = [metric for metric in metrics if metric.name == name]
     if not named:
-        raise _unknown(name, [each.name for each in metrics])
+        raise _unknown(name, [metric.name for metric in metrics])
     return named
 
 
@@ -303,9 +303,9 @@ def _named(key: str) -> Metric[Any]:
     raise _unknown(key, [metric.key for metric in reported_metrics()])
 
 
-def _unknown(name: str, known: list[str]) -> InputError:
+def _unknown(name: str, names: list[str]) -> InputError:
     return InputError(
-        f"metric {name!r}: no such metric{nearest(name, known)}; there are: {', '.join(known)}"
+        f"metric {name!r}: no such metric{nearest(name, names)}; there are: {', '.join(names)}"
     )
 
 

@@ -129,6 +129,6 @@ def _found(
     return {metric.key: metric.values(accumulators[metric.accumulator]) for metric in wanted}
 
 
-def _of_the_first(found: dict[str, list[object]], scene: Scene) -> Metrics:
-    values = {key: each[0] for key, each in found.items()}
+def _of_the_first(columns: dict[str, list[object]], scene: Scene) -> Metrics:
+    values = {key: column[0] for key, column in columns.items()}
     return Metrics(values, scene.rotor.eccentricity)

@@ -92,9 +92,9 @@ def register_metric(
     >>> round(run.metrics["mean_speed"], 3), "mean_speed" in run.report()
     (2.0, True)
     """
-    if better not in {each.value for each in Better}:
+    if better not in {choice.value for choice in Better}:
         raise InputError(
-            f"better = {better!r}: must be one of {', '.join(each.value for each in Better)}"
+            f"better = {better!r}: must be one of {', '.join(choice.value for choice in Better)}"
         )
 
     def value(metrics: MetricValues) -> float | None:
@@ -120,7 +120,7 @@ def register_metric(
                 meaning,
                 equation,
                 accumulator,
-                lambda each: [own.value() for own in each.own],
+                lambda watch: [recorder.value() for recorder in watch.own],
                 row,
                 Better(better),
             )
@@ -140,8 +140,8 @@ def _accumulator_of(kind: type[OwnMetric], last_stretch: bool) -> type[Any]:
             if last_stretch and not block.late:
                 return
             samples = block.late_trajectories if last_stretch else block.trajectories
-            for own, each in zip(self.own, samples, strict=True):
-                own.take(each)
+            for recorder, sample in zip(self.own, samples, strict=True):
+                recorder.take(sample)
 
     OwnAccumulator.__module__ = kind.__module__  # cached results depend on the metric's sources
     return OwnAccumulator

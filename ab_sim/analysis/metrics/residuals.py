@@ -49,18 +49,20 @@ class Residuals:
         return [value if has else None for value, has in values]
 
 
-def squares_left(own: Table, real: Table, imaginary: Table, angles: Cube, squares: Table) -> None:
+def squares_left(
+    unbalance: Table, real: Table, imaginary: Table, angles: Cube, squares: Table
+) -> None:
     """Compute abs(o + sum s_i exp(i theta_i))^2 at all samples of runs; to be compiled.
 
     Args:
-        own: o, shape (runs, 1).
+        unbalance: o, shape (runs, 1).
         real, imaginary: parts of s_i, shape (runs, balls).
         angles: theta_i [rad], shape (runs, samples, balls).
         squares: output, shape (runs, samples).
     """
     for run in range(angles.shape[0]):
         for k in range(angles.shape[1]):
-            x = own[run, 0]
+            x = unbalance[run, 0]
             y = 0.0
             for ball in range(angles.shape[2]):
                 c, s = cos_sin(angles[run, k, ball])

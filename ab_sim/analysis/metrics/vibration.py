@@ -140,7 +140,7 @@ class BroadBand:
 
     def __init__(self, run: JudgedRun) -> None:
         sensors = run.scene.sensors.values()
-        self._places = [(np.array(each.position), each.axis_angle) for each in sensors]
+        self._places = [(np.array(sensor.position), sensor.axis_angle) for sensor in sensors]
         if not self._places:  # measure at C, along the deck's axes
             self._places = [(np.zeros(3), 0.0)]
         self._band = BandPass()
@@ -236,19 +236,19 @@ class BroadBandAccumulator(EachRun[BroadBand]):
     @property
     def final(self) -> list[float | None]:
         """Final values, see ``BroadBand``."""
-        return [each.final for each in self.each]
+        return [watch.final for watch in self.each]
 
     @property
     def whole(self) -> list[float]:
         """Unfiltered values, see ``BroadBand``."""
-        return [each.whole for each in self.each]
+        return [watch.whole for watch in self.each]
 
     @property
     def why_not(self) -> list[str | None]:
         """Reasons of missing values, see ``BroadBand``."""
-        return [each.why_not for each in self.each]
+        return [watch.why_not for watch in self.each]
 
     @property
     def peak(self) -> list[float | None]:
         """Peak values, see ``BroadBand``."""
-        return [each.peak for each in self.each]
+        return [watch.peak for watch in self.each]

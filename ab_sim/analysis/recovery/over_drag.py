@@ -128,21 +128,23 @@ class RecoveryOverDrag(Presented):
         }
 
 
-def _best(drags: Sequence[float], found: Sequence[Recovery]) -> float | None:
-    composite = composite_of(found)
+def _best(drags: Sequence[float], recoveries: Sequence[Recovery]) -> float | None:
+    composite = composite_of(recoveries)
     return None if composite is None else drags[composite.best]
 
 
-def composite_of(found: Sequence[Recovery]) -> Composite | None:
+def composite_of(recoveries: Sequence[Recovery]) -> Composite | None:
     """Return the composite index of recoveries that differ in drag; None if none settles."""
-    settled = [each for each in found if each.settling_time is not None]
+    settled = [recovery for recovery in recoveries if recovery.settling_time is not None]
     if not settled:
         return None
-    times = np.array([each.settling_time for each in settled], float)
-    factor = float(times.mean() / np.mean([each.maximum_amplitude for each in settled]))
+    times = np.array([recovery.settling_time for recovery in settled], float)
+    factor = float(times.mean() / np.mean([recovery.maximum_amplitude for recovery in settled]))
     index = tuple(
-        None if each.settling_time is None else each.settling_time + factor * each.maximum_amplitude
-        for each in found
+        None
+        if recovery.settling_time is None
+        else recovery.settling_time + factor * recovery.maximum_amplitude
+        for recovery in recoveries
     )
     best = int(np.nanargmin(np.array(index, float)))
     return Composite(factor, index, best)
@@ -170,12 +172,12 @@ def recovery_over_drag(
         raise SceneError("balls.count = 0: without balls there is no drag to recover with")
     drag = scene.effects["viscous_drag"].coefficient if "viscous_drag" in scene.effects else 0.0
     ways = [scene] if scene.balls.count == 1 else [scene, in_one_ball(scene)]
-    work = [each for way in ways for each in (way, *(with_drag(way, drag) for drag in drags))]
+    work = [scene for way in ways for scene in (way, *(with_drag(way, drag) for drag in drags))]
     recoveries = []
-    for done, each in enumerate(work):
+    for done, scene_ in enumerate(work):
         if tell is not None:
-            tell(_named(each), done, len(work))
-        recoveries.append(kept_recovery(each, band))
+            tell(_named(scene_), done, len(work))
+        recoveries.append(kept_recovery(scene_, band))
     several = 1 + len(drags)
     return RecoveryOverDrag(
         scene.name,
@@ -231,10 +233,10 @@ def _named(scene: Scene) -> str:
     return f"{scene.balls.count} balls, drag {drag:g} N s/m"
 
 
-def _over(drags: Sequence[float], found: Sequence[Recovery]) -> list[dict[str, Any]]:
-    composite = composite_of(found)
+def _over(drags: Sequence[float], recoveries: Sequence[Recovery]) -> list[dict[str, Any]]:
+    composite = composite_of(recoveries)
     index = (None,) * len(drags) if composite is None else composite.index
     return [
-        {"drag": drag, **each._asdict(), "composite_index": at}
-        for drag, each, at in zip(drags, found, index, strict=True)
+        {"drag": drag, **recovery._asdict(), "composite_index": at}
+        for drag, recovery, at in zip(drags, recoveries, index, strict=True)
     ]

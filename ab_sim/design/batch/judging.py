@@ -201,12 +201,12 @@ def run_and_judge(
         for begin in range(0, len(members), most):
             chosen = members[begin : begin + most]
             part = run_prepared([prepared[i] for i in chosen], every=1)
-            found = _of_runs(part.runs, keys)
+            values = _of_runs(part.runs, keys)
             for at, i in enumerate(chosen):
                 run = part.runs[at]
                 runs[i] = run._replace(trajectory=run.trajectory.decimated(every))
                 for key in keys:
-                    metrics[key][i] = found[key][at]
+                    metrics[key][i] = values[key][at]
             seconds, done = seconds + part.integration_seconds, done + len(chosen)
             in_lanes += part.in_lanes
             if progress is not None:
@@ -219,9 +219,9 @@ def _of_runs(runs: Sequence[BatchRun], keys: Sequence[str]) -> dict[str, list[An
     good = [at for at, run in enumerate(runs) if not run.failure]
     columns: dict[str, list[Any]] = {key: [] for key in keys}
     largest = max((runs[at].trajectory.samples.size for at in good), default=1)
-    each = max(1, _COPIED_AT_ONCE // largest)
-    for begin in range(0, len(good), each):
-        some = [runs[at] for at in good[begin : begin + each]]
+    runs_at_once = max(1, _COPIED_AT_ONCE // largest)
+    for begin in range(0, len(good), runs_at_once):
+        some = [runs[at] for at in good[begin : begin + runs_at_once]]
         paths = [run.trajectory for run in some]
         judged = JudgedRuns([run.scene for run in some], len(paths[0]))
         alone = len(paths) == 1
@@ -252,10 +252,10 @@ def _spread(values: list[Any], places: np.ndarray, count: int) -> list[Any]:
     """Return a list of ``count`` entries with values at some places, None at the others."""
     if len(values) == count:
         return values
-    found = [None] * count
+    entries = [None] * count
     for place, value in zip(places.tolist(), values, strict=True):
-        found[place] = value
-    return found
+        entries[place] = value
+    return entries
 
 
 def _at_once(run: PreparedRun) -> int:

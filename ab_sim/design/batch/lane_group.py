@@ -117,12 +117,14 @@ class LaneGroup:
 
     def _work(self, kind: type) -> _Work:
         """Return work arrays without start data."""
-        system, told = self._first.system, self._first.stepper.weights
+        system, weights = self._first.system, self._first.stepper.weights
         code = code_of(system, kind)
-        if isinstance(told, TaylorParameters):
+        if isinstance(weights, TaylorParameters):
             step = self._first.scene.solver.step
-            own = lanes_of(system, code, told, step, self._every, LANES)
-            return _Work(own, (), compiled(advance_by_taylor_side_by_side).bind(own), code)
+            lane_runs = lanes_of(system, code, weights, step, self._every, LANES)
+            return _Work(
+                lane_runs, (), compiled(advance_by_taylor_side_by_side).bind(lane_runs), code
+            )
         lanes = self._lanes(code)
         if not code.model.has_events:
             return _Work(lanes, (), compiled(advance_side_by_side).bind(lanes), code)
@@ -151,9 +153,9 @@ class LaneGroup:
         """Return the work of a single run."""
         first = self._first
         states, system = layout_of(first.system).size, first.system
-        own = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
+        system_here = system._replace(balls=system.balls.copy(), contacts=system.contacts.copy())
         return run_of(
-            own,
+            system_here,
             code,
             code.step(first.stepper.weights, parts=first.stepper.parts),
             first.scene.solver.step,

@@ -83,7 +83,7 @@ class RunColumns:
 
     def starts(self, rows: np.ndarray) -> LaneStarts:
         """Return the start data of some runs."""
-        starts = LaneStarts(*(np.repeat(each, len(rows), axis=0) for each in self._start))
+        starts = LaneStarts(*(np.repeat(start, len(rows), axis=0) for start in self._start))
         if _ANGLES in self._values:
             angles = layout_of(self.first.system).angles
             within, turns = _reduced(self._values[_ANGLES][rows])
@@ -121,8 +121,8 @@ class RunColumns:
     def _ball(self, bodies: _Bodies, ball: int) -> tuple[Any, ...]:
         scene = self.first.scene
         mass = scene.balls.masses[ball] if bodies.ball_mass is None else bodies.ball_mass
-        own = Ball(mass, scene.balls.radii[ball])
-        constants = of_ball(own, bodies.race_radius, bodies.effects)
+        ball_here = Ball(mass, scene.balls.radii[ball])
+        constants = of_ball(ball_here, bodies.race_radius, bodies.effects)
         return *constants, scene.race.heights[scene.balls.races[ball]]
 
     def _numbers(self, rows: np.ndarray) -> RunNumbers:
@@ -217,13 +217,13 @@ def columns_of(base: PreparedRun, values: Mapping[str, Sequence[Any]]) -> Split 
     """
     if not values or not _can_vary(base):
         return None
-    found = {key: _column(base.scene, key, column) for key, column in values.items()}
-    if any(column is None for column in found.values()):
+    columns_or_none = {key: _column(base.scene, key, column) for key, column in values.items()}
+    if any(column is None for column in columns_or_none.values()):
         return None
-    columns = {key: np.asarray(column) for key, column in found.items()}
+    columns = {key: np.asarray(column) for key, column in columns_or_none.items()}
     bodies = _bodies(base, columns)
     count = len(next(iter(columns.values())))
-    finite = [np.isfinite(each).reshape(count, -1).all(axis=1) for each in columns.values()]
+    finite = [np.isfinite(column).reshape(count, -1).all(axis=1) for column in columns.values()]
     try:
         sure = np.all([*finite, _sure(base, bodies, count)], axis=0)
     except (TypeError, ValueError):  # an effect branches on its numbers
@@ -356,7 +356,7 @@ def _fastest_drag(base: PreparedRun, bodies: _Bodies) -> Any:
 def _reach(stepper: Stepper) -> float:
     """Return the radius of the stability region over all directions without growth."""
     directions = [complex(math.cos(a), math.sin(a)) for a in np.linspace(0.5, 0.999, 31) * math.pi]
-    return min(stability_limit(stepper, each) for each in (-1.0, *directions))
+    return min(stability_limit(stepper, eigenvalue) for eigenvalue in (-1.0, *directions))
 
 
 def _reduced(angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -382,6 +382,6 @@ def _taken(bodies: _Bodies, rows: np.ndarray) -> _Bodies:
     def some(value: Any) -> Any:
         return value[rows] if isinstance(value, np.ndarray) else value
 
-    effects = tuple(type(each)(*map(some, each)) for each in bodies.effects)
+    effects = tuple(type(effect)(*map(some, effect)) for effect in bodies.effects)
     taken = _Bodies(*map(some, bodies))
     return taken._replace(effects=effects)

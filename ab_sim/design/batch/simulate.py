@@ -91,28 +91,28 @@ def simulate_batch(
     (array([...]), ())
     """
     scene = as_scene(scene)
-    each = each_run(variations)
+    each_variation = each_run(variations)
     keep = metrics is None if samples is None else samples
     keys = [metric.key for metric in metrics_named(metrics or ())]
     _check_every(every, keep)
     if not keep:
-        return _metrics_only(scene, each, keys, progress)
-    scenes = varied(scene, each)
+        return _metrics_only(scene, each_variation, keys, progress)
+    scenes = varied(scene, each_variation)
     # Runs with a requested accuracy have an unknown number of steps until it is resolved.
     _check_room([scene for scene in scenes if scene.accuracy is None], every)
     if scene.accuracy is not None:
-        scenes = varied(resolve_accuracy(scene)[0], each)
+        scenes = varied(resolve_accuracy(scene)[0], each_variation)
     prepared = [_prepared(scene, number) for number, scene in enumerate(scenes)]
     _check_room([one.scene for one in prepared], every)
-    columns = _empty_columns(keys, len(each))
+    columns = _empty_columns(keys, len(each_variation))
     if keys:
-        done, found = run_and_judge(prepared, every, keys, progress)
-        _fill_in(columns, np.arange(len(each)), found)
+        done, metrics_of_runs = run_and_judge(prepared, every, keys, progress)
+        _fill_in(columns, np.arange(len(each_variation)), metrics_of_runs)
     else:
         done = run_prepared(prepared, every, progress)
     failures = tuple(run.failure for run in done.runs)
     aborted = tuple(run.aborted for run in done.runs)
-    return Batch(*done, each, columns, failures, aborted, done.runs[0].scene.name)
+    return Batch(*done, each_variation, columns, failures, aborted, done.runs[0].scene.name)
 
 
 def _metrics_only(

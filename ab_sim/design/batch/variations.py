@@ -72,12 +72,12 @@ def by_key(variations: Sequence[Mapping[str, object]]) -> dict[str, Any]:
     """Return values of all runs by dotted key, None if missing; empty if keys are no texts."""
     if isinstance(variations, ByKey):
         return variations.columns
-    if not all(isinstance(each, Mapping) for each in variations):
+    if not all(isinstance(variation, Mapping) for variation in variations):
         return {}
-    keys = dict.fromkeys(key for each in variations for key in each)
+    keys = dict.fromkeys(key for variation in variations for key in variation)
     if not all(isinstance(key, str) for key in keys):
         return {}
-    return {key: [each.get(key) for each in variations] for key in keys}
+    return {key: [variation.get(key) for variation in variations] for key in keys}
 
 
 def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Scene]:
@@ -86,7 +86,7 @@ def varied(scene: Scene, variations: Sequence[Mapping[str, object]]) -> list[Sce
     Raises:
         SceneError: a scene is not valid; the message contains its number, from 0, and its key.
     """
-    return [varied_scene(scene, each, number) for number, each in enumerate(variations)]
+    return [varied_scene(scene, variation, number) for number, variation in enumerate(variations)]
 
 
 def varied_scene(scene: Scene, variation: Mapping[str, object], number: int) -> Scene:

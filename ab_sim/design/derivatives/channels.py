@@ -160,24 +160,24 @@ def sensitivities(
     def results(scenes: Sequence[Scene]) -> np.ndarray:
         prepared = prepared_runs(scenes)
         done = run_prepared(list(prepared.values()), 1, progress)
-        found = np.full((len(scenes), *here.shape), np.nan)
-        for number, each in zip(prepared, done.runs, strict=True):
-            if not each.failure:
-                start = Drive(each.scene).present().samples
-                samples = np.vstack([start, each.trajectory.samples])
-                found[number] = samples[wanted][:, columns].T
+        results = np.full((len(scenes), *here.shape), np.nan)
+        for number, run in zip(prepared, done.runs, strict=True):
+            if not run.failure:
+                start = Drive(run.scene).present().samples
+                samples = np.vstack([start, run.trajectory.samples])
+                results[number] = samples[wanted][:, columns].T
         # A start angle just below pi goes on beyond it, not to -pi: whole turns of all samples.
-        turns = np.round((found[:, angles, :1] - here[angles, :1]) / (2.0 * math.pi))
-        found[:, angles] -= 2.0 * math.pi * turns
-        return found
+        turns = np.round((results[:, angles, :1] - here[angles, :1]) / (2.0 * math.pi))
+        results[:, angles] -= 2.0 * math.pi * turns
+        return results
 
     estimate = differentiated(shorter, real, here, results)
     return Sensitivities(
         scene,
         run,
         tuple(keys),
-        np.array([each.value for each in real]),
-        tuple(each.unit for each in real),
+        np.array([value.value for value in real]),
+        tuple(value.unit for value in real),
         tuple(named),
         np.array(wanted),
         estimate.derivatives,
@@ -185,14 +185,14 @@ def sensitivities(
     )
 
 
-def _named(scene: Scene, known: Sequence[str], channels: Sequence[str] | None) -> list[str]:
+def _named(scene: Scene, all_channels: Sequence[str], channels: Sequence[str] | None) -> list[str]:
     """Return the names of channels after a check; default: all except the sensors'."""
     if channels is None:
         axes = 2 if scene.deck is None else 3
-        return list(known[ANGLE : len(known) - axes * len(scene.pickups)])
+        return list(all_channels[ANGLE : len(all_channels) - axes * len(scene.pickups)])
     for name in channels:
-        if name not in known[ANGLE:]:
-            raise _not_among("channel", name, known[ANGLE:])
+        if name not in all_channels[ANGLE:]:
+            raise _not_among("channel", name, all_channels[ANGLE:])
     return list(channels)
 
 
@@ -215,7 +215,8 @@ def _wanted(drive: Drive, times: Sequence[float] | np.ndarray | None) -> tuple[S
     return indices, indices[-1]
 
 
-def _not_among(what: str, name: str, known: Sequence[str]) -> InputError:
+def _not_among(what: str, name: str, all_names: Sequence[str]) -> InputError:
     return InputError(
-        f"{what} {name!r}: there is none{nearest(name, known)}; there are: {', '.join(known)}"
+        f"{what} {name!r}: there is none{nearest(name, all_names)}; there are: "
+        + ", ".join(all_names)
     )

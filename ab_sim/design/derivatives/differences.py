@@ -74,10 +74,10 @@ def differentiated(
     for factor in FACTORS:
         steps = {k: min(share * factor, MOST) * scale_of(keys[k]) for k in uncertain_keys}
         scenes = {k: _moved_both_ways(scene, keys[k], step) for k, step in steps.items()}
-        runs = iter(results([each for of_key in scenes.values() for each in of_key if each]))
+        runs = iter(results([scene for of_key in scenes.values() for scene in of_key if scene]))
         missing = np.full(here.shape, np.nan)
         for k, step in steps.items():
-            four = np.array([next(runs) if each else missing for each in scenes[k]])
+            four = np.array([next(runs) if scene else missing for scene in scenes[k]])
             possible = scenes[k][0] is not None, scenes[k][3] is not None
             derivative, uncertainty = _difference(here, four, step, noise, possible)
             better = uncertainty < uncertain[k]

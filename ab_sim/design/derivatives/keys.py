@@ -153,8 +153,8 @@ def _unknown(scene: Scene, key: str) -> InputError:
 
 
 def _near(scene: Scene, key: str) -> str:
-    known = [real.key for real in real_keys(scene)]
-    return f"{nearest(key, known)}; it has {', '.join(known)}"
+    all_keys = [real.key for real in real_keys(scene)]
+    return f"{nearest(key, all_keys)}; it has {', '.join(all_keys)}"
 
 
 def scale_of(real: RealKey) -> float:

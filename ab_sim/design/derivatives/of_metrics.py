@@ -66,8 +66,8 @@ class MetricSensitivities(Presented):
         scales = np.array([scale_of(RealKey(*key)) for key in keys])
         size, metrics = np.abs(self.derivatives), np.abs(self.metric_values[:, None])
         still = (size <= self.uncertainties) & (self.uncertainties * scales <= STILL * metrics)
-        found: np.ndarray = still | (size * scales <= NOTHING * metrics)
-        return found
+        without_influence: np.ndarray = still | (size * scales <= NOTHING * metrics)
+        return without_influence
 
     @property
     def _percents(self) -> np.ndarray:
@@ -187,14 +187,14 @@ def metric_sensitivities(
     scene = with_stepper(scene)
 
     def results(scenes: Sequence[Scene]) -> np.ndarray:
-        found, done = np.full((len(scenes), len(names), 1), np.nan), 0
+        results, done = np.full((len(scenes), len(names), 1), np.nan), 0
         for part in judged_parts(None, prepared_runs(scenes), names):
             for row, name in enumerate(names):
-                found[part.runs, row, 0] = np.array(part.metrics[name], float)
+                results[part.runs, row, 0] = np.array(part.metrics[name], float)
             done += len(part.runs)
             if progress is not None:
                 progress(done, len(scenes))
-        return found
+        return results
 
     (here,) = results([scene])
     values = here[:, 0]
@@ -206,7 +206,7 @@ def metric_sensitivities(
                 f"(`ab-sim metrics {name}` says when)"
             )
     derivatives, uncertainties = (
-        each[..., 0] for each in differentiated(scene, real, here, results)
+        derivatives[..., 0] for derivatives in differentiated(scene, real, here, results)
     )
     unknown = _is_uncertain(real, values, derivatives, uncertainties)
     return MetricSensitivities(

@@ -103,11 +103,11 @@ def circulation_claims(sized: SizedBalls, specification: DriveSpecification) -> 
         prediction = "stays" if stays else "comes to rest"
         seen = bunch_stays(scene, specification.speed, sized.border * (1.0 - 1e-6))
         if seen is None:
-            verdict, shown = UNDECIDED, "not known: it swings too far"
+            verdict, outcome = UNDECIDED, "not known: it swings too far"
         else:
             verdict = HOLDS if seen == stays else CONTRADICTED
-            shown = "stays" if seen else "comes to rest"
-        claims.append(SizingClaim(where, prediction, shown, verdict))
+            outcome = "stays" if seen else "comes to rest"
+        claims.append(SizingClaim(where, prediction, outcome, verdict))
     return claims
 
 
@@ -162,13 +162,13 @@ def window_runs(
     balls, window = sized.balls, sized.window
     assert balls is not None and window is not None
     drags = {"lowest": window.low, "highest": window.high, FAR_ABOVE: FAR * window.high}
-    found = {}
+    runs_by_name = {}
 
     def look(name: str, drag: float) -> SpreadRuns:
         scene = with_contact(scene_of(balls, specification, drag))
         stage = running.at_stage(f"drag {name}, {drag:.3g} N s/m")
         runs = run_share(scene, specification, stage, drag_too=False)
-        found[name] = DragRuns(drag, predict(drag), runs)
+        runs_by_name[name] = DragRuns(drag, predict(drag), runs)
         return runs
 
     for name, drag in drags.items():
@@ -180,5 +180,5 @@ def window_runs(
             if look(name + BY_RUNS, drag).share.value >= specification.share:
                 break
         else:
-            del found[name + BY_RUNS]
-    return found
+            del runs_by_name[name + BY_RUNS]
+    return runs_by_name

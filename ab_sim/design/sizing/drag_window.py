@@ -114,11 +114,16 @@ def sized_balls(count: int, specification: DriveSpecification) -> SizedBalls:
     ]
     if not candidates:
         return SizedBalls(None, count, 1.0, 0.0, None, None, 0.0, _too_large(count, specification))
-    widths = [0.0 if each.window is None else math.log(each.window.ratio) for each in candidates]
+    widths = [
+        0.0 if candidate.window is None else math.log(candidate.window.ratio)
+        for candidate in candidates
+    ]
     if not any(widths):
-        return max(candidates, key=lambda each: each.predicted)
+        return max(candidates, key=lambda candidate: candidate.predicted)
     wide = min(AS_WIDE * max(widths), math.log(ROOMY * least_ratio(specification)))
-    return next(each for each, width in zip(candidates, widths, strict=True) if width >= wide)
+    return next(
+        candidate for candidate, width in zip(candidates, widths, strict=True) if width >= wide
+    )
 
 
 def least_ratio(specification: DriveSpecification) -> float:
@@ -160,7 +165,7 @@ def known_borders(drive: BunchDrive, speed: float) -> dict[int, float]:
     for count in range(1, drive.balls + 1):
         reaches = reach_over_drag(start, speed, count)
         if reaches:
-            borders[count] = max(each.high for each in reaches)
+            borders[count] = max(reach.high for reach in reaches)
     return borders
 
 

@@ -78,7 +78,7 @@ class Sizing(Presented):
             return np.empty(0), np.empty(0)
         window, balls = chosen.window, chosen.balls
         drags = np.geomspace(0.3 * window.low, 2.0 * FAR * window.high, PREDICTED_AT)
-        shares = [predicted_share(balls, self.specification, each) for each in drags.tolist()]
+        shares = [predicted_share(balls, self.specification, drag) for drag in drags.tolist()]
         return drags, np.array(shares)
 
     def scene_text(self) -> str:
@@ -96,12 +96,12 @@ class Sizing(Presented):
         return {
             "specification": self.specification._asdict(),
             "found": self.found,
-            "candidates": [each.report() for each in self.candidates],
+            "candidates": [candidate.report() for candidate in self.candidates],
             "chosen": None if self.chosen is None else self.chosen.report(),
             "hold": None if self.hold is None else self.hold._asdict(),
             "runs": None if self.runs is None else self.runs.report(),
-            "at_drags": {name: each.report() for name, each in self.at_drags.items()},
-            "claims": [each._asdict() for each in self.claims],
+            "at_drags": {name: at_drag.report() for name, at_drag in self.at_drags.items()},
+            "claims": [claim._asdict() for claim in self.claims],
             "tried": [{"balls": count, **runs.report()} for count, runs in self.tried],
             "scene": None if self.scene is None else self.scene.as_mapping(),
             "version": ab_sim.__version__,
@@ -121,7 +121,7 @@ class Sizing(Presented):
         }
 
     def _columns(self) -> Columns:
-        rows = [each.report() for each in self.candidates]
+        rows = [candidate.report() for candidate in self.candidates]
         units = {
             "balls": "1", "mass": "kg", "radius": "m", "balances": "kg m", "heavier": "1",
             "circulation_border": "N s/m", "drag_low": "N s/m", "drag_high": "N s/m",
@@ -171,7 +171,7 @@ def _checked(
     tried: list[tuple[int, SpreadRuns]],
 ) -> Sizing:
     specification, running = asked
-    without, own = runs
+    without, with_hold = runs
     balls = sized.balls
     assert balls is not None
     at_drags = window_runs(
@@ -181,7 +181,7 @@ def _checked(
     claims = [
         mass_claim(sized, smooth),
         *circulation_claims(sized, smooth),
-        *_claims_of_shares(specification, hold, (without, own), at_drags),
+        *_claims_of_shares(specification, hold, (without, with_hold), at_drags),
     ]
     return Sizing(
         specification,
@@ -189,7 +189,7 @@ def _checked(
         sized,
         hold,
         _scene(sized, hold, specification),
-        own,
+        with_hold,
         at_drags,
         tuple(claims),
         tuple(tried),
@@ -202,22 +202,24 @@ def _claims_of_shares(
     runs: tuple[SpreadRuns, SpreadRuns],
     at_drags: dict[str, DragRuns],
 ) -> Iterator[SizingClaim]:
-    wanted, (without, own) = specification.share, runs
+    wanted, (without, with_hold) = specification.share, runs
     if hold is None:
         text = f"without a hold, balanced {specification.settle:g} s after the speed is reached"
-        yield share_claim(text, own, wanted)
+        yield share_claim(text, with_hold, wanted)
     else:
         text = f"with a hold of {hold.duration:.3g} s at {hold.start_speed:.4g} rad/s, balanced"
-        yield share_claim(text, own, wanted)
+        yield share_claim(text, with_hold, wanted)
         yield share_claim("without it", without, wanted, at_least=False)
-    for name, found in at_drags.items():
+    for name, at_drag in at_drags.items():
         at_least = name != FAR_ABOVE
         what = f"window, {name}" if at_least else f"{FAR:g} times the highest"
-        text = f"{what}: at {found.drag:.3g} N s/m, balanced"
-        if at_least or found.predicted < wanted:
-            yield share_claim(text, found.runs, wanted, at_least)
-    circulating = own.circulating + sum(each.runs.circulating for each in at_drags.values())
-    count = own.share.runs + sum(each.runs.share.runs for each in at_drags.values())
+        text = f"{what}: at {at_drag.drag:.3g} N s/m, balanced"
+        if at_least or at_drag.predicted < wanted:
+            yield share_claim(text, at_drag.runs, wanted, at_least)
+    circulating = with_hold.circulating + sum(
+        at_drag.runs.circulating for at_drag in at_drags.values()
+    )
+    count = with_hold.share.runs + sum(at_drag.runs.share.runs for at_drag in at_drags.values())
     yield SizingClaim(
         "of all these runs, with balls that circulate",
         "0",
@@ -229,10 +231,14 @@ def _claims_of_shares(
 def _ranked(candidates: tuple[SizedBalls, ...]) -> list[SizedBalls]:
     """Return suitable candidates, the widest window first, as drag is the most uncertain value."""
 
-    def width(each: SizedBalls) -> float:
-        return 0.0 if each.window is None else each.window.ratio
+    def width(sized: SizedBalls) -> float:
+        return 0.0 if sized.window is None else sized.window.ratio
 
-    return sorted((each for each in candidates if each.why_not is None), key=width, reverse=True)
+    return sorted(
+        (candidate for candidate in candidates if candidate.why_not is None),
+        key=width,
+        reverse=True,
+    )
 
 
 def _holds(specification: DriveSpecification) -> Iterator[Hold]:
@@ -267,19 +273,20 @@ def _run(
     return share
 
 
-def sizing_failure(found: Sizing) -> str:
+def sizing_failure(sizing: Sizing) -> str:
     """Return the reason why nothing could be sized, and the remedy."""
-    if not found.tried:
-        reasons = {each.count: each.why_not for each in found.candidates}
+    if not sizing.tried:
+        reasons = {candidate.count: candidate.why_not for candidate in sizing.candidates}
         reasons_text = "; ".join(f"{count} balls: {why}" for count, why in reasons.items())
         return f"nothing can be sized: {reasons_text}"
-    wanted = 100.0 * found.specification.share
+    wanted = 100.0 * sizing.specification.share
     runs = "; ".join(
-        f"{count} balls: {100 * each.share.value:.1f} % balanced" for count, each in found.tried
+        f"{count} balls: {100 * estimate.share.value:.1f} % balanced"
+        for count, estimate in sizing.tried
     )
-    holds = len(list(_holds(found.specification)))  # all were tried
+    holds = len(list(_holds(sizing.specification)))  # all were tried
     also = f", also with each of {holds} holds of the speed (variable-speed periods)"
-    stuck = _where_balls_stick(found)
+    stuck = _where_balls_stick(sizing)
     advice = "give more time to settle, or ask for a smaller share"
     if stuck:
         advice = f"{stuck}; lower the friction, leave more unbalance, or ask for a smaller share"
@@ -289,18 +296,18 @@ def sizing_failure(found: Sizing) -> str:
     )
 
 
-def _where_balls_stick(found: Sizing) -> str:
+def _where_balls_stick(sizing: Sizing) -> str:
     """Return the whirl and unbalance left by sticking balls, as text; empty without friction."""
-    specification = found.specification
+    specification = sizing.specification
     if specification.friction_arm == 0.0:
         return ""
-    each = []
-    for sized in found.candidates:
-        if sized.balls is not None and any(sized.count == count for count, _ in found.tried):
-            whirl, left = stuck(sized.balls, specification)
-            part = 100.0 * left / specification.limit
-            each.append(f"{sized.count} balls: {1e6 * whirl:.3g} um, {part:.0f} %")
+    phrases = []
+    for sized in sizing.candidates:
+        if sized.balls is not None and any(sized.count == count for count, _ in sizing.tried):
+            whirl, unbalance = stuck(sized.balls, specification)
+            part = 100.0 * unbalance / specification.limit
+            phrases.append(f"{sized.count} balls: {1e6 * whirl:.3g} um, {part:.0f} %")
     return (
         "balls stick anywhere on the race once the whirl is below W = R arm / a, which may leave "
-        f"so much of the unbalance allowed, for any time to settle ({'; '.join(each)})"
+        f"so much of the unbalance allowed, for any time to settle ({'; '.join(phrases)})"
     )

@@ -15,7 +15,7 @@ DENSITIES = {"steel": 7850.0, "ceramic": 3250.0, "tungsten carbide": 14900.0}
 """Densities of balls [kg/m^3]: bearing steel, silicon nitride, tungsten carbide with cobalt."""
 BALLS = (2, 6)
 MOST_BALLS = 12
-DAMPING_RATIO, SETTLE, DENSITY, SHARE, LEFT, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
+DAMPING_RATIO, SETTLE, DENSITY, SHARE, RESIDUAL, DRAG_TOLERANCE = 0.05, 3.0, "steel", 0.9, 0.1, 0.2
 """Default values."""
 RUN_UP = 1.0
 """Default time to reach the running speed [s]."""
@@ -51,7 +51,7 @@ class DriveSpecification(NamedTuple):
     """Range of the number of balls, from ``fewest``."""
     share: float
     """Share of drives that must be balanced by then, above 0, below 1."""
-    left: float
+    residual: float
     """Allowed residual unbalance, relative to the largest."""
     drag_tolerance: float
     """Relative tolerance of the drag, uniformly distributed to either side."""
@@ -61,7 +61,7 @@ class DriveSpecification(NamedTuple):
     @property
     def limit(self) -> float:
         """Allowed residual unbalance [kg m]."""
-        return self.left * self.largest_unbalance
+        return self.residual * self.largest_unbalance
 
     @property
     def stiffness(self) -> float:
@@ -98,52 +98,52 @@ class SpecificationTexts(NamedTuple):
     balls: str | Sequence[int] = BALLS
     """Range of the number of balls, ``2..6``, or a single number."""
     share: float = SHARE
-    left: float = LEFT
+    residual: float = RESIDUAL
     drag_tolerance: float = DRAG_TOLERANCE
     friction_arm: Given = 0.0
 
 
-def specification_of(given: SpecificationTexts) -> DriveSpecification:
+def specification_of(texts: SpecificationTexts) -> DriveSpecification:
     """Return a checked specification.
 
     Raises:
         InputError: a number is not allowed, or both or none of unbalance and grade are given; the
             message states the allowed values and the remedy.
     """
-    mass = _positive("mass", given.mass, "kg")
-    critical = _positive("critical", given.critical_speed, "rad/s")
-    speed = _positive("speed", given.speed, "rad/s")
+    mass = _positive("mass", texts.mass, "kg")
+    critical = _positive("critical", texts.critical_speed, "rad/s")
+    speed = _positive("speed", texts.speed, "rad/s")
     if speed <= critical:
         raise InputError(
             f"speed = {exact(speed)} rad/s: must be above critical = {exact(critical)} rad/s; "
             "below it balls make the unbalance worse: run faster, or mount the drive softer"
         )
-    radius = _positive("race-radius", given.race_radius, "m")
-    width = _positive("race-width", given.race_width, "m")
+    radius = _positive("race-radius", texts.race_radius, "m")
+    width = _positive("race-width", texts.race_width, "m")
     if width > radius:
         raise InputError(
             f"race-width = {exact(width)} m: is a ball's room, must be at most race-radius = "
             f"{exact(radius)} m"
         )
-    least, largest = _unbalance(given, mass, speed)
+    least, largest = _unbalance(texts, mass, speed)
     if largest > mass * radius:
         raise InputError(
             f"unbalance = {exact(largest)} kg m: is more than the mass at the race's radius has, "
             f"{exact(mass * radius)} kg m; see to its unit"
         )
-    fewest, most = _counts(given.balls)
-    acceleration = speed / RUN_UP if given.acceleration is None else given.acceleration
+    fewest, most = _counts(texts.balls)
+    acceleration = speed / RUN_UP if texts.acceleration is None else texts.acceleration
     return DriveSpecification(
         mass, least, largest, critical, speed, radius, width,
-        _between("damping-ratio", given.damping_ratio, 1e-4, 1.0),
+        _between("damping-ratio", texts.damping_ratio, 1e-4, 1.0),
         _positive("acceleration", acceleration, "rad/s^2"),
-        _positive("settle", given.settle, "s"),
-        _density(given.density),
+        _positive("settle", texts.settle, "s"),
+        _density(texts.density),
         fewest, most,
-        _between("share", given.share, 0.01, 0.999),
-        _between("left", given.left, 1e-3, 0.9),
-        _between("drag-tolerance", given.drag_tolerance, 0.0, 0.9),
-        _between("friction-arm", _number("friction-arm", given.friction_arm, "m"), 0.0, radius),
+        _between("share", texts.share, 0.01, 0.999),
+        _between("residual", texts.residual, 1e-3, 0.9),
+        _between("drag-tolerance", texts.drag_tolerance, 0.0, 0.9),
+        _between("friction-arm", _number("friction-arm", texts.friction_arm, "m"), 0.0, radius),
     )  # fmt: skip
 
 
@@ -158,28 +158,28 @@ def unbalance_of_grade(grade: float, mass: float, speed: float) -> float:
     return mass * grade / speed
 
 
-def _unbalance(given: SpecificationTexts, mass: float, speed: float) -> tuple[float, float]:
-    if (given.unbalance is None) == (given.grade is None):
+def _unbalance(texts: SpecificationTexts, mass: float, speed: float) -> tuple[float, float]:
+    if (texts.unbalance is None) == (texts.grade is None):
         raise InputError("unbalance, grade: give one of them, e.g. unbalance '0.3 g cm'")
-    if given.grade is not None:
-        return 0.0, unbalance_of_grade(_grade(given.grade), mass, speed)
+    if texts.grade is not None:
+        return 0.0, unbalance_of_grade(_grade(texts.grade), mass, speed)
     parts: Sequence[Given]
-    if isinstance(given.unbalance, str):
-        parts = _ends(given.unbalance)
-    elif isinstance(given.unbalance, Sequence):
-        parts = given.unbalance
+    if isinstance(texts.unbalance, str):
+        parts = _ends(texts.unbalance)
+    elif isinstance(texts.unbalance, Sequence):
+        parts = texts.unbalance
     else:
-        assert given.unbalance is not None
-        parts = [given.unbalance]
+        assert texts.unbalance is not None
+        parts = [texts.unbalance]
     if len(parts) not in (1, 2):
         raise InputError(
-            f"unbalance = {short(given.unbalance)}: must be the largest one, or LEAST..LARGEST"
+            f"unbalance = {short(texts.unbalance)}: must be the largest one, or LEAST..LARGEST"
         )
     numbers = [_number("unbalance", part, "kg m") for part in parts]
     least, largest = (0.0, numbers[0]) if len(numbers) == 1 else (numbers[0], numbers[1])
     if not 0.0 <= least < largest or largest < 1e-15:
         raise InputError(
-            f"unbalance = {short(given.unbalance)}: must be above 0, and rise from least to largest"
+            f"unbalance = {short(texts.unbalance)}: must be above 0, and rise from least to largest"
         )
     return least, largest
 
@@ -191,63 +191,65 @@ def _ends(text: str) -> list[str]:
         raise InputError(f"unbalance = {short(text)}: its largest one {error}") from None
 
 
-def _grade(given: Given) -> float:
+def _grade(quantity: Given) -> float:
     """Return a balance grade [m/s]."""
-    if isinstance(given, str):
-        match = _GRADE.fullmatch(given)
+    if isinstance(quantity, str):
+        match = _GRADE.fullmatch(quantity)
         if match is None:
-            if has_unit(given):
-                return _positive("grade", given, "m/s")
-            raise InputError(f"grade = {short(given)}: must be like G6.3, the number in mm/s")
-        given = float(match[1])
-    if not 0.0 < given <= 1e5:
-        raise InputError(f"grade = {exact(given)}: must be above 0 mm/s, at most 1e5")
-    return 1e-3 * given
+            if has_unit(quantity):
+                return _positive("grade", quantity, "m/s")
+            raise InputError(f"grade = {short(quantity)}: must be like G6.3, the number in mm/s")
+        quantity = float(match[1])
+    if not 0.0 < quantity <= 1e5:
+        raise InputError(f"grade = {exact(quantity)}: must be above 0 mm/s, at most 1e5")
+    return 1e-3 * quantity
 
 
-def _density(given: Given) -> float:
-    if isinstance(given, str) and given.strip().lower() in DENSITIES:
-        return DENSITIES[given.strip().lower()]
+def _density(quantity: Given) -> float:
+    if isinstance(quantity, str) and quantity.strip().lower() in DENSITIES:
+        return DENSITIES[quantity.strip().lower()]
     try:
-        return _between("density", _number("density", given, "kg/m^3"), 100.0, 25000.0)
+        return _between("density", _number("density", quantity, "kg/m^3"), 100.0, 25000.0)
     except InputError as error:
         names = ", ".join(DENSITIES)
         raise InputError(f"{error}; or one of {names}") from None
 
 
-def _counts(given: str | Sequence[int]) -> tuple[int, int]:
-    parts = given.split("..") if isinstance(given, str) else list(given)
+def _counts(counts: str | Sequence[int]) -> tuple[int, int]:
+    parts = counts.split("..") if isinstance(counts, str) else list(counts)
     try:
         numbers = [int(part) for part in parts]
     except ValueError:
         numbers = []
     if len(numbers) not in (1, 2) or not 2 <= numbers[0] <= numbers[-1] <= MOST_BALLS:
         raise InputError(
-            f"balls = {short(given)}: must be FROM..TO or a number, from 2 to {MOST_BALLS}; one "
+            f"balls = {short(counts)}: must be FROM..TO or a number, from 2 to {MOST_BALLS}; one "
             "ball balances one unbalance only, and no range"
         )
     return numbers[0], numbers[-1]
 
 
-def _number(field: str, given: Given, unit: str) -> float:
+def _number(field: str, quantity: Given, unit: str) -> float:
     try:
-        if isinstance(given, str) and has_unit(given):
-            return in_si(given, unit)
-        number = float(given)
+        if isinstance(quantity, str) and has_unit(quantity):
+            return in_si(quantity, unit)
+        number = float(quantity)
     except ValueError as error:
-        said = (
-            error if isinstance(given, str) and has_unit(given) else f"must be a number in {unit}"
+        message = (
+            error
+            if isinstance(quantity, str) and has_unit(quantity)
+            else f"must be a number in {unit}"
         )
-        raise InputError(f"{field} = {short(given)}: {said}") from None
+        raise InputError(f"{field} = {short(quantity)}: {message}") from None
     if not math.isfinite(number):
-        raise InputError(f"{field} = {short(given)}: must be a finite number")
+        raise InputError(f"{field} = {short(quantity)}: must be a finite number")
     return number
 
 
-def _positive(field: str, given: Given, unit: str) -> float:
-    number = _number(field, given, unit)
+def _positive(field: str, quantity: Given, unit: str) -> float:
+    number = _number(field, quantity, unit)
     if not 1e-9 <= number <= 1e9:
-        raise InputError(f"{field} = {short(given)}: must be from 1e-9 to 1e9 {unit}")
+        raise InputError(f"{field} = {short(quantity)}: must be from 1e-9 to 1e9 {unit}")
     return number
 
 

@@ -73,7 +73,7 @@ def tolerances_of(specification: DriveSpecification, drag_too: bool = True) -> l
     if drag_too and specification.drag_tolerance > 0.0:
         percent = 100.0 * specification.drag_tolerance
         written.append(f"effects.viscous_drag.coefficient=uniform:{percent!r}%")
-    return [tolerance_of(each) for each in written]
+    return [tolerance_of(text) for text in written]
 
 
 def run_share(
@@ -98,7 +98,7 @@ def run_share(
     balanced = (metric_values(rows, GRADE) <= limit) & (outcomes != Verdict.CIRCULATES.value)
     keys = drawn.keys.index("rotor.eccentricity")
     whirls = metric_values(rows, PEAK) * [drawn.at(run)[keys] for run in range(len(drawn))]
-    failures = [each for each in rows[FAILURE].to_pylist() if each]
+    failures = [failure for failure in rows[FAILURE].to_pylist() if failure]
     return SpreadRuns(
         share_of(balanced),
         int(np.count_nonzero(outcomes == Verdict.CIRCULATES.value)),

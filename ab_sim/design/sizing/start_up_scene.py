@@ -80,7 +80,7 @@ def scene_of(
         "spindle": {"max_speed": 1.2 * speed, "max_acceleration": 1.2 * acceleration},
         "profile": profile,
         "solver": {"step": step_at(speed)},
-        "balanced": {"residual_unbalance": specification.left},
+        "balanced": {"residual_unbalance": specification.residual},
         "duration": (reached + specification.settle) / (1.0 - LAST),
     }
     return check_scene(content, NAME)

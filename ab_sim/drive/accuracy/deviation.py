@@ -61,7 +61,9 @@ def deviation(run: Samples, reference: Samples, unit: float) -> Deviation:
     if not fewest or most % fewest or run.angles.shape[1] != reference.angles.shape[1]:
         shapes = [part.shape for part in (*run, *reference)]
         raise ValueError(f"samples of shapes {shapes} cannot be compared")
-    run, reference = (each.every(len(each.position) // fewest) for each in (run, reference))
+    run, reference = (
+        samples.every(len(samples.position) // fewest) for samples in (run, reference)
+    )
     whirl = np.linalg.norm(run.position - reference.position, axis=1) / unit
     angle = np.abs(run.angles - reference.angles).max(axis=1, initial=0.0)
     return Deviation(float(angle.max()), float(whirl.max()), float(angle[-1]), float(whirl[-1]))

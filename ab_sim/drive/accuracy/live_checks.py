@@ -260,10 +260,10 @@ class LiveChecks:
         lowest, highest = begin // 2 + 1, until // 2
         if lowest <= highest:
             same = slice(2 * lowest - begin - 1, 2 * highest - begin, 2)
-            own = slice(lowest - parts[0].first, highest - parts[0].first + 1)
+            compared = slice(lowest - parts[0].first, highest - parts[0].first + 1)
             shadow = Samples(taken.position[same], taken.ball_angles[same])
             drive = Samples.of(Trajectory.join([part.taken for part in parts]))
-            drive = Samples(drive.position[own], drive.angles[own])
+            drive = Samples(drive.position[compared], drive.angles[compared])
             error = deviation(drive, shadow, self._drive.scene.whirl_unit[0])
             self._found(ErrorEstimate(error.angle, error.whirl))
         while window and 2 * window[0].last <= until:

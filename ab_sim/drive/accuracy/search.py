@@ -101,9 +101,9 @@ class _Search:
         rates = linear_rates(system, top_speed(scene, commanded))
         beside_drag = {what: rate for what, rate in rates.items() if what != DRAG}
         eventful = has_events(system.effects)
-        known = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
-        self._tolerant = [s for s in known if s.keeps_tolerance]
-        by_step = [s for s in known if not s.keeps_tolerance]
+        priced = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
+        self._tolerant = [s for s in priced if s.keeps_tolerance]
+        by_step = [s for s in priced if not s.keeps_tolerance]
         longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
         self._usual, other = stepper_named(USUAL), stepper_named(STIFF)
         without_drag = largest_step(self._usual, beside_drag)[0]
@@ -179,8 +179,8 @@ class _Search:
         self._reference, self._stalled = previous, stalled >= STALLED
         newest = differences[-max(stalled, 1) :]
         endless = [Deviation(*(math.inf,) * 4)]
-        own = rounding(previous.samples, self.scene.whirl_unit[0])
-        doubts = [own, *(newest or endless)]
+        rounding_error = rounding(previous.samples, self.scene.whirl_unit[0])
+        doubts = [rounding_error, *(newest or endless)]
         self._doubt = Deviation(*(max(part) for part in zip(*doubts, strict=True)))
 
     def _longest_passing(self, stepper: Stepper) -> Tried:
@@ -192,12 +192,12 @@ class _Search:
         error = self._error(best)
         asked_tolerances = [
             f"accuracy.{key} = {exact(tolerance)} {unit}: the best that can be had is about "
-            f"{_rounded_up(SAFETY * found):g} {unit}"
-            for key, tolerance, found, unit in (
+            f"{_rounded_up(SAFETY * measured):g} {unit}"
+            for key, tolerance, measured, unit in (
                 ("angle", self.asked.angle, error.angle, "rad"),
                 ("whirl", self.asked.whirl, error.whirl, self.scene.whirl_unit[1]),
             )
-            if tolerance is not None and SAFETY * found > tolerance
+            if tolerance is not None and SAFETY * measured > tolerance
         ]
         reason = "a shorter step is not tried"
         if self._stalled:
@@ -253,7 +253,7 @@ class _Search:
 
     def _between(self, one: Tried, other: Tried) -> Deviation:
         common = math.gcd(one.kept, other.kept)
-        a, b = (each.samples.every(each.kept // common) for each in (one, other))
+        a, b = (samples.samples.every(samples.kept // common) for samples in (one, other))
         return deviation(a, b, self.scene.whirl_unit[0])
 
     def _share(self, error: Deviation) -> float:

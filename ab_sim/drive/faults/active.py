@@ -46,8 +46,8 @@ class ActiveFaults:
         self._channels = {SPINDLE: ("speed",), VIBRATION: ("ax", "ay", "az")}
         if self._scene.sensors:
             del self._channels[VIBRATION]
-        own = self._scene.pickups
-        self._channels |= {name: (f"{name}_1", f"{name}_2", f"{name}_3") for name in own}
+        pickups = self._scene.pickups
+        self._channels |= {name: (f"{name}_1", f"{name}_2", f"{name}_3") for name in pickups}
         self._every = max(1, round(JERK / self._step))
         self.slipped = 0.0
         """Angle by which the disc lags behind the hub [rad]."""
@@ -104,8 +104,8 @@ class ActiveFaults:
         samples[:, at["angle"]] += self.slipped
         for ball in range(self._scene.balls.count):
             samples[:, at[f"ball_{ball}_angle"]] -= self.slipped
-        for name, own in self._channels.items():
-            columns = [at[channel] for channel in own if channel in at]
+        for name, columns_of_sensor in self._channels.items():
+            columns = [at[channel] for channel in columns_of_sensor if channel in at]
             samples[:, columns] = self._sensed.said(name, samples[:, columns].T, step).T
         return SensorReadings(Trajectory(channels, samples), self._sensed.silent(int(step[0])))
 

@@ -197,7 +197,7 @@ def _fault(text: str) -> Fault:
     if kind is None or len(text.split()) > 3:
         raise InputError(
             f"faults: {text!r}: must be a thing and what ails it, e.g. 'ball_0 sticks'; known are "
-            + ", ".join(_usage(known) for known in KINDS)
+            + ", ".join(_usage(kind) for kind in KINDS)
             + (nearest(ails, KINDS) if kind is None else "")
         )
     if not number:

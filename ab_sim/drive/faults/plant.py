@@ -94,8 +94,8 @@ def jam(
     stopped = layout.rates.start + np.array(list(held), int)
     if not state[stopped].any():
         return
-    own = int(type(system.deck_model).UNKNOWNS)
-    bearing = [layout.deck.stop - own + k for k in range(own)]
+    unknowns = int(type(system.deck_model).UNKNOWNS)
+    bearing = [layout.deck.stop - unknowns + k for k in range(unknowns)]
     if has_motor(system.effects):
         bearing.append(layout.spindle.start + 1)
     balls = [layout.rates.start + i for i in range(n) if system.balls[i, MOBILITY] > 0.0]
@@ -148,8 +148,8 @@ def _with_one_ball(system: System, state: np.ndarray, ball: int) -> tuple[System
     """Return the system and its state with one ball only."""
     layout = layout_of(system)
     one = system._replace(balls=system.balls[[ball]], contacts=np.empty((0, 2)))
-    own = state[layout.angles.start + ball], state[layout.rates.start + ball]
-    return one, np.concatenate([state[layout.deck], own, state[layout.spindle]])
+    ball_state = state[layout.angles.start + ball], state[layout.rates.start + ball]
+    return one, np.concatenate([state[layout.deck], ball_state, state[layout.spindle]])
 
 
 def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, int], float]:
@@ -159,8 +159,8 @@ def _inertias(system: System, state: np.ndarray, psi: float) -> Callable[[int, i
     """
     layout, driven = layout_of(system), has_motor(system.effects)
     at_rest = state.copy()
-    own = int(type(system.deck_model).UNKNOWNS)
-    at_rest[layout.deck.stop - own : layout.deck.stop] = 0.0
+    unknowns = int(type(system.deck_model).UNKNOWNS)
+    at_rest[layout.deck.stop - unknowns : layout.deck.stop] = 0.0
     at_rest[layout.rates] = 0.0
     if driven:
         at_rest[layout.spindle][1] = 0.0

@@ -53,31 +53,37 @@ class SensedFaults:
             steps: shape (samples,).
             readings: readings without faults, shape (samples, axes).
         """
-        own = [fault for fault in self._faults if fault.thing == name]
-        if not own:
+        faults = [fault for fault in self._faults if fault.thing == name]
+        if not faults:
             return steps, readings
-        kept = np.array([not any(_drops(f, at) for f in own) for at in steps.tolist()], bool)
+        kept = np.array([not any(_drops(f, at) for f in faults) for at in steps.tolist()], bool)
         steps, readings = steps[kept], readings[kept]
         return steps, self.said(name, readings.T, steps).T
 
     def said(self, name: str, true: np.ndarray, steps: np.ndarray) -> np.ndarray:
         """Return altered readings of one sensor, shape (axes,) or (axes, samples)."""
-        said, sensor = true, self._scene.pickups.get(name)
+        readings, sensor = true, self._scene.pickups.get(name)
         for fault in self._faults:
             if fault.thing != name or fault.size is None:
                 continue
             if fault.ails == "turned":
                 c, s = math.cos(fault.size), math.sin(fault.size)
-                said = np.array([c * said[0] + s * said[1], c * said[1] - s * said[0], *said[2:]])
+                readings = np.array(
+                    [
+                        c * readings[0] + s * readings[1],
+                        c * readings[1] - s * readings[0],
+                        *readings[2:],
+                    ]
+                )
             elif fault.ails == "drifts":
                 every = 1 if sensor is None else steps_per_sample(sensor.sample_rate, self._step)
                 age = np.maximum(steps - steps % every - self._since[fault], 0)
-                said = said + fault.size * self._step * age
+                readings = readings + fault.size * self._step * age
             elif fault.ails == "saturates":
-                said = np.clip(said, -fault.size, fault.size)
+                readings = np.clip(readings, -fault.size, fault.size)
             if sensor is not None and fault.ails in ("turned", "drifts"):
-                said = digits(sensor, said)
-        return said
+                readings = digits(sensor, readings)
+        return readings
 
 
 def _drops(fault: Fault, step: int) -> bool:

@@ -54,11 +54,11 @@ class LowPass(NamedTuple):
     """Complex numbers as real parts, each followed by its imaginary part."""
 
 
-def low_pass(own: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
+def low_pass(filter_: LowPass, force: Table, mode: Table, last: Floats, passed: Table) -> None:
     """Filter step by step, so that the result does not depend on how calls are grouped.
 
     Args:
-        own: the low-pass.
+        filter_: the low-pass.
         force: its input, shape (steps, axes).
         mode: z of each axis, real and imaginary part, shape (axes, 2); modified in place.
         last: its last input, shape (axes,); modified in place.
@@ -67,8 +67,8 @@ def low_pass(own: LowPass, force: Table, mode: Table, last: Floats, passed: Tabl
     for k in range(force.shape[0]):
         for i in range(force.shape[1]):
             change, re, im = force[k, i] - last[i], mode[i, 0], mode[i, 1]
-            mode[i, 0] = (own.decay * re - own.decay_i * im) + own.drive * change
-            mode[i, 1] = (own.decay * im + own.decay_i * re) + own.drive_i * change
+            mode[i, 0] = (filter_.decay * re - filter_.decay_i * im) + filter_.drive * change
+            mode[i, 1] = (filter_.decay * im + filter_.decay_i * re) + filter_.drive_i * change
             last[i] = force[k, i]
             passed[k, i] = last[i] - (mode[i, 0] + mode[i, 1])
 
@@ -181,9 +181,9 @@ class Pickup:
             force += self._noise(first_step, count)
         passed = self._pass(force)
         every = self.steps_per_sample
-        shown = np.vstack((self._reading, self._digits(passed[-first_step % every :: every])))
+        digitised = np.vstack((self._reading, self._digits(passed[-first_step % every :: every])))
         steps = np.arange(first_step, first_step + count)
-        readings = shown[steps // every - (first_step - 1) // every]
+        readings = digitised[steps // every - (first_step - 1) // every]
         self._reading = readings[-1].copy()
         return readings
 

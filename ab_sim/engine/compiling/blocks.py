@@ -152,12 +152,12 @@ class BlockWriter:
             return [value.pointer, *value.shape]
         if isinstance(value, Fields):
             return [leaf for field in value.values for leaf in self.flat(field)]
-        found = []
+        leaves_ = []
         for k, leaf in enumerate(leaves(value.kind)):
             pointer, of = self.step(value.pointer, value.at + k), "i64" if leaf == "i1" else leaf
             one = self.put(f"load {of}, ptr {pointer}, align 8{FIELD}")
-            found.append(self.put(f"trunc i64 {one} to i1") if leaf == "i1" else one)
-        return found
+            leaves_.append(self.put(f"trunc i64 {one} to i1") if leaf == "i1" else one)
+        return leaves_
 
     def loaded(self, value: Value) -> Value:
         """Return a copy of a value that later writes to the stack do not change."""

@@ -48,19 +48,19 @@ class Conditions(Expressions):
             return steps[0]()
         done, ends = self.new("done"), list[str]()
         for step in steps[:-1]:
-            found = step()
-            if found.constant is (not every):
+            truth = step()
+            if truth.constant is (not every):
                 break
-            if found.constant is None:
+            if truth.constant is None:
                 following = self.new("next")
                 ends.append(f"[ {'false' if every else 'true'}, %{self.block} ]")
-                self.fork(found.code, *((following, done) if every else (done, following)))
+                self.fork(truth.code, *((following, done) if every else (done, following)))
                 self.start(following)
         else:
-            found = steps[-1]()
+            truth = steps[-1]()
         if not ends:
-            return found
-        ends.append(f"[ {found.code}, %{self.block} ]")
+            return truth
+        ends.append(f"[ {truth.code}, %{self.block} ]")
         self.go(done)
         self.start(done)
         return Number(BOOL, self.put(f"phi i1 {', '.join(ends)}"))

@@ -92,22 +92,22 @@ class Expressions(Operations):
 
     def value(self, node: ast.AST) -> Value:
         """Return the value of an expression."""
-        found = self.value_or_none(node)
-        if found is None:
+        value = self.value_or_none(node)
+        if value is None:
             self.fail(node, "a function without a result is used as a value", "call it by itself")
-        return found
+        return value
 
     def value_or_none(self, node: ast.AST) -> Value | None:
         """Return the value of an expression, or None for a call of a function without a result."""
-        known = self.static(node)
-        if known is not MISSING:
-            return self._constant(node, known)
+        static = self.static(node)
+        if static is not MISSING:
+            return self._constant(node, static)
         method = getattr(self, "_" + type(node).__name__, None)
         if method is None:
             instead = _INSTEAD.get(type(node), "see ab_sim.engine.compiling for what there is")
             self.fail(node, f"'{ast.unparse(node)}' is not in the subset", instead)
-        found: Value | None = method(node)
-        return found
+        value: Value | None = method(node)
+        return value
 
     def number(self, node: ast.AST) -> Number:
         """Return the value of an expression that is a float, int or bool."""
@@ -146,14 +146,14 @@ class Expressions(Operations):
 
     # Names, constants, parts
 
-    def _constant(self, node: ast.AST, known: Any) -> Value:
-        if isinstance(known, bool | int | float):
-            if isinstance(known, int) and not -(2**63) <= known < 2**63:
+    def _constant(self, node: ast.AST, constant_: Any) -> Value:
+        if isinstance(constant_, bool | int | float):
+            if isinstance(constant_, int) and not -(2**63) <= constant_ < 2**63:
                 self.fail(node, "a number of more than 64 bits", "keep ints below 2**63")
-            return constant(known)
+            return constant(constant_)
         self.fail(
             node,
-            f"{ast.unparse(node)} is a {type(known).__name__}",
+            f"{ast.unparse(node)} is a {type(constant_).__name__}",
             "global names may be numbers, and functions that are called; pass anything else as an "
             "argument",
         )
@@ -179,8 +179,8 @@ class Expressions(Operations):
         owner, name = self.value(node.value), node.attr
         if isinstance(owner, Fields | StoredRecord):
             if name not in owner.kind.names:
-                known = ", ".join(owner.kind.names)
-                self.fail(node, f"{owner.kind} has no {name}", f"its fields are {known}")
+                field_names = ", ".join(owner.kind.names)
+                self.fail(node, f"{owner.kind} has no {name}", f"its fields are {field_names}")
             self.reads.add(name)
             if name in self._callees.known:
                 return constant(self._callees.known[name])
@@ -289,18 +289,20 @@ class Expressions(Operations):
         """Append a call of another function of the subset, and return its result."""
         self.calls.add(function)
         symbol, names, kinds, result = self._callees.signature(function)
-        given = self._given(node, names, kinds)
+        arguments_ = self._given(node, names, kinds)
         arguments = ", ".join(
-            f"{leaf} {one}" for value in given for leaf, one in self.passed(value)
+            f"{leaf} {one}" for value in arguments_ for leaf, one in self.passed(value)
         )
         if result is None:
             self.lines.append(f'call void @"{symbol}"({arguments})')
             return None
-        made = self.put(f'call {result_type(result)} @"{symbol}"({arguments})')
+        result_code = self.put(f'call {result_type(result)} @"{symbol}"({arguments})')
         if isinstance(result, Scalar):
-            return Number(result, made)
+            return Number(result, result_code)
         of = result_type(result)
-        parts = [self.put(f"extractvalue {of} {made}, {k}") for k in range(len(leaves(result)))]
+        parts = [
+            self.put(f"extractvalue {of} {result_code}, {k}") for k in range(len(leaves(result)))
+        ]
         return self.made(result, iter(parts))
 
     def _given(self, node: ast.Call, names: Sequence[str], kinds: Sequence[Kind]) -> list[Value]:

@@ -24,8 +24,8 @@ def _numbers(e: Expressions, node: ast.Call, values: Values, least: int, most: i
 
 def _of_floats(name: str, count: int) -> Intrinsic:
     def made(e: Expressions, node: ast.Call, values: Values) -> Value:
-        given = [e.converted(x, FLOAT).code for x in _numbers(e, node, values, count, count)]
-        return Number(FLOAT, e.llvm(f"{name}.f64", "double", *given))
+        codes = [e.converted(x, FLOAT).code for x in _numbers(e, node, values, count, count)]
+        return Number(FLOAT, e.llvm(f"{name}.f64", "double", *codes))
 
     return made
 
@@ -57,12 +57,12 @@ def _first_of(op: ast.cmpop) -> Intrinsic:
     """
 
     def made(e: Expressions, node: ast.Call, values: Values) -> Value:
-        found, *others = e.alike(*_numbers(e, node, values, 2, len(values)))
+        best, *others = e.alike(*_numbers(e, node, values, 2, len(values)))
         for x in others:
-            beyond, kind = e.compared(op, x, found), found.kind
-            text = f"select i1 {beyond.code}, {kind.llvm} {x.code}, {kind.llvm} {found.code}"
-            found = Number(kind, e.put(text))
-        return found
+            beyond, kind = e.compared(op, x, best), best.kind
+            text = f"select i1 {beyond.code}, {kind.llvm} {x.code}, {kind.llvm} {best.code}"
+            best = Number(kind, e.put(text))
+        return best
 
     return made
 
@@ -77,10 +77,10 @@ def _scratch(e: Expressions, node: ast.Call, values: Values) -> Value:
     if any(x.kind != INT for x in shape):
         e.fail(node, "scratch of a float", "write int(...)")
     kind, lengths = Array(len(shape), float), tuple(x.code for x in shape)
-    known = [int(x.constant) for x in shape if x.constant is not None]
-    if len(known) == len(shape):
+    constants = [int(x.constant) for x in shape if x.constant is not None]
+    if len(constants) == len(shape):
         name = "%" + e.new("scratch")
-        e.entry.append(f"{name} = alloca [{math.prod(known)} x double], align 64")
+        e.entry.append(f"{name} = alloca [{math.prod(constants)} x double], align 64")
         return ArrayView(kind, name, lengths)
     if e.loops:
         e.fail(node, "scratch of a run-time size in a loop", "take it out of the loop")

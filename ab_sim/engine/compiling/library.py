@@ -40,11 +40,11 @@ class Library:
         self._addresses: dict[str, int] = {}
         self._lock = threading.Lock()
 
-    def found(self, function: FunctionType, known: Mapping[str, bool]) -> Kept | None:
+    def found(self, function: FunctionType, fixed: Mapping[str, bool]) -> Kept | None:
         """Return a function that was compiled with these known values, or None."""
-        for each in self._kept.get(function, ()):
-            if all(known.get(name) == value for name, value in each.known.items()):
-                return each
+        for compiled in self._kept.get(function, ()):
+            if all(fixed.get(name) == value for name, value in compiled.known.items()):
+                return compiled
         return None
 
     @property
@@ -52,20 +52,20 @@ class Library:
         """Number of compiled functions."""
         return sum(map(len, self._kept.values()))
 
-    def made(self, function: FunctionType, known: Mapping[str, bool]) -> tuple[int, Signature]:
+    def made(self, function: FunctionType, fixed: Mapping[str, bool]) -> tuple[int, Signature]:
         """Compile a function; return its entry's address (see ``Module``) and its signature."""
         with self._lock:
-            module = Module(function, known, self)
+            module = Module(function, fixed, self)
             code = MachineCode(
                 module.text(), self._features, optimization=CONTROL, elsewhere=self._addresses
             )
             self._codes.append(code)
-            for each, own in module.new.items():
-                fields = {name: known.get(name) for name in module.reads(each)}
-                if not own.is_short:
-                    symbol, own = own.signature.symbol, own._replace(body="")
+            for function_, translated in module.new.items():
+                fields = {name: fixed.get(name) for name in module.reads(function_)}
+                if not translated.is_short:
+                    symbol, translated = translated.signature.symbol, translated._replace(body="")
                     self._addresses[symbol] = code.address(symbol)
-                self._kept.setdefault(each, []).append(Kept(own, fields))
+                self._kept.setdefault(function_, []).append(Kept(translated, fields))
             return code.address("entry"), module.signature(function)
 
 
@@ -82,9 +82,9 @@ class Module:
     """
 
     def __init__(
-        self, function: FunctionType, known: Mapping[str, bool], library: Library | None = None
+        self, function: FunctionType, fixed: Mapping[str, bool], library: Library | None = None
     ) -> None:
-        self.known, self._library = known, library or Library()
+        self.known, self._library = fixed, library or Library()
         self.new: dict[FunctionType, Translated] = {}
         """Functions to be compiled with this module."""
         self._kept: dict[FunctionType, Kept] = {}
@@ -93,9 +93,9 @@ class Module:
         self._ahead: list[tuple[FunctionType, FunctionSource]] = []
         self._root = self.signature(function)
         while self._ahead:
-            each, source = self._ahead.pop()
+            function_, source = self._ahead.pop()
             translator = FunctionTranslator(source, self)
-            self.new[each] = translator.translated(self._signatures[each])
+            self.new[function_] = translator.translated(self._signatures[function_])
 
     def signature(self, function: FunctionType) -> Signature:
         """Return the signature of a function, and queue it for translation unless compiled."""
@@ -104,37 +104,37 @@ class Module:
             if kept is None:
                 source = FunctionSource(function)
                 symbol = f"{function.__module__}.{function.__qualname__}.{next(self._numbers)}"
-                own = Signature(symbol, source.arguments, source.kinds, source.result)
+                signature = Signature(symbol, source.arguments, source.kinds, source.result)
                 self._ahead.append((function, source))
             else:
-                own, self._kept[function] = kept.translated.signature, kept
-            self._signatures[function] = own
+                signature, self._kept[function] = kept.translated.signature, kept
+            self._signatures[function] = signature
             if kept and kept.translated.is_short:
-                for each in kept.translated.calls:
-                    self.signature(each)
+                for call in kept.translated.calls:
+                    self.signature(call)
         return self._signatures[function]
 
     def reads(self, function: FunctionType) -> set[str]:
         """Return the fields of records that a new function or any of its callees reads."""
-        found: set[str] = set()
+        fields: set[str] = set()
         ahead, seen = [function], {function}
         while ahead:
-            each = ahead.pop()
-            if each in self._kept:
-                found |= self._kept[each].known.keys()
+            function_ = ahead.pop()
+            if function_ in self._kept:
+                fields |= self._kept[function_].known.keys()
             else:
-                found |= self.new[each].reads
-                ahead += self.new[each].calls - seen
-                seen |= self.new[each].calls
-        return found
+                fields |= self.new[function_].reads
+                ahead += self.new[function_].calls - seen
+                seen |= self.new[function_].calls
+        return fields
 
     def text(self) -> str:
         """Return the module in LLVM IR."""
-        kept = [each.translated for each in self._kept.values()]
-        here = [*self.new.values(), *(own for own in kept if own.is_short)]
-        declared = {line for own in here for line in own.declared}
-        declared |= {f"declare {own.head}" for own in kept if not own.is_short}
-        parts = [own.definition() for own in here]
+        kept = [compiled.translated for compiled in self._kept.values()]
+        here = [*self.new.values(), *(translated for translated in kept if translated.is_short)]
+        declared = {line for translated in here for line in translated.declared}
+        declared |= {f"declare {translated.head}" for translated in kept if not translated.is_short}
+        parts = [translated.definition() for translated in here]
         return "\n".join([*sorted(declared), *parts, self._entry(), METADATA])
 
     def _entry(self) -> str:
@@ -144,9 +144,9 @@ class Module:
             pointer, first = ("%others", at) if k else ("%first", 0)
             arguments += body.passed(body.load(kind, pointer, first))
             at += len(leaves(kind)) if k else 0
-        given = ", ".join(" ".join(argument) for argument in arguments)
+        argument_text = ", ".join(" ".join(argument) for argument in arguments)
         to = "" if result is None else "%result = "
-        body.lines.append(f'{to}call {result_type(result)} @"{symbol}"({given})')
+        body.lines.append(f'{to}call {result_type(result)} @"{symbol}"({argument_text})')
         returned = "void"
         if isinstance(result, Scalar):
             returned = result.llvm

@@ -76,22 +76,22 @@ class Operations(BlockWriter):
 
     def operation(self, node: ast.AST, op: ast.operator, a: Number, b: Number) -> Number:
         """Return the result of an operation on two numbers, folded if both are constant."""
-        known = type(op)
-        if known is ast.Div:
+        operator_ = type(op)
+        if operator_ is ast.Div:
             a, b = self.converted(a, FLOAT), self.converted(b, FLOAT)
         a, b = self.alike(a, b)
         both = a.constant is not None and b.constant is not None
-        if both and known in _FOLDED and (a.kind == INT or known in _FLOATS):
-            found = _FOLDED[known](a.constant, b.constant)
-            if a.kind == FLOAT or -(2**63) <= found < 2**63:
-                return constant(found)
-        if known in (ast.FloorDiv, ast.Mod) and a.kind == INT:
-            return self._floor_division(known is ast.Mod, a, b)
-        name = (_FLOATS if a.kind == FLOAT else _INTS).get(known)
+        if both and operator_ in _FOLDED and (a.kind == INT or operator_ in _FLOATS):
+            result = _FOLDED[operator_](a.constant, b.constant)
+            if a.kind == FLOAT or -(2**63) <= result < 2**63:
+                return constant(result)
+        if operator_ in (ast.FloorDiv, ast.Mod) and a.kind == INT:
+            return self._floor_division(operator_ is ast.Mod, a, b)
+        name = (_FLOATS if a.kind == FLOAT else _INTS).get(operator_)
         if name is None:
             self.fail(
                 node,
-                f"{known.__name__} of {a.kind}s",
+                f"{operator_.__name__} of {a.kind}s",
                 "see ab_sim.engine.compiling for what there is",
             )
         return Number(a.kind, self.put(f"{name} {a.kind.llvm} {a.code}, {b.code}"))
@@ -99,13 +99,13 @@ class Operations(BlockWriter):
     def _floor_division(self, rest: bool, a: Number, b: Number) -> Number:
         # LLVM rounds quotients towards zero, Python towards minus infinity. They differ if the
         # remainder is not zero and its sign is not the divisor's.
-        left = self.put(f"srem i64 {a.code}, {b.code}")
-        signs = self.put(f"xor i64 {left}, {b.code}")
-        differ, some = self.put(f"icmp slt i64 {signs}, 0"), self.put(f"icmp ne i64 {left}, 0")
+        remainder = self.put(f"srem i64 {a.code}, {b.code}")
+        signs = self.put(f"xor i64 {remainder}, {b.code}")
+        differ, some = self.put(f"icmp slt i64 {signs}, 0"), self.put(f"icmp ne i64 {remainder}, 0")
         off = self.put(f"and i1 {differ}, {some}")
         if rest:
             more = self.put(f"select i1 {off}, i64 {b.code}, i64 0")
-            return Number(INT, self.put(f"add i64 {left}, {more}"))
+            return Number(INT, self.put(f"add i64 {remainder}, {more}"))
         quotient = self.put(f"sdiv i64 {a.code}, {b.code}")
         less = self.put(f"sext i1 {off} to i64")
         return Number(INT, self.put(f"add i64 {quotient}, {less}"))

@@ -131,7 +131,7 @@ class FunctionSource:
             where = f"{self.file}:{code.co_firstlineno}: {self.name}"
             raise Untranslatable(f"{where}: no source found; write it with def, in a file")
         self.tree = tree
-        first = min([tree.lineno, *(each.lineno for each in tree.decorator_list)])
+        first = min([tree.lineno, *(decorator.lineno for decorator in tree.decorator_list)])
         self._above = code.co_firstlineno - first
         """Number of lines in the file above the parsed ones."""
         spec = tree.args
@@ -190,8 +190,8 @@ def _definition(lines: Sequence[str]) -> ast.stmt | None:
     for end, line in enumerate([*lines[1:], "end"], 1):
         if line.strip() and _margin(line) <= margin and line.lstrip()[0] != "#":
             with contextlib.suppress(SyntaxError):
-                (found,) = ast.parse(above + "".join(lines[:end])).body
-                return found.body[0] if isinstance(found, ast.If) else found
+                (statement,) = ast.parse(above + "".join(lines[:end])).body
+                return statement.body[0] if isinstance(statement, ast.If) else statement
     return None
 
 

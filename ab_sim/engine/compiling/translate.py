@@ -94,9 +94,9 @@ class FunctionTranslator(Conditions):
                 value: Value = StoredRecord(kind, f'%"{name}.at"', 0, True)
                 declared.append(f'ptr noalias readonly %"{name}.at"')
             else:
-                given = leaves(kind)
-                parts = [f'%"{name}.{k}"' for k in range(len(given))]
-                declared += [f"{leaf} {part}" for leaf, part in zip(given, parts, strict=True)]
+                leaf_types = leaves(kind)
+                parts = [f'%"{name}.{k}"' for k in range(len(leaf_types))]
+                declared += [f"{leaf} {part}" for leaf, part in zip(leaf_types, parts, strict=True)]
                 value = self.made(kind, iter(parts))
             if name in self._stored:
                 self._assign_name(self.source.tree, name, value)
@@ -261,10 +261,10 @@ class FunctionTranslator(Conditions):
         self.go(done)
         self.start(done)
 
-    def _for_range(self, node: ast.For, given: ast.Call) -> None:
-        if not 1 <= len(given.args) <= 3 or given.keywords or not isinstance(node.target, ast.Name):
+    def _for_range(self, node: ast.For, call: ast.Call) -> None:
+        if not 1 <= len(call.args) <= 3 or call.keywords or not isinstance(node.target, ast.Name):
             self.fail(node, "range", "write for i in range(...) with one to three arguments")
-        numbers = [self.number(x) for x in given.args]
+        numbers = [self.number(x) for x in call.args]
         if any(x.kind != INT for x in numbers):
             self.fail(node, "range of a number that is no int", "write int(...)")
         begin = numbers[0].code if len(numbers) > 1 else "0"
@@ -343,10 +343,10 @@ class FunctionTranslator(Conditions):
 
 def stored(statements: Sequence[ast.stmt]) -> Iterator[str]:
     """Yield the names to which statements assign, once for each assignment."""
-    for each in statements:
-        own = [getattr(each, "target", None), *getattr(each, "targets", ())]
-        for target in filter(None, own):
+    for statement in statements:
+        targets = [getattr(statement, "target", None), *getattr(statement, "targets", ())]
+        for target in filter(None, targets):
             names = (n for n in ast.walk(target) if isinstance(n, ast.Name))
             yield from (n.id for n in names if isinstance(n.ctx, ast.Store))
         for part in ("body", "orelse"):
-            yield from stored(getattr(each, part, ()))
+            yield from stored(getattr(statement, part, ()))

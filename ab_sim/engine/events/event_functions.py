@@ -93,9 +93,9 @@ def friction_functions(
         value[LOAD * n + i] = force if loaded else -force
         rounding[LOAD * n + i] = coarse
         if direction == 0:
-            left = largest_friction(balls, i)
-            value[SLIDE * n + i] = left + pull
-            value[HOLD * n + i] = left - pull
+            margin = largest_friction(balls, i)
+            value[SLIDE * n + i] = margin + pull
+            value[HOLD * n + i] = margin - pull
             rate[SLIDE * n + i] = NEVER
             rounding[SLIDE * n + i] = rounding[HOLD * n + i] = coarse
             continue

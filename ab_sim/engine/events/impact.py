@@ -63,14 +63,14 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
     shift_speeds(run, struck, plastic)
     # The same iteration as in ``complementarity``: the joined contacts give the jumps, and the
     # jumps give the contacts that stay joined, until none changes.
-    found = False
+    collided = False
     for _ in range(ROUNDS):
         put_branches(balls)
         solve_jumps(balls)
         for i in range(balls.number):
             rows[i, ROW_PULL] = path_force_at(balls, i, balls.x)
         if not solve_rows(balls, rows):
-            found = True
+            collided = True
             break
     for i in range(balls.number):
         table[PATH_FORCE, i] = table[PATH_ACCELERATION, i] + rows[i, SHIFT] - table[PATH, i]
@@ -87,7 +87,7 @@ def collide(run: Run, time: float, struck: int, plastic: bool) -> bool:
     if balls.has_friction:
         for i in range(balls.number):
             discrete[i, DIRECTION] = sign(state[first + i])
-    return found
+    return collided
 
 
 def shift_speeds(run: Run, struck: int, plastic: bool) -> None:

@@ -161,15 +161,15 @@ def first_crossed(value: Floats, ahead: Floats, rounding: Floats) -> int:
 
     ``rounding`` belongs to the last evaluation and serves for both ends.
     """
-    found, first = -1, 2.0
+    crossed, first = -1, 2.0
     for slot in range(value.size):
         end = margin(ahead, rounding, slot)
         if end < 0.0:
             start = max(margin(value, rounding, slot), 0.0)
             reaches = start / (start - end)
             if reaches < first:
-                found, first = slot, reaches
-    return found
+                crossed, first = slot, reaches
+    return crossed
 
 
 def other_crossed(ahead: Floats, rounding: Floats, slot: int) -> int:

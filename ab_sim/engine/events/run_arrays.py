@@ -60,8 +60,8 @@ def workspace(balls: BallEvents, bounds: np.ndarray, memory: tuple[int, int] = (
     """Return a workspace for balls, bounds of the states, and the shape of a stepper's memory."""
     states, size = (len(bounds),), (slots(balls.number),)
     functions, near_value = [aligned(size) for _ in range(4)], aligned((3, *size))
-    for each in (*functions, near_value[0], near_value[2]):
-        each[:] = NEVER
+    for values in (*functions, near_value[0], near_value[2]):
+        values[:] = NEVER
     value, value_ahead, rate, rate_ahead = functions
     return Workspace(
         slope=aligned(states),

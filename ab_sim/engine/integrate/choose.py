@@ -52,10 +52,10 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
     if usual.parts == 1:
         return usual
     if usual.parts <= FEW_PARTS or _effort(usual) <= _effort(stiff):
-        found = usual
+        choice = usual
     else:
-        found = stiff
-    return found if found.parts <= MOST_PARTS and step * speed <= 2.0 * math.pi else None
+        choice = stiff
+    return choice if choice.parts <= MOST_PARTS and step * speed <= 2.0 * math.pi else None
 
 
 def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
@@ -150,11 +150,11 @@ def _check_no_parameters_of_auto(solver: Solver) -> None:
         return
     key, value = next(iter(solver.parameters.items()))
     takes = [name for name in steppers() if key in parameters_of(name)]
-    known = sorted({key for name in steppers() for key in parameters_of(name)})
+    all_parameters = sorted({key for name in steppers() for key in parameters_of(name)})
     name_it = (
         f"name the stepper that takes it ({' or '.join(takes)})"
         if takes
-        else f"no stepper takes it{nearest(key, known)}"
+        else f"no stepper takes it{nearest(key, all_parameters)}"
     )
     raise SceneError(
         f"solver.parameters.{key} = {exact(value)}: solver.stepper is {AUTO!r}, which takes no "
@@ -165,7 +165,7 @@ def _check_no_parameters_of_auto(solver: Solver) -> None:
 def _check_suits(stepper: Stepper, scene: Scene, system: System) -> None:
     """Refuse a stepper whose steps cannot be cut at this system's events."""
     if has_events(system.effects) and not stepper.locates_events:
-        able = ", ".join(name for name, known in steppers().items() if known.locates_events)
+        able = ", ".join(name for name, stepper in steppers().items() if stepper.locates_events)
         because = ", ".join(f"{name} ({why})" for name, why in eventful(scene.effects).items())
         raise SceneError(
             f"solver.stepper = {stepper.name!r}: its steps cannot be cut at events, which come "

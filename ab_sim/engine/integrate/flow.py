@@ -71,8 +71,8 @@ class Flow:
         """
         size = self.layout.size
         count = size if columns is None else columns
-        found = Flown(np.empty((steps + 1, size)), np.zeros((size, count)))
-        found.states[0] = start
+        flown = Flown(np.empty((steps + 1, size)), np.zeros((size, count)))
+        flown.states[0] = start
         lanes, stages = self._steps.field.lanes, len(self._steps.b)
         blocks = -(-count // lanes)
         room = _Room(
@@ -82,8 +82,8 @@ class Flow:
             np.zeros((size + 1, lanes)),
             np.empty((stages * size, lanes)),
         )
-        compiled(fly)(self._steps, room, duration / steps, count, found.states, found.matrix)
-        return found
+        compiled(fly)(self._steps, room, duration / steps, count, flown.states, flown.matrix)
+        return flown
 
 
 class _Steps(NamedTuple):
@@ -142,14 +142,14 @@ def fly(
         # The same Runge-Kutta step for the tangents, whose slope at each stage is the Jacobian
         # at the stage's state times the tangent: the derivative of the discrete step itself.
         for block in range(blocks):
-            own = tangents[block * size : (block + 1) * size]
+            rows = tangents[block * size : (block + 1) * size]
             for i in range(stages):
                 for j in range(size):
                     for lane in range(lanes):
                         change = 0.0
                         for q in range(i):
                             change = fma(steps.a[i, q], room.rates[q * size + j, lane], change)
-                        along[j, lane] = fma(length, change, own[j, lane])
+                        along[j, lane] = fma(length, change, rows[j, lane])
                 field.time[0] = fma(steps.c[i], length, begin)
                 rates = room.rates[i * size : (i + 1) * size]
                 call(field.tangent, field.c, field.b, field.time, room.at[i], along, rates)
@@ -158,7 +158,7 @@ def fly(
                     change = 0.0
                     for q in range(stages):
                         change = fma(steps.b[q], room.rates[q * size + j, lane], change)
-                    own[j, lane] = fma(length, change, own[j, lane])
+                    rows[j, lane] = fma(length, change, rows[j, lane])
     for k in range(columns):
         for j in range(size):
             matrix[j, k] = tangents[(k // lanes) * size + j, k % lanes]

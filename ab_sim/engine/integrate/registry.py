@@ -119,20 +119,20 @@ def _check(key: str, value: float, parameter: Parameter) -> None:
 
 
 def _family(name: str) -> _Family:
-    known = _known()
-    if name in known:
-        return known[name]
+    families = _known()
+    if name in families:
+        return families[name]
     raise SceneError(
-        f"solver.stepper = {name!r}: no such stepper{nearest(name, [*known, AUTO])}; known are: "
-        + ", ".join([*known, AUTO])
+        f"solver.stepper = {name!r}: no such stepper{nearest(name, [*families, AUTO])}; known are: "
+        + ", ".join([*families, AUTO])
     )
 
 
 @functools.cache
 def _import_all() -> None:
     folder = import_module(_FOLDER)
-    for found in pkgutil.iter_modules(folder.__path__):
-        import_module(f"{_FOLDER}.{found.name}")
+    for module_info in pkgutil.iter_modules(folder.__path__):
+        import_module(f"{_FOLDER}.{module_info.name}")
     load_installed()
 
 

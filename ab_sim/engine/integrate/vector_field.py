@@ -114,22 +114,22 @@ class VectorField:
         """Return derivatives of f along directions, one per line; shape (states, directions)."""
         at, address, lanes = self._state(state), tangent_address(self._code), self._lanes
         size, count = self.layout.size, len(directions)
-        when, found = np.array([float(time) - self.scheduled.start]), np.empty((size, count))
+        when, derivatives = np.array([float(time) - self.scheduled.start]), np.empty((size, count))
         along, out = np.zeros((size + 1, lanes)), np.empty((size, lanes))
         for first in range(0, count, lanes):
             these = directions[first : first + lanes]
             along[:, : len(these)] = these.T
             called(address, self._c, self._b, when, at, along, out)
-            found[:, first : first + len(these)] = out[:, : len(these)]
-        return found
+            derivatives[:, first : first + len(these)] = out[:, : len(these)]
+        return derivatives
 
     def _state(self, state: Any) -> np.ndarray:
         return _shaped("state", state, (self.layout.size,), np.float64)
 
 
-def _shaped(name: str, given: Any, shape: tuple[int, ...], kind: type) -> np.ndarray:
+def _shaped(name: str, value: Any, shape: tuple[int, ...], kind: type) -> np.ndarray:
     """Return a copy with the right type and shape, as compiled code does not check its input."""
-    found: np.ndarray = np.array(given, kind, order="C")
-    if found.shape != shape:
-        raise ValueError(f"{name}: has the shape {found.shape}, must have {shape} here")
-    return found
+    array: np.ndarray = np.array(value, kind, order="C")
+    if array.shape != shape:
+        raise ValueError(f"{name}: has the shape {array.shape}, must have {shape} here")
+    return array

@@ -54,16 +54,16 @@ class Code:
 
     def address(self, name: str, lanes: int = 1) -> int:
         """Return the address of the function that ``Emission`` emits in the method ``name``."""
-        made: Callable[..., Function] = getattr(self.emission, name)
+        emit: Callable[..., Function] = getattr(self.emission, name)
 
         def text() -> str:
-            return module_text([made(lanes) if lanes > 1 else made()])
+            return module_text([emit(lanes) if lanes > 1 else emit()])
 
         return self.made((name, lanes), name, text)
 
     def step(self, method: Tableau | Extrapolation, lanes: int = 1, parts: int = 1) -> int:
         """Return the address of a method's step (``runge_kutta.step_text``)."""
-        key = *(np.asarray(each).tobytes() for each in method), lanes, parts
+        key = *(np.asarray(table).tobytes() for table in method), lanes, parts
         return self.made(key, "step", lambda: step_text(self.emission, method, lanes, parts))
 
     def made(self, key: Any, name: str, text: Callable[[], str]) -> int:
@@ -85,14 +85,14 @@ class Code:
         with self._others_lock:
             if key not in self._others:
                 self._others[key] = make()
-            found: Other = self._others[key]
-            return found
+            other: Other = self._others[key]
+            return other
 
     def constants(self, system: System) -> np.ndarray:
         """Return the aligned constants of a system; its place on the profile is all zeros."""
-        found = aligned((self.size,))
-        found[: self.layout.place] = numbers_of(system)
-        return found
+        constants = aligned((self.size,))
+        constants[: self.layout.place] = numbers_of(system)
+        return constants
 
     def put_place(self, constants: np.ndarray, numbers: Sequence[float]) -> None:
         """Set the place on the speed profile: the segment's numbers, phase, end and angle.

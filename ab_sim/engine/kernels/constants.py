@@ -39,8 +39,8 @@ def flattened(value: Any, name: str) -> Iterator[tuple[str, float]]:
             yield from flattened(tuple(line.tolist()) if line.ndim else float(line), f"{name}.{k}")
     elif isinstance(value, tuple):
         names = getattr(value, "_fields", range(len(value)))
-        for part, each in zip(names, value, strict=True):
-            yield from flattened(each, f"{name}.{part}")
+        for part, item in zip(names, value, strict=True):
+            yield from flattened(item, f"{name}.{part}")
 
 
 def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:

@@ -142,10 +142,10 @@ class Emission:
         first, bound = [CONSTANTS, BRANCHES], {}
         if lanes > 1 or times:
             first.append(TIMES)
-            places |= {each: MemorySlot(TIMES, k) for k, each in enumerate(numbers)}
+            places |= {number: MemorySlot(TIMES, k) for k, number in enumerate(numbers)}
             numbers = ()
         else:
-            bound = {each: [f"%{each}"] for each in numbers}
+            bound = {number: [f"%{number}"] for number in numbers}
         into = Function(name, [*first, *pointers], shape, numbers, uniform)
         return into, Body(into, places, self.known, bound)
 
@@ -154,7 +154,7 @@ class Emission:
         for (name, place), x in zip(self.state_places(pointer).items(), roots, strict=False):
             is_ball = name in OF_EACH_BALL
             if self.model.count or not is_ball:
-                body.store(x, place, each=is_ball)
+                body.store(x, place, per_ball=is_ball)
 
     def row(self, turned: bool) -> tuple[list[Expression], tuple[Expression, Expression]]:
         """Return a sample's row without a motor's torque: spindle and deck, angles and rates.
@@ -163,9 +163,9 @@ class Emission:
         of a motor's spindle.
         """
         graph, roots = self.model.graph, list(self.roots["sample"])
-        angles, rates = (graph.input(name, each=True) for name in OF_EACH_BALL)
+        angles, rates = (graph.input(name, per_ball=True) for name in OF_EACH_BALL)
         if turned:
-            angles = angles + graph.input("turns", each=True) * (2.0 * pi)
+            angles = angles + graph.input("turns", per_ball=True) * (2.0 * pi)
             if self.model.has_motor:
                 roots[0] = roots[0] + graph.input("turn") * (2.0 * pi)
         return roots, (angles, rates)
@@ -182,8 +182,8 @@ class Emission:
         for k, x in enumerate(first):
             body.store(x, MemorySlot(pointer, k))
         behind, n = len(first), self.model.count
-        for k, each in enumerate(of_balls if n else ()):
-            body.store(each, MemorySlot(pointer, behind + k, stride=len(of_balls)))
+        for k, node in enumerate(of_balls if n else ()):
+            body.store(node, MemorySlot(pointer, behind + k, stride=len(of_balls)))
         if self.model.has_motor:
             body.store(torque, MemorySlot(pointer, behind + len(of_balls) * n))
 
@@ -220,7 +220,7 @@ class Emission:
             body.store(x, MemorySlot("motor", k))
         n = self.model.count
         for k, x in enumerate(self.roots["table"] if n else ()):
-            body.store(x, MemorySlot("table", k * n), each=True)
+            body.store(x, MemorySlot("table", k * n), per_ball=True)
         return into
 
     def arrow(self) -> Function:
@@ -249,12 +249,12 @@ class Emission:
         }
         before = {j: model.graph.input(f"before[{j}]") for j in range(model.states)}
         places |= {f"before[{j}]": MemorySlot("v", j) for j in before}
-        own = Body(into, places, self.known)
+        emitted = Body(into, places, self.known)
         added = model.jump(model.motion())
         sums = lowered([before[j] + x for j, x in enumerate(added)])
         # Compute all sums before the first store: v may be the memory of y.
         for x in sums:
-            own.values(x)
+            emitted.values(x)
         for j, x in enumerate(sums):
-            own.store(x, MemorySlot("v", j))
+            emitted.store(x, MemorySlot("v", j))
         return into

@@ -72,7 +72,7 @@ class Model:
         self.graph = Graph()
         self.count = len(system.balls)
         self.deck, self.effects = traced_bodies(system, self._parameter)
-        self.balls = traced_balls(self.count, lambda name: self._parameter(name, each=True))
+        self.balls = traced_balls(self.count, lambda name: self._parameter(name, per_ball=True))
         fields = [self._parameter(f"segment.{name}") for name in segment._fields]
         self.place = SegmentInputs(
             segment(*fields), self._parameter("phase"), self._parameter("angle")
@@ -98,24 +98,24 @@ class Model:
 
     def state_inputs(self) -> list[Expression]:
         """Return the inputs of all states, in their order; one input stands for all balls."""
-        return [self.graph.input(name, each=name in OF_EACH_BALL) for name in self.state_names]
+        return [self.graph.input(name, per_ball=name in OF_EACH_BALL) for name in self.state_names]
 
-    def _parameter(self, name: str, each: bool = False) -> Expression:
-        return self.graph.input(name, Level.PARAMETER, each)
+    def _parameter(self, name: str, per_ball: bool = False) -> Expression:
+        return self.graph.input(name, Level.PARAMETER, per_ball)
 
     def motion(self) -> TracedState:
         """Return the state in memory, as inputs, at the input ``time``."""
-        given = self.graph.input
+        input_ = self.graph.input
         spindle = None
         if self.has_motor:
             # The motor's branch changes at events only, so it is not a state.
-            limit = given("limit", Level.TIME)
-            spindle = MotorState(given("psi"), given("omega"), given("integral"), limit)
+            limit = input_("limit", Level.TIME)
+            spindle = MotorState(input_("psi"), input_("omega"), input_("integral"), limit)
         return TracedState(
-            given("time", Level.TIME),
-            [given(f"deck[{j}]") for j in range(self.states)],
-            given("theta", each=True),
-            given("rate", each=True),
+            input_("time", Level.TIME),
+            [input_(f"deck[{j}]") for j in range(self.states)],
+            input_("theta", per_ball=True),
+            input_("rate", per_ball=True),
             spindle,
         )
 
@@ -127,7 +127,7 @@ class Model:
         """
         if not self.has_friction:
             return None
-        sign = self.graph.input("sign", Level.TIME, each=True)
+        sign = self.graph.input("sign", Level.TIME, per_ball=True)
         return sign * friction_coefficient(self.effects, self.balls)
 
     def mobility(self, force: Number, ahead: Number | None = None) -> Number:
@@ -144,7 +144,7 @@ class Model:
         if self.has_contact:
             return rows(self.lifted(force))
         if self.has_friction:
-            return force * self.graph.input("mobility_now", Level.TIME, each=True)
+            return force * self.graph.input("mobility_now", Level.TIME, per_ball=True)
         return force * self.balls.mobility
 
     def spindle(self, at: TracedState) -> tuple[SpindleMotion, Torques | None]:
@@ -172,9 +172,9 @@ class Model:
         solved = solve(arrow, self.count, mobility, self.friction(), prescribed_one)
         return Evaluated(spindle, torques, on, arrow, solved)
 
-    def slope(self, at: TracedState, found: Evaluated) -> list[Expression]:
+    def slope(self, at: TracedState, forces: Evaluated) -> list[Expression]:
         """Return the rates of change of all states, in order; one expression for all balls."""
-        spindle, torques, on, arrow, solved = found
+        spindle, torques, on, arrow, solved = forces
         deck = self.deck.rates(self.effects, spindle, at.deck, solved.x)
         rates = [*deck, at.rate, rate_change(on, solved.path)]
         if at.spindle is not None:
@@ -194,26 +194,26 @@ class Model:
             )
         return [self.lifted(rate) for rate in rates]
 
-    def sample(self, at: TracedState, found: Evaluated) -> list[Expression]:
+    def sample(self, at: TracedState, forces: Evaluated) -> list[Expression]:
         """Return a sample's row without the balls and the torque, at the input ``profile_time``.
 
         Whole turns of a motor's spindle are left out.
         """
         when = self.graph.input("profile_time", Level.TIME)
         segment, turned = self.place.segment, self.place.segment.angle(when)
-        asked, spindle = segment.speed(when), found.spindle
+        asked, spindle = segment.speed(when), forces.spindle
         if at.spindle is None:
             angle, speed, psi = self.place.angle + turned, asked, self.place.phase + turned
         else:
             angle, speed, psi = at.spindle.psi, at.spindle.speed, at.spindle.psi
-        shown = spindle._replace(cos=cos(psi), sin=sin(psi))
-        own = self.deck.channels(self.effects, shown, at.deck, found.solved.x)
-        row = [angle, speed, asked, *own]
+        spindle_here = spindle._replace(cos=cos(psi), sin=sin(psi))
+        deck_channels = self.deck.channels(self.effects, spindle_here, at.deck, forces.solved.x)
+        row = [angle, speed, asked, *deck_channels]
         return [self.lifted(x) for x in row]
 
-    def table(self, at: TracedState, found: Evaluated) -> list[Expression]:
+    def table(self, at: TracedState, forces: Evaluated) -> list[Expression]:
         """Return columns of the balls' table for events, see ``ab_sim.engine.events``."""
-        _, _, on, arrow, solved = found
+        _, _, on, arrow, solved = forces
         friction = self.friction()
         along = 0.0
         if self.has_contact:
@@ -245,9 +245,9 @@ class Model:
         load, _, pull, friction, *others = columns
         coupling, press = others[5 : 5 + len(x)], others[5 + len(x) :]
         normal = load if self.has_friction else self.lifted(0.0)
-        for r, each in enumerate(x):
-            pull = pull + coupling[r] * each
-            normal = normal + press[r] * each if self.has_friction else normal
+        for r, acceleration in enumerate(x):
+            pull = pull + coupling[r] * acceleration
+            normal = normal + press[r] * acceleration if self.has_friction else normal
         pull = pull - friction * normal
         size = abs(pull) + self.balls.mass * (abs(x[0]) + abs(x[1])) + abs(normal)
         return [*columns[:9], normal, pull, size, *columns[9:]]

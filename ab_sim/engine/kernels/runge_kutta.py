@@ -55,16 +55,16 @@ class StatePart(NamedTuple):
 def pieces_of(emission: Emission, lanes: int) -> list[StatePart]:
     """Return the division of a state into vectors: deck's states by 2 or 4, balls' by groups."""
     model = emission.model
-    own, n = model.states, model.count
+    deck_states, n = model.states, model.count
     size = emission.states
     if lanes > 1:
         return [StatePart(j, 1) for j in range(size)]
-    by = 2 if own <= 4 else 4
-    pieces = [StatePart(j, min(by, own - j)) for j in range(0, own, by)]
-    for first in (own, own + n):
+    by = 2 if deck_states <= 4 else 4
+    pieces = [StatePart(j, min(by, deck_states - j)) for j in range(0, deck_states, by)]
+    for first in (deck_states, deck_states + n):
         pieces += [StatePart(first + j, min(GROUP, n - j)) for j in range(0, n, GROUP)]
-    rest = size - own - 2 * n
-    return [*pieces, *([StatePart(own + 2 * n, rest)] if rest else [])]
+    rest = size - deck_states - 2 * n
+    return [*pieces, *([StatePart(deck_states + 2 * n, rest)] if rest else [])]
 
 
 def step_text(
@@ -96,9 +96,9 @@ def _explicit(step: "_Step", tableau: Tableau) -> list[str]:
     def combined(row: np.ndarray) -> list[str]:
         """Return the state plus ``length`` times the sum of weighted slopes."""
         total: list[str] = []
-        for weight, each in zip(row.tolist(), slopes, strict=False):
+        for weight, slope in zip(row.tolist(), slopes, strict=False):
             if weight != 0.0:
-                total = step.sums(step.literal(weight), each, total)
+                total = step.sums(step.literal(weight), slope, total)
         return step.sums(step.length, total, step.state)
 
     for stage in range(1, len(tableau.b)):
@@ -213,7 +213,9 @@ class _Step:
         """Call the slope at a trial state; ``numbers`` are the time and, if taken, ``ahead``."""
         slope, of = self._slope, kind(self._lanes)
         arguments = [f"ptr %{CONSTANTS}", f"ptr %{BRANCHES}", *(f"{of} {x}" for x in numbers)]
-        arguments += [f"{each} {value}" for each, value in zip(slope.kinds, trial, strict=True)]
+        arguments += [
+            f"{type_name} {value}" for type_name, value in zip(slope.kinds, trial, strict=True)
+        ]
         called = self.into.put(f"call fastcc {slope.result} @slope_of({', '.join(arguments)})")
         return [
             self.into.put(f"extractvalue {slope.result} {called}, {at}")
@@ -267,13 +269,13 @@ def _slope_function(
 ) -> _Slope:
     times = ["time", "ahead"] if ahead else ["time"]
     into, model = _Slope(emission, lanes, times), emission.model
-    own, n = model.states, model.count
-    names = {j: f"deck[{j}]" for j in range(own)}
-    names |= {own + 2 * n + k: name for k, name in enumerate(("psi", "omega", "integral"))}
+    deck_states, n = model.states, model.count
+    names = {j: f"deck[{j}]" for j in range(deck_states)}
+    names |= {deck_states + 2 * n + k: name for k, name in enumerate(("psi", "omega", "integral"))}
     bound = {name: [f"%{name}"] for name in times} | {"theta": [], "rate": []}
     for at, piece in enumerate(into.pieces):
-        if own <= piece.first < own + 2 * n:
-            bound["theta" if piece.first < own + n else "rate"].append(f"%y{at}")
+        if deck_states <= piece.first < deck_states + 2 * n:
+            bound["theta" if piece.first < deck_states + n else "rate"].append(f"%y{at}")
             continue
         for k in range(piece.width):
             if piece.first + k in names:
@@ -282,15 +284,23 @@ def _slope_function(
                     value = into.put(f"extractelement {into.kinds[at]} {value}, i32 {k}")
                 bound[names[piece.first + k]] = [value]
     body = Body(into, emission.places, emission.known, bound)
-    deck, balls, rest = roots[:own], roots[own : own + 2], roots[own + 2 :]
-    single = {j: x for j, x in enumerate(deck)} | {own + 2 * n + k: x for k, x in enumerate(rest)}
-    each = {own: body.each(balls[0]), own + n: body.each(balls[1])} if n else {}
+    deck, balls, rest = (
+        roots[:deck_states],
+        roots[deck_states : deck_states + 2],
+        roots[deck_states + 2 :],
+    )
+    single = {j: x for j, x in enumerate(deck)} | {
+        deck_states + 2 * n + k: x for k, x in enumerate(rest)
+    }
+    ball_values = (
+        {deck_states: body.each(balls[0]), deck_states + n: body.each(balls[1])} if n else {}
+    )
     by_ball = 1 if lanes > 1 else GROUP
     vector = "poison"
     for at, piece in enumerate(into.pieces):
-        if own <= piece.first < own + 2 * n:
-            first = own if piece.first < own + n else own + n
-            value = each[first][(piece.first - first) // by_ball]
+        if deck_states <= piece.first < deck_states + 2 * n:
+            first = deck_states if piece.first < deck_states + n else deck_states + n
+            value = ball_values[first][(piece.first - first) // by_ball]
         else:
             value = _packed(into, body, [single[piece.first + k] for k in range(piece.width)])
         vector = into.put(f"insertvalue {into.result} {vector}, {into.kinds[at]} {value}, {at}")

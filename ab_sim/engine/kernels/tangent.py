@@ -68,6 +68,6 @@ def _directions(code: Code) -> tuple[dict[Expression, Expression], dict[str, Mem
     along: dict[Expression, Expression] = {}
     for names, level in ((of_states, Level.STATE), (of_times, Level.TIME)):
         for name in names:
-            each = name in OF_EACH_BALL
-            along[graph.input(name, level, each=each)] = graph.input(f"d {name}", each=each)
+            many = name in OF_EACH_BALL
+            along[graph.input(name, level, per_ball=many)] = graph.input(f"d {name}", per_ball=many)
     return along, {f"d {name}": place for name, place in (of_states | of_times).items()}

@@ -63,52 +63,52 @@ def _text(emission: Emission, lanes: int) -> str:
     forces, sliding = _forces(emission), _sliding(emission)
     near = Body(into, emission.places, emission.known, _shortly_after(emission, body))
     taken = emission.model.graph.input("length", Level.TIME)
-    judged, given = Graph(), {"length": body.values(taken)}
+    judged, inputs = Graph(), {"length": body.values(taken)}
     places: dict[str, MemorySlot] = {}
     kept: list[tuple[Expression, MemorySlot]] = []
     doubts: list[Expression] = []
     at = 0
 
-    def number(name: str, each: bool, values: list[str]) -> Expression:
-        given[name] = values
-        return judged.input(name, each=each)
+    def number(name: str, by_ball: bool, values: list[str]) -> Expression:
+        inputs[name] = values
+        return judged.input(name, per_ball=by_ball)
 
-    def remembered(name: str, each: bool, now: Expression) -> Expression:
+    def remembered(name: str, by_ball: bool, now: Expression) -> Expression:
         nonlocal at
         places[name] = MemorySlot("seen", at)
         kept.append((now, places[name]))
-        at += emission.model.count if each else 1
-        return judged.input(name, each=each)
+        at += emission.model.count if by_ball else 1
+        return judged.input(name, per_ball=by_ball)
 
     length = judged.input("length")
     for k, force in enumerate(forces):
-        each = force.value.each
+        by_ball = force.value.each
 
-        def of(body: Body, x: Expression, each: bool = each) -> list[str]:
-            return body.each(x) if each else body.values(x)
+        def of(body: Body, x: Expression, by_ball: bool = by_ball) -> list[str]:
+            return body.each(x) if by_ball else body.values(x)
 
-        value = number(f"value {k}", each, of(body, force.value))
-        size = number(f"size {k}", each, of(body, force.size))
-        shortly = number(f"near {k}", each, of(near, force.value))
+        value = number(f"value {k}", by_ball, of(body, force.value))
+        size = number(f"size {k}", by_ball, of(body, force.size))
+        shortly = number(f"near {k}", by_ball, of(near, force.value))
         change = (shortly - value) / SHORTLY
-        before = remembered(f"value before {k}", each, value)
-        change_before = remembered(f"change before {k}", each, change)
+        before = remembered(f"value before {k}", by_ball, value)
+        change_before = remembered(f"change before {k}", by_ball, change)
         doubts.append(_doubt_of_force(before, change_before, value, change, size))
     if sliding is not None:
         speed, rate = (number(f"slide {k}", True, body.each(x)) for k, x in enumerate(sliding))
         before = remembered("slide before", True, speed)
         rate_before = remembered("rate before", True, rate)
         doubts.append(_doubt_of_speed(before, rate_before * length, speed, rate * length))
-    found = judged.constant(0.0)
+    summed = judged.constant(0.0)
     for doubt in doubts:
-        found = found + (total(doubt) if doubt.each else doubt)
-    judge = Body(into, places, bound=given)
+        summed = summed + (total(doubt) if doubt.each else doubt)
+    judge = Body(into, places, bound=inputs)
     # All values are read before any is written: outputs may overwrite inputs.
-    for x in (found, *(now for now, _ in kept)):
+    for x in (summed, *(now for now, _ in kept)):
         judge.values(x)
     for now, place in kept:
         judge.store(now, place)
-    judge.store(found, MemorySlot("found", 0))
+    judge.store(summed, MemorySlot("found", 0))
     return module_text([into])
 
 
@@ -118,14 +118,14 @@ def _shortly_after(emission: Emission, body: Body) -> dict[str, list[str]]:
     ``location.put_force_rates`` uses the same ones for a single run.
     """
     model, slope = emission.model, emission.roots["slope"]
-    given = model.graph.input
-    shortly = SHORTLY * given("length", Level.TIME)
-    found = {"time": body.values(given("time", Level.TIME) + shortly)}
+    input_ = model.graph.input
+    shortly = SHORTLY * input_("length", Level.TIME)
+    moment_later = {"time": body.values(input_("time", Level.TIME) + shortly)}
     for state, change in zip(model.state_inputs(), slope, strict=True):
         if model.count or not state.each:
             later = state + shortly * change
-            found[state.payload] = body.each(later) if state.each else body.values(later)
-    return found
+            moment_later[state.payload] = body.each(later) if state.each else body.values(later)
+    return moment_later
 
 
 def _forces(emission: Emission) -> list[_Function]:
@@ -138,13 +138,13 @@ def _forces(emission: Emission) -> list[_Function]:
     functions: list[_Function] = []
     if model.has_friction and model.count:
         normal, pull, size = table[NORMAL], table[PULL], table[SIZE]
-        left = table[GRIP] * where(normal > 0.0, normal, 0.0)
+        grip = table[GRIP] * where(normal > 0.0, normal, 0.0)
         sign, sticks = _sign(emission), _sticks(emission)
         load = where(sticks, normal, where(abs(sign) > 0.0, normal, -normal))
         functions += [
             _Function(load, size),
-            _Function(where(sticks, left + pull, NEVER), size),
-            _Function(where(sticks, left - pull, NEVER), size),
+            _Function(where(sticks, grip + pull, NEVER), size),
+            _Function(where(sticks, grip - pull, NEVER), size),
         ]
     if model.has_motor:
         asked, most = (emission.roots["motor"][k] for k in (ASKED, MOST))
@@ -162,18 +162,18 @@ def _sliding(emission: Emission) -> tuple[Expression, Expression] | None:
     model = emission.model
     if not (model.has_friction and model.count):
         return None
-    sign, rate = _sign(emission), model.graph.input("rate", each=True)
+    sign, rate = _sign(emission), model.graph.input("rate", per_ball=True)
     change = emission.roots["slope"][model.states + 1]
     slides = abs(sign) > 0.0
     return where(slides, sign * rate, NEVER), where(slides, sign * change, 0.0)
 
 
 def _sign(emission: Emission) -> Expression:
-    return emission.model.graph.input("sign", Level.TIME, each=True)
+    return emission.model.graph.input("sign", Level.TIME, per_ball=True)
 
 
 def _sticks(emission: Emission) -> Expression:
-    return emission.model.graph.input("mobility_now", Level.TIME, each=True) <= 0.0
+    return emission.model.graph.input("mobility_now", Level.TIME, per_ball=True) <= 0.0
 
 
 def _doubt_of_force(

@@ -81,7 +81,7 @@ def advance(
     return done if sound else -1 - done
 
 
-def steps_in(line: Floats, first: int, left: int) -> tuple[int, int]:
+def steps_in(line: Floats, first: int, remaining: int) -> tuple[int, int]:
     """Return the number of steps to take in a step range, and the number of their samples.
 
     All parts of a step write the same sample, so that of the last part remains.
@@ -89,10 +89,10 @@ def steps_in(line: Floats, first: int, left: int) -> tuple[int, int]:
     Args:
         line: line of the step plan.
         first: steps taken before.
-        left: number of steps still to take.
+        remaining: number of steps still to take.
     """
-    here = int(min(line[END] - first, float(left)))
-    return here, max(here, 1) if left > 0 else 0
+    here = int(min(line[END] - first, float(remaining)))
+    return here, max(here, 1) if remaining > 0 else 0
 
 
 def enter_step_range(run: Run, line: Floats, first: int, only_record: bool) -> EqualSteps:

@@ -23,11 +23,11 @@ CLOSE, SETTLED = 1e-14, 1e-7
 below ``CLOSE``; below ``SETTLED`` once they no longer shrink, because they are then rounding."""
 
 
-def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> None:
+def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> None:
     """Take one step from the state, whose slope is known, into ``trial``; local time [s]."""
-    am, af, gamma = own.mass, own.force, own.newmark
-    state, past, d, at = run.state, run.work.memory[0], own.change, own.at
-    equations, states = own.equations, run.state.size
+    am, af, gamma = work.mass, work.force, work.newmark
+    state, past, d, at = run.state, run.work.memory[0], work.change, work.at
+    equations, states = work.equations, run.state.size
     c, b = run.scene.c, run.balls.branches
     # A cleared memory, at the start or after a kink, begins with the present slope.
     fresh = True
@@ -40,25 +40,27 @@ def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> N
         d[j] = af * length * past[j]
     reach = af * gamma * length / am
     kept = length * af * (1.0 - gamma / am)
-    own.time[0] = begin + af * length
+    work.time[0] = begin + af * length
     before, solved = math.inf, False
     for k in range(MOST):
         for j in range(states):
             at[j] = state[j] + d[j]
-        call(own.slope, c, b, at, own.slope_there, own.time[0])
+        call(work.slope, c, b, at, work.slope_there, work.time[0])
         # Simplified Newton: the Jacobian costs far more than a slope, and the start is so close
         # that an old one converges nearly as fast.
         if k % KEPT == 0:
-            differentiate(own, run)
+            differentiate(work, run)
         for i in range(states):
             for j in range(states):
-                equations[i, j] = -reach * own.jacobian[i, j]
+                equations[i, j] = -reach * work.jacobian[i, j]
             equations[i, i] += 1.0
-            equations[i, states] = reach * own.slope_there[i] + kept * past[i] - d[i]
+            equations[i, states] = reach * work.slope_there[i] + kept * past[i] - d[i]
         reduce(equations, states)
         # Deck and balls are judged separately: their states differ by orders of magnitude.
         balls = run.balls.first_angle
-        change = max(share_changed(own, reach, 0, balls), share_changed(own, reach, balls, states))
+        change = max(
+            share_changed(work, reach, 0, balls), share_changed(work, reach, balls, states)
+        )
         for j in range(states):
             d[j] += equations[j, states]
         # Close to the solution, corrections that no longer shrink are rounding.
@@ -73,30 +75,30 @@ def implicit_step(own: ImplicitWork, run: Run, begin: float, length: float) -> N
         past[j] = (d[j] / (af * length) - (1.0 - gamma) * past[j]) / gamma
 
 
-def differentiate(own: ImplicitWork, run: Run) -> None:
+def differentiate(work: ImplicitWork, run: Run) -> None:
     """Compute the Jacobian at ``own.at`` and ``own.time``, several columns at once."""
-    states, lanes, first = run.state.size, own.along.shape[1], 0
+    states, lanes, first = run.state.size, work.along.shape[1], 0
     while first < states:
         for j in range(states + 1):
             for lane in range(lanes):
-                own.along[j, lane] = 1.0 if j == first + lane else 0.0
+                work.along[j, lane] = 1.0 if j == first + lane else 0.0
         c, b = run.scene.c, run.balls.branches
-        call(own.tangent, c, b, own.time, own.at, own.along, own.rates)
+        call(work.tangent, c, b, work.time, work.at, work.along, work.rates)
         for lane in range(min(lanes, states - first)):
             for i in range(states):
-                own.jacobian[i, first + lane] = own.rates[i, lane]
+                work.jacobian[i, first + lane] = work.rates[i, lane]
         first += lanes
 
 
-def share_changed(own: ImplicitWork, reach: float, first: int, end: int) -> float:
+def share_changed(work: ImplicitWork, reach: float, first: int, end: int) -> float:
     """Return the correction of states ``first`` to ``end``, relative to the step's change of them.
 
     Both are the largest over these states: one that stays at zero by symmetry is only rounding.
     """
-    size, most, column = 0.0, 0.0, own.change.size
+    size, most, column = 0.0, 0.0, work.change.size
     for j in range(first, end):
-        size = max(size, abs(own.change[j]) + abs(reach * own.slope_there[j]))
-        most = max(most, abs(own.equations[j, column]))
+        size = max(size, abs(work.change[j]) + abs(reach * work.slope_there[j]))
+        most = max(most, abs(work.equations[j, column]))
     return most / size if size > 0.0 else most
 
 

@@ -156,8 +156,8 @@ def step_alone(all_runs: LanesOverEvents) -> None:
         if all_runs.found[lane] != 0.0 and is_going(runs, lane):
             if not all_runs.has_contact:
                 look_at_step(runs, run, lane)
-            known = step_of_one(runs, run, lane)
-            all_runs.took_alone[lane] = 1.0 if known else 2.0
+            is_resolved = step_of_one(runs, run, lane)
+            all_runs.took_alone[lane] = 1.0 if is_resolved else 2.0
         lane += 1
 
 
@@ -178,11 +178,11 @@ def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
         The result of ``cut_at_events``: False if the branches must be checked at the step's end.
     """
     work, times = run.work, runs.times
-    known = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
+    is_resolved = cut_at_events(run, times[BEGIN, lane], times[TAKEN, lane], times[END, lane])
     put_in(runs.trial, work.trial, lane)
     put_in(runs.slopes, work.slope_ahead, lane)
     put_in(runs.b, run.balls.branches, lane)
-    return known
+    return is_resolved
 
 
 def join(all_runs: LanesOverEvents) -> None:
@@ -202,10 +202,10 @@ def join(all_runs: LanesOverEvents) -> None:
 
 def is_any(flags: Floats) -> bool:
     """Return whether any run's flag is nonzero."""
-    found = 0.0
+    total = 0.0
     for lane in range(LANES):
-        found += abs(flags[lane])
-    return found != 0.0
+        total += abs(flags[lane])
+    return total != 0.0
 
 
 def recheck_branches(runs: LaneRuns, run: Run, lane: int) -> None:

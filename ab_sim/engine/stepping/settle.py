@@ -40,13 +40,13 @@ def _text(layout: StateLayout, quaternion: int, lanes: int) -> str:
     for pointer in ("y", "trial", "bounds"):
         names |= {f"{pointer}[{j}]": MemorySlot(pointer, j) for j in range(size)}
     names |= {f"turns[{k}]": MemorySlot("turns", k) for k in range(len(angles))}
-    body, given = Body(into, names), graph.input
+    body, input_ = Body(into, names), graph.input
 
     def all_of(pointer: str) -> list[Expression]:
-        return [given(f"{pointer}[{j}]") for j in range(size)]
+        return [input_(f"{pointer}[{j}]") for j in range(size)]
 
-    taken, trial = given("length") > 0.0, all_of("trial")
-    sound, moved = given("sound"), graph.constant(0.0)
+    taken, trial = input_("length") > 0.0, all_of("trial")
+    sound, moved = input_("sound"), graph.constant(0.0)
     for value, bound in zip(trial, all_of("bounds"), strict=True):
         sound = where(abs(value) < bound, sound, 0.0)
     after = [where(taken, new, old) for new, old in zip(trial, all_of("y"), strict=True)]
@@ -56,10 +56,10 @@ def _text(layout: StateLayout, quaternion: int, lanes: int) -> str:
     turns = []
     for k, j in enumerate(angles):
         turn, after[j] = unwound(after[j])
-        turns.append(given(f"turns[{k}]") + turn)
+        turns.append(input_(f"turns[{k}]") + turn)
         moved = where(abs(turn) > 0.0, 1.0, moved)
     # All values are read before any is written: outputs may overwrite inputs.
-    results = [*after, *turns, where(taken, sound, given("sound")), moved]
+    results = [*after, *turns, where(taken, sound, input_("sound")), moved]
     places = [MemorySlot("y", j) for j in range(size)]
     places += [MemorySlot("turns", k) for k in range(len(angles))]
     places += [MemorySlot("said", SOUND), MemorySlot("said", MOVED)]

@@ -44,11 +44,13 @@ class TaylorCode:
         emission = TaylorEmission(code.emission, order)
         self.size = emission.size
         try:
-            made = emission.functions(lanes)
+            functions = emission.functions(lanes)
         except NotAnalyticError as error:
             raise SceneError(f"solver.stepper = 'taylor': {error}; use rk8") from error
-        self._code = MachineCode(module_text(made), optimization=AS_WRITTEN)
-        self.addresses = {function.name: self._code.address(function.name) for function in made}
+        self._code = MachineCode(module_text(functions), optimization=AS_WRITTEN)
+        self.addresses = {
+            function.name: self._code.address(function.name) for function in functions
+        }
 
 
 def taylor_code(code: Code, order: int, lanes: int) -> TaylorCode:
@@ -62,68 +64,68 @@ def memory_size(system: System) -> int:
 
 
 def lanes_of(
-    system: System, code: Code, told: TaylorParameters, step: float, every: int, lanes: int
+    system: System, code: Code, parameters: TaylorParameters, step: float, every: int, lanes: int
 ) -> TaylorRuns:
     """Return runs of one kind of scene; their arrays are allocated, for the caller to fill in.
 
     Args:
         system: any system of the kind.
         code: machine code of the kind.
-        told: parameters of the method.
+        parameters: parameters of the method.
         step: step of the scene [s].
         every: steps from one recorded sample to the next.
         lanes: number of runs.
     """
-    own = taylor_code(code, told.order, lanes)
+    code_ = taylor_code(code, parameters.order, lanes)
     states, n = layout_of(system).size, len(system.balls)
     clock = aligned((len(CLOCK), lanes))
-    clock[AIM], clock[STEP], clock[EVERY] = math.log2(told.tolerance), step, every
-    clock[SHORTEST] = told.steps * step if told.steps else step / PARTS
-    clock[LONGEST] = told.steps * step if told.steps else math.inf
+    clock[AIM], clock[STEP], clock[EVERY] = math.log2(parameters.tolerance), step, every
+    clock[SHORTEST] = parameters.steps * step if parameters.steps else step / PARTS
+    clock[LONGEST] = parameters.steps * step if parameters.steps else math.inf
     clock[ENDS_STEPS] = 1.0
-    said = aligned((SAID, lanes))
-    said[SOUND] = 1.0
+    signals = aligned((SAID, lanes))
+    signals[SOUND] = 1.0
     width = code.emission.row_channels
     return TaylorRuns(
         prepare=code.address("prepare", lanes),
-        coefficients=own.addresses["coefficients"],
-        move=own.addresses["move"],
-        mark=own.addresses["mark"],
-        sample=own.addresses["sample"],
-        record=own.addresses.get("record", 0),
-        record_dense=own.addresses.get("record_dense", 0),
+        coefficients=code_.addresses["coefficients"],
+        move=code_.addresses["move"],
+        mark=code_.addresses["mark"],
+        sample=code_.addresses["sample"],
+        record=code_.addresses.get("record", 0),
+        record_dense=code_.addresses.get("record_dense", 0),
         c=aligned((code.size, lanes)),
         b=aligned((code.branches(), lanes)),
         place=code.layout.place,
         clock=clock,
         y=aligned((states, lanes)),
         turns=aligned((n, lanes)),
-        series=aligned((own.size * lanes,)),
+        series=aligned((code_.size * lanes,)),
         state=aligned((states, lanes)),
         bounds=aligned((states, lanes)),
-        said=said,
+        said=signals,
         row=aligned((width, lanes)),
         nowhere=aligned((width + 2,)),
-        sound=said[SOUND_STEPS],
+        sound=signals[SOUND_STEPS],
     )
 
 
-def run_by_taylor(run: Run, system: System, code: Code, told: TaylorParameters) -> TaylorRun:
+def run_by_taylor(run: Run, system: System, code: Code, parameters: TaylorParameters) -> TaylorRun:
     """Return a single run, which uses the memory of ``run``, of ``memory_size`` numbers.
 
     Args:
         run: the Run.
         system: system to simulate.
         code: machine code of its kind of scene.
-        told: parameters of the method.
+        parameters: parameters of the method.
     """
-    own, states = lanes_of(system, code, told, run.step, 1, 1), run.state.size
+    lane_runs, states = lanes_of(system, code, parameters, run.step, 1, 1), run.state.size
     memory, column = run.work.memory[0], (-1, 1)
-    own = own._replace(
+    lane_runs = lane_runs._replace(
         c=run.scene.c.reshape(column),
         b=run.balls.branches.reshape(column),
         y=memory[STATE : STATE + states].reshape(column),
         turns=memory[STATE + states :].reshape(column),
         bounds=run.work.bounds.reshape(column),
     )
-    return TaylorRun(run, own)
+    return TaylorRun(run, lane_runs)

@@ -79,9 +79,9 @@ def due_samples(clock: ClockLines) -> DueSamples:
 
     A run with samples left, but none due, begins its next step at the end of this one.
     """
-    left = clock.flag(clock[TAKEN] < clock[COUNT])
+    is_left = clock.flag(clock[TAKEN] < clock[COUNT])
     covered = where(clock[NEXT] <= clock[END], 1.0, clock.flag(clock[END] >= clock[UNTIL]))
-    due = left * covered
+    due = is_left * covered
     is_due, has_step = due > 0.5, clock[LENGTH] > 0.0
     local, taken = where(is_due, clock[NEXT], clock[LOCAL]), clock[TAKEN] + due
     done = clock[FIRST] + taken
@@ -95,9 +95,9 @@ def due_samples(clock: ClockLines) -> DueSamples:
         TAKEN: taken,
         DUE: due,
         NEXT: where(is_due, where(has_step, ahead, local), clock[NEXT]),
-        TO: where(left - due > 0.5, clock[END], clock[BEGIN]),
+        TO: where(is_left - due > 0.5, clock[END], clock[BEGIN]),
     }
-    return DueSamples(lines, across(due), across(left))
+    return DueSamples(lines, across(due), across(is_left))
 
 
 def soundness(

@@ -65,40 +65,40 @@ def advance_by_taylor(
 
 def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> None:
     """Continue the step in memory; without one, begin a step at the present state."""
-    run, own = one.run, one.own
-    clock, memory, balls = own.clock, run.work.memory, run.balls
+    run, lane_runs = one.run, one.own
+    clock, memory, balls = lane_runs.clock, run.work.memory, run.balls
     clock[START, 0], clock[OFFSET, 0] = step_range.start, step_range.offset
     clock[LENGTH, 0], clock[UNTIL, 0] = step_range.length, until
     clock[FIRST, 0], clock[COUNT, 0] = float(step_range.first), float(count)
     if memory[0, VALID] == 0.0:
         for j in range(run.state.size):
-            own.state[j, 0] = run.state[j]
+            lane_runs.state[j, 0] = run.state[j]
         for i in range(balls.number):
-            own.turns[i, 0] = float(balls.discrete[i, TURNS])
+            lane_runs.turns[i, 0] = float(balls.discrete[i, TURNS])
         clock[ANEW, 0], clock[TO, 0] = 1.0, local_time(run, step_range, 0)
-        renew(own)
+        renew(lane_runs)
     else:
         # Memory has the step's begin and the state there, but no series. The same state gives the
         # same series to the last bit.
         clock[BEGIN, 0] = memory[0, BEGAN]
-        expand(own)
+        expand(lane_runs)
     clock[LOCAL, 0] = clock[BEGIN, 0]
-    aim(own, 0)
+    aim(lane_runs, 0)
 
 
 def go_along(one: TaylorRun, samples: Table, count: int) -> int:
     """Take the steps of a range; return their number, fewer if the state left its bounds."""
-    run, own, balls = one.run, one.own, one.run.balls
+    run, lane_runs, balls = one.run, one.own, one.run.balls
     for done in range(count):
-        next_samples(own, samples[done, ANGLE:])
-        if own.said[SOUND, 0] == 0.0:
-            own.said[SOUND, 0] = 1.0
+        next_samples(lane_runs, samples[done, ANGLE:])
+        if lane_runs.said[SOUND, 0] == 0.0:
+            lane_runs.said[SOUND, 0] = 1.0
             for j in range(run.state.size):
-                run.work.trial[j] = own.state[j, 0]
+                run.work.trial[j] = lane_runs.state[j, 0]
             return done
         for j in range(run.state.size):
-            run.state[j] = own.state[j, 0]
+            run.state[j] = lane_runs.state[j, 0]
         for i in range(balls.number):
-            balls.discrete[i, TURNS] = int(own.turns[i, 0])
-    run.work.memory[0, VALID], run.work.memory[0, BEGAN] = 1.0, own.clock[BEGIN, 0]
+            balls.discrete[i, TURNS] = int(lane_runs.turns[i, 0])
+    run.work.memory[0, VALID], run.work.memory[0, BEGAN] = 1.0, lane_runs.clock[BEGIN, 0]
     return count

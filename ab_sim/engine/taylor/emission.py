@@ -67,14 +67,14 @@ class TaylorEmission:
         series = state_coefficients(self._model, self._order)
         orders = (self._order, self._order - 1)
         sizes = [squared_size(self._model, series, k) for k in orders]
-        flat = [each for coefficients in series for each in coefficients]
-        *found, high, low = lowered([*flat, *sizes])
+        flat = [coefficient for coefficients in series for coefficient in coefficients]
+        *lowered_, high, low = lowered([*flat, *sizes])
         count = self._order + 1
         for k in range(count):
             for state, name in enumerate(self._model.state_names):
                 of_balls = name in OF_EACH_BALL
                 if self._model.count or not of_balls:
-                    body.store(found[state * count + k], self._slot(name, k), each=of_balls)
+                    body.store(lowered_[state * count + k], self._slot(name, k), per_ball=of_balls)
         squares = {k: body.values(x)[0] for k, x in zip(orders, (high, low), strict=True)}
         length = step_length(into, body.values(self._clock[AIM])[0], squares)
         behind = Body(into, body.places, bound={"clock.found": [length]})
@@ -84,7 +84,7 @@ class TaylorEmission:
 
     def move(self, lanes: int) -> Function:
         """Emit ``move(c, b, t, series, reached, y, turns)``."""
-        model, n, given = self._model, self._model.count, self._model.graph.input
+        model, n, input_ = self._model, self._model.count, self._model.graph.input
         into, body = self._function("move", ["series", "reached", "y", "turns"], lanes)
         on_series = self._sums(self._clock[TO] - self._clock[BEGIN], body)
         fresh, anew = self._named("reached", body), self._clock[ANEW] > 0.0
@@ -97,7 +97,7 @@ class TaylorEmission:
         if n:
             turn, state[model.states] = unwound(state[model.states])
             body.places["turns"] = MemorySlot("turns", 0)
-            results = [*state, given("turns", each=True) + turn]
+            results = [*state, input_("turns", per_ball=True) + turn]
         results = lowered(results)
         # All values are read before any is written: outputs may overwrite inputs.
         for x in (*results, self._clock[TO]):
@@ -112,13 +112,13 @@ class TaylorEmission:
     def mark(self, lanes: int) -> Function:
         """Emit ``mark(c, b, t, said)``."""
         into, body = self._function("mark", ["said"], lanes)
-        found = due_samples(self._clock)
-        for x in (*found.lines.values(), found.due, found.left):
+        due = due_samples(self._clock)
+        for x in (*due.lines.values(), due.due, due.left):
             body.values(x)
-        for line, x in found.lines.items():
+        for line, x in due.lines.items():
             body.store(x, MemorySlot("t", line))
-        body.store(found.due, MemorySlot("said", HOW_MANY_DUE))
-        body.store(found.left, MemorySlot("said", HOW_MANY_LEFT))
+        body.store(due.due, MemorySlot("said", HOW_MANY_DUE))
+        body.store(due.left, MemorySlot("said", HOW_MANY_LEFT))
         return into
 
     def sample(self, lanes: int) -> Function:
@@ -131,8 +131,10 @@ class TaylorEmission:
         values = (body.values(x) for x in sums)
         bound = dict(zip(self._model.state_names, values, strict=True))
         body.places["turns"] = MemorySlot("turns", 0)
-        behind, own = Body(into, body.places, self._emission.known, bound), self._emission
-        own.store_columns(behind, "row", *own.row(turned=True), own.roots["torque"][0])
+        behind, emission = Body(into, body.places, self._emission.known, bound), self._emission
+        emission.store_columns(
+            behind, "row", *emission.row(turned=True), emission.roots["torque"][0]
+        )
         return into
 
     def record(self, lanes: int, dense: bool) -> Function:
@@ -184,10 +186,10 @@ class TaylorEmission:
         names = {"said.sound": SOUND, "said.steps": SOUND_STEPS}
         body.places |= {name: MemorySlot("said", line) for name, line in names.items()}
         sound, steps = (self._model.graph.input(name, Level.TIME) for name in names)
-        found = soundness(self._clock, sound, steps, self._clock.flag(inside > 0.5))
-        for x in found.values():
+        soundness_ = soundness(self._clock, sound, steps, self._clock.flag(inside > 0.5))
+        for x in soundness_.values():
             body.values(x)
-        for line, x in found.items():
+        for line, x in soundness_.items():
             body.store(x, MemorySlot("said", line))
 
     def _slot(self, name: str, k: int) -> MemorySlot:
@@ -202,11 +204,11 @@ class TaylorEmission:
         Even and odd powers are summed separately by Horner's scheme: two shorter chains of
         dependent operations instead of one.
         """
-        given, totals, square = self._model.graph.input, [], offset * offset
+        input_, totals, square = self._model.graph.input, [], offset * offset
         for name in self._model.state_names:
             series = []
             for k in range(self._order + 1):
-                series.append(given(f"{name}.{k}", each=name in OF_EACH_BALL))
+                series.append(input_(f"{name}.{k}", per_ball=name in OF_EACH_BALL))
                 body.places[f"{name}.{k}"] = self._slot(name, k)
             even, odd = (_horner(square, series[first::2]) for first in (0, 1))
             totals.append(offset * odd + even)
@@ -214,15 +216,15 @@ class TaylorEmission:
 
     def _named(self, pointer: str, body: Body) -> list[Expression]:
         """Return the states to which a pointer refers."""
-        given, named = self._model.graph.input, []
+        input_, named = self._model.graph.input, []
         for name, place in self._emission.state_places(pointer).items():
             body.places[f"{pointer}.{name}"] = place
-            named.append(given(f"{pointer}.{name}", each=name in OF_EACH_BALL))
+            named.append(input_(f"{pointer}.{name}", per_ball=name in OF_EACH_BALL))
         return named
 
 
 def _horner(x: Expression, coefficients: Sequence[Expression]) -> Expression:
     total = coefficients[-1]
-    for each in reversed(coefficients[:-1]):
-        total = x * total + each
+    for coefficient in reversed(coefficients[:-1]):
+        total = x * total + coefficient
     return total

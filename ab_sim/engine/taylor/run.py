@@ -73,26 +73,26 @@ class TaylorRun(NamedTuple):
     """Arrays of this run; its state and turns are views of ``run``'s memory."""
 
 
-def renew(own: TaylorRuns) -> None:
+def renew(runs: TaylorRuns) -> None:
     """Begin each run's next step at TO; a run whose TO equals BEGIN keeps its step.
 
     The state comes from the series, or from the current sample where ANEW is set.
     """
-    call(own.move, own.c, own.b, own.clock, own.series, own.state, own.y, own.turns)
-    expand(own)
+    call(runs.move, runs.c, runs.b, runs.clock, runs.series, runs.state, runs.y, runs.turns)
+    expand(runs)
 
 
-def expand(own: TaylorRuns) -> None:
+def expand(runs: TaylorRuns) -> None:
     """Compute the series of each run at its step's beginning, and the step's end."""
-    call(own.coefficients, own.c, own.b, own.clock, own.y, own.series)
+    call(runs.coefficients, runs.c, runs.b, runs.clock, runs.y, runs.series)
 
 
-def aim(own: TaylorRuns, lane: int) -> None:
+def aim(runs: TaylorRuns, lane: int) -> None:
     """Set the time of the first sample of a run's range, as in ``fixed_step.time_after``.
 
     A run without a step in the range keeps its current sample.
     """
-    clock = own.clock
+    clock = runs.clock
     first, step, length = clock[FIRST, lane], clock[STEP, lane], clock[LENGTH, lane]
     clock[TAKEN, lane] = 0.0
     if length == 0.0:
@@ -103,25 +103,25 @@ def aim(own: TaylorRuns, lane: int) -> None:
         clock[NEXT, lane] = first * step - clock[START, lane] + clock[OFFSET, lane] + length
 
 
-def next_samples(own: TaylorRuns, row: Floats) -> bool:
+def next_samples(runs: TaylorRuns, row: Floats) -> bool:
     """Compute state and row at the next sample of each run that has one in its current step.
 
     Args:
-        own: the runs; those with a sample are marked on their clock.
+        runs: the runs; those with a sample are marked on their clock.
         row: rows to fill in.
 
     Returns:
         Whether any run had a sample; if not, all samples of the range have been taken.
     """
-    c, b, clock, said = own.c, own.b, own.clock, own.said
+    c, b, clock, signals = runs.c, runs.b, runs.clock, runs.said
     # Samples within the current steps need no new series. Only when no run has one left does each
     # run take its next step.
     while True:
-        call(own.mark, c, b, clock, said)
-        if said[HOW_MANY_DUE, 0] > 0.0:
-            series, turns, bounds = own.series, own.turns, own.bounds
-            call(own.sample, c, b, clock, series, turns, bounds, own.state, said, row)
+        call(runs.mark, c, b, clock, signals)
+        if signals[HOW_MANY_DUE, 0] > 0.0:
+            series, turns, bounds = runs.series, runs.turns, runs.bounds
+            call(runs.sample, c, b, clock, series, turns, bounds, runs.state, signals, row)
             return True
-        if said[HOW_MANY_LEFT, 0] == 0.0:
+        if signals[HOW_MANY_LEFT, 0] == 0.0:
             return False
-        renew(own)
+        renew(runs)

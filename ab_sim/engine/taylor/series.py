@@ -32,13 +32,13 @@ def state_coefficients(model: Model, order: int) -> list[list[Expression]]:
     equations = _Equations(model)
     rates = dict(zip(model.state_inputs(), model.slope(at, equations.unsolved), strict=True))
     series = PowerSeries({**rates, model.lifted(at.time): model.graph.constant(1.0)})
-    found: list[list[Expression]] = [[] for _ in rates]
+    coefficients_of: list[list[Expression]] = [[] for _ in rates]
     for k in range(order + 1):
-        for coefficients, state in zip(found, rates, strict=True):
+        for coefficients, state in zip(coefficients_of, rates, strict=True):
             coefficients.append(series.coefficient(state, k))
         if k < order:
             equations.solve(series, k)
-    return found
+    return coefficients_of
 
 
 MM = 1e-3
@@ -77,14 +77,14 @@ class _Equations:
         spindle, torques, on, arrow = model.arrow(model.motion())
         free, al = model.unknowns - 1, spindle.acceleration
         self._x = [graph.input(f"x[{r}]") for r in range(free)]
-        self._path = graph.input("path", each=True)
+        self._path = graph.input("path", per_ball=True)
         x = [*self._x, lifted(al)]
         self.unsolved = Evaluated(spindle, torques, on, arrow, Solved(x, self._path))
         """Equations at a state, before they are solved for the accelerations."""
         self._block = [
             [lifted(arrow.block[min(r, q)][max(r, q)]) for q in range(free)] for r in range(free)
         ]
-        self._coupling = [lifted(each) for each in arrow.coupling[:free]]
+        self._coupling = [lifted(entry) for entry in arrow.coupling[:free]]
         self._force = [lifted(arrow.force[r] - arrow.block[r][free] * al) for r in range(free)]
         self._path_force = lifted(arrow.path_force + arrow.coupling[free] * al)
 
@@ -100,18 +100,18 @@ class _Equations:
         # Cauchy products: the unknown b_k is multiplied by a_0 only, so all other terms go to the
         # right-hand side and the matrix is that of order 0.
         force: list[Number] = []
-        for row, own, coupling in zip(self._block, self._force, self._coupling, strict=True):
-            total = of(own, k)
-            for each, x in zip(row, self._x, strict=True):
-                total = total - known(each, x)
+        for row, force_row, coupling in zip(self._block, self._force, self._coupling, strict=True):
+            total = of(force_row, k)
+            for entry, x in zip(row, self._x, strict=True):
+                total = total - known(entry, x)
             force.append(total + over_balls(model.count, known(coupling, self._path)))
         path_force = of(self._path_force, k)
         for coupling, x in zip(self._coupling, self._x, strict=True):
             path_force = path_force + known(coupling, x)
-        first: list[list[Number]] = [[of(each, 0) for each in row] for row in self._block]
-        couplings: list[Number] = [of(each, 0) for each in self._coupling]
+        first: list[list[Number]] = [[of(entry, 0) for entry in row] for row in self._block]
+        couplings: list[Number] = [of(entry, 0) for entry in self._coupling]
         arrow = Arrow(first, force, couplings, couplings, 0.0, path_force)
-        found = solve(arrow, model.count, model.mobility)
-        for x, value in zip(self._x, found.x, strict=True):
+        solved = solve(arrow, model.count, model.mobility)
+        for x, value in zip(self._x, solved.x, strict=True):
             series.give(x, k, model.lifted(value))
-        series.give(self._path, k, model.lifted(found.path))
+        series.give(self._path, k, model.lifted(solved.path))

@@ -29,8 +29,8 @@ def step_length(into: Function, aim: str, squares: dict[int, str]) -> str:
         missing = into.call("fma", lanes, half, _log2(into, square), aim)
         logarithms.append(into.put(f"fmul {of} {missing}, {literal(1.0 / order, lanes)}"))
     least = logarithms[0]
-    for each in logarithms[1:]:
-        least = _less(into, each, least)
+    for logarithm in logarithms[1:]:
+        least = _less(into, logarithm, least)
     return _exp2(into, least)
 
 

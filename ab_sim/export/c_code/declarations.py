@@ -40,7 +40,7 @@ def indented(lines: Iterable[str]) -> str:
 
 def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()) -> str:
     """Return a field of a struct, after its comment if that is long."""
-    size = "".join(f"[{each}]" for each in shape)
+    size = "".join(f"[{size}]" for size in shape)
     words = plain(": ".join(part for part in (unit if unit != "1" else "", about) if part))
     line = f"double {name}{size};"
     if not words:
@@ -53,17 +53,17 @@ def field(name: str, unit: str, about: str = "", shape: Sequence[str | int] = ()
 
 def declared(parameters: Sequence[DriveParameter]) -> Iterator[str]:
     """Yield the fields of ``struct drive_parameters``."""
-    for each in parameters:
-        shape: list[str | int] = list(each.values.shape)
-        if each.is_of_balls:
+    for parameter in parameters:
+        shape: list[str | int] = list(parameter.values.shape)
+        if parameter.is_of_balls:
             shape = ["DRIVE_BALLS"]
-        yield field(each.name, each.unit, each.meaning, shape)
+        yield field(parameter.name, parameter.unit, parameter.meaning, shape)
 
 
 def initialised(parameters: Sequence[DriveParameter]) -> Iterator[str]:
     """Yield the values of the fields."""
-    for each in parameters:
-        yield f".{each.name} = {value_text(each.values)},"
+    for parameter in parameters:
+        yield f".{parameter.name} = {value_text(parameter.values)},"
 
 
 def value_text(values: np.ndarray) -> str:
@@ -111,18 +111,22 @@ def outputs(
 
 def segments(scheduled: Sequence[ScheduledSegment]) -> Iterator[str]:
     """Yield the rows of the table of a profile."""
-    for each in scheduled:
-        place = place_on(each)
+    for segment in scheduled:
+        place = place_on(segment)
         numbers: dict[str, Any] = {
-            "start": each.start,
-            "end": each.end,
-            "start_angle": each.start_angle,
+            "start": segment.start,
+            "end": segment.end,
+            "start_angle": segment.start_angle,
             "phase": place.phase,
-            **each.segment._asdict(),
+            **segment.segment._asdict(),
         }
-        known = {name: float(value) for name, value in numbers.items()}
-        kind = KINDS[type(each.segment)].upper()
-        values = [f".{name} = {c_literal(value)}" for name, value in known.items() if value != 0.0]
+        numbers_by_name = {name: float(value) for name, value in numbers.items()}
+        kind = KINDS[type(segment.segment)].upper()
+        values = [
+            f".{name} = {c_literal(value)}"
+            for name, value in numbers_by_name.items()
+            if value != 0.0
+        ]
         yield "{" + ", ".join([f".kind = {kind}", *values]) + "},"
 
 

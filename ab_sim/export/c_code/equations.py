@@ -60,17 +60,17 @@ def equations_of(
         channels: names of the deck's channels, as fields of ``struct drive_outputs``.
         sensors: sensors of the scene.
     """
-    made = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
+    emitted = [_Kind(system, kind, _places(parameters), channels) for kind in kinds]
     felt = _felt(system, channels, sensors, _places(parameters)) if sensors else _NOTHING
-    used = frozenset(felt.used.union(*(each.used for each in made)))
+    used = frozenset(felt.used.union(*(kind.used for kind in emitted)))
     columns = tuple(name for name in COLUMNS if name in used and name not in GIVEN)
     derived = _of_balls(system, columns) if columns else _NOTHING
-    parts = [derived.text, *(each.text() for each in made), _dispatch(kinds, bool(columns))]
+    parts = [derived.text, *(kind.text() for kind in emitted), _dispatch(kinds, bool(columns))]
     return Equations(
         "\n".join(part for part in [*parts, felt.text] if part),
         used | derived.used,
-        max(each.numbers for each in made),
-        max(each.columns for each in made),
+        max(kind.numbers for kind in emitted),
+        max(kind.columns for kind in emitted),
         columns,
     )
 
@@ -91,11 +91,11 @@ def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:
     """Return the C text of each of the model's inputs, by name."""
     places = {name: f"b->{name}[i]" for name in COLUMNS}
-    for each in parameters:
-        if each.is_of_balls:
-            places[each.inputs[0]] = f"p->{each.name}[i]"
+    for parameter in parameters:
+        if parameter.is_of_balls:
+            places[parameter.inputs[0]] = f"p->{parameter.name}[i]"
         else:
-            for name, (place, _, _) in zip(each.inputs, each.places, strict=True):
+            for name, (place, _, _) in zip(parameter.inputs, parameter.places, strict=True):
                 places[name] = f"p->{place}"
     return places
 
@@ -107,10 +107,10 @@ class _Kind:
         self, system: System, kind: type[Any], places: dict[str, str], channels: Sequence[str]
     ) -> None:
         model = Model(system, kind)
-        own = Emission(model, layout_of_constants(system, kind), kind._fields)
+        emission = Emission(model, layout_of_constants(system, kind), kind._fields)
         self._model, self._name = model, KINDS[kind]
         n, states = model.count, model.states
-        self._derived = [x for x in own.derived if n or not x.each]
+        self._derived = [x for x in emission.derived if n or not x.each]
         self._inputs = places | {f"segment.{name}": f"s->{name}" for name in kind._fields}
         self._inputs |= {"phase": "s->phase", "angle": "s->start_angle"}
         self._inputs |= {"time": "time", "profile_time": "profile_time"}
@@ -125,20 +125,20 @@ class _Kind:
             else:
                 self._known[x.number] = f"d->derived[{self.numbers}]"
                 self.numbers += 1
-        self._slope = [Store(x, f"k[{j}]") for j, x in enumerate(own.roots["slope"][:states])]
+        self._slope = [Store(x, f"k[{j}]") for j, x in enumerate(emission.roots["slope"][:states])]
         if n:
-            theta, rate = own.roots["slope"][states : states + 2]
+            theta, rate = emission.roots["slope"][states : states + 2]
             self._slope.append(Store(theta, f"k[{states} + i]", True))
             self._slope.append(Store(rate, f"k[{states + n} + i]", True))
         self._sample = [
             Store(x, f"out->{name}")
             for x, name in zip(
-                own.roots["sample"], ("angle", "speed", "command", *channels), strict=True
+                emission.roots["sample"], ("angle", "speed", "command", *channels), strict=True
             )
         ]
         if n:
             for name in ("theta", "rate"):
-                x = model.graph.input(name, each=True)
+                x = model.graph.input(name, per_ball=True)
                 field = "ball_angle" if name == "theta" else "ball_rate"
                 self._sample.append(Store(x, f"out->{field}[i]", True))
 
@@ -167,9 +167,9 @@ class _Kind:
         )
 
     def _function(
-        self, name: str, arguments: str, stores: Sequence[Store], known: Mapping[int, str]
+        self, name: str, arguments: str, stores: Sequence[Store], given_names: Mapping[int, str]
     ) -> str:
-        lines = c_statements(stores, self._inputs, known)
+        lines = c_statements(stores, self._inputs, given_names)
         first, n = self._model.states, self._model.count
         return function(f"static void {name}_{self._name}", arguments, lines, (first, first + n))
 
@@ -265,7 +265,7 @@ def _dispatch(kinds: Sequence[type[Any]], columns: bool) -> str:
 
 def _of_segments(kind: type[Any]) -> str:
     """Return functions for speed and angle of a segment, as Python computes them."""
-    graph, found = Graph(), []
+    graph, functions = Graph(), []
     segment = kind(*(graph.input(name) for name in kind._fields))
     time = graph.input("time")
     inputs = {name: f"s->{name}" for name in kind._fields} | {"time": "time"}
@@ -274,8 +274,8 @@ def _of_segments(kind: type[Any]) -> str:
         lines = c_statements([Store(roots[0], "const double found")], inputs)
         head = f"static double {what}_{KINDS[kind]}"
         arguments = "const struct drive_segment *s, double time"
-        found.append(function(head, arguments, [*lines, "return found;"], (0, 0)))
-    return "\n".join(found)
+        functions.append(function(head, arguments, [*lines, "return found;"], (0, 0)))
+    return "\n".join(functions)
 
 
 def _felt(
@@ -287,11 +287,11 @@ def _felt(
     """Return the specific force at each sensor, on the deck's axes, as Python computes it."""
     graph = Graph()
     deck, effects = traced_bodies(system, lambda name: graph.input(name, Level.PARAMETER))
-    shown = [graph.input(name) for name in channels]
+    sample = [graph.input(name) for name in channels]
     inputs = places | {name: f"out->{name}" for name in channels}
     stores = []
     for k, sensor in enumerate(sensors.values()):
-        force = deck.specific_force(effects, shown, sensor.position)
+        force = deck.specific_force(effects, sample, sensor.position)
         roots = without_cosines([lifted(graph, x) for x in force])
         stores += [Store(x, f"force[{k}][{axis}]") for axis, x in enumerate(roots)]
     used = _read_by(store.root for store in stores).difference(channels)

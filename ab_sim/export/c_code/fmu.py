@@ -65,21 +65,23 @@ def fmu_of(sources: DriveSources, identifier: str) -> Fmu:
         "IDENTIFIER": identifier,
         "TOKEN": token,
         "VARIABLES": "".join(_rows(variables)),
-        "FOLLOW_PROFILE": str([each.name for each in variables].index("follow_profile")),
+        "FOLLOW_PROFILE": str([variable.name for variable in variables].index("follow_profile")),
         "PLATFORM": machine,
     }
     flags = {"quaternion": "qw" in sources.channels}
     text = filled("fmu.c", {**values, "UNSUPPORTED": ""}, flags)
     values["UNSUPPORTED"] = "\n".join(_unsupported(text))
-    own = drive | {"fmu.c": filled("fmu.c", values, flags)}
+    renamed = drive | {"fmu.c": filled("fmu.c", values, flags)}
     # Prefixed names, because several FMUs may be linked into one program.
-    own = {name: _PRIVATE.sub(rf"{identifier}_drive_\1", text) for name, text in own.items()}
-    binary = _binary(own)
+    renamed = {
+        name: _PRIVATE.sub(rf"{identifier}_drive_\1", text) for name, text in renamed.items()
+    }
+    binary = _binary(renamed)
     documentation = filled("fmu.html", values | {"MADE_BY": in_html(values["MADE_BY"])}, flags)
     content = {
         "modelDescription.xml": model_description(sources.scene, variables, identifier, token),
         "sources/buildDescription.xml": build_description(identifier, ["drive.c", "fmu.c"]),
-        **{f"sources/{name}": text.encode() for name, text in own.items()},
+        **{f"sources/{name}": text.encode() for name, text in renamed.items()},
         **{f"{EXTRA}/{name}": (HEADERS / name).read_bytes() for name in HEADER_NAMES},
         "documentation/index.html": documentation.encode(),
     }
@@ -103,9 +105,9 @@ def platform_tuple() -> str:
 
 
 def _rows(variables: list[Variable]) -> Iterator[str]:
-    for reference, each in enumerate(variables):
-        values = f"{reference}, {each.settable}, AT({each.place}), {_least(each)}"
-        yield f"    {{{values}}}, /* {each.name} */\n"
+    for reference, variable in enumerate(variables):
+        values = f"{reference}, {variable.settable}, AT({variable.place}), {_least(variable)}"
+        yield f"    {{{values}}}, /* {variable.name} */\n"
 
 
 def _least(variable: Variable) -> str:
@@ -119,11 +121,11 @@ def _unsupported(text: str) -> Iterator[str]:
     for name, arguments in _FUNCTION.findall((HEADERS / HEADER_NAMES[1]).read_text()):
         if f"\nfmi3Status {name}(" in text:
             continue
-        each = [" ".join(one.split()) for one in arguments.split(",")]
-        unused = [re.sub(r"\[\]$", "", one).rpartition(" ")[2].lstrip("*") for one in each]
+        parameters = [" ".join(one.split()) for one in arguments.split(",")]
+        unused = [re.sub(r"\[\]$", "", one).rpartition(" ")[2].lstrip("*") for one in parameters]
         void = ", ".join(f"(void){word}" for word in unused if word != "instance")
         yield (
-            f"fmi3Status {name}({', '.join(each)})\n{{\n"
+            f"fmi3Status {name}({', '.join(parameters)})\n{{\n"
             + (f"    {void};\n" if void else "")
             + f'    return unsupported(instance, "{name}");\n}}\n'
         )
@@ -157,11 +159,11 @@ def _binary(sources: dict[str, str]) -> bytes | None:
 
 def _zipped(content: dict[str, bytes]) -> bytes:
     """Return an archive that depends on the content only, not on times."""
-    found = io.BytesIO()
-    with zipfile.ZipFile(found, "w", zipfile.ZIP_DEFLATED) as archive:
+    archive_bytes = io.BytesIO()
+    with zipfile.ZipFile(archive_bytes, "w", zipfile.ZIP_DEFLATED) as archive:
         for name, data in content.items():
             info = zipfile.ZipInfo(name)
             info.compress_type = zipfile.ZIP_DEFLATED
             info.external_attr = (0o755 if name.endswith(".so") else 0o644) << 16
             archive.writestr(info, data)
-    return found.getvalue()
+    return archive_bytes.getvalue()

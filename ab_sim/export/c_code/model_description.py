@@ -143,11 +143,11 @@ def model_description(
     listed = Xml.SubElement(root, "ModelVariables")
     structure = Xml.SubElement(root, "ModelStructure")
     outputs = []
-    for reference, each in enumerate(variables):
-        first = {"name": each.name, "valueReference": str(reference)}
-        unit = {"unit": each.unit} if each.unit else {}
-        Xml.SubElement(listed, each.kind, first | each.attributes | unit)
-        if each.attributes["causality"] == "output":
+    for reference, variable in enumerate(variables):
+        first = {"name": variable.name, "valueReference": str(reference)}
+        unit = {"unit": variable.unit} if variable.unit else {}
+        Xml.SubElement(listed, variable.kind, first | variable.attributes | unit)
+        if variable.attributes["causality"] == "output":
             outputs.append(str(reference))
     for each_output in outputs:  # an input acts from the next step on
         Xml.SubElement(structure, "Output", valueReference=each_output, dependencies="")
@@ -168,10 +168,12 @@ def build_description(identifier: str, files: Sequence[str]) -> bytes:
 
 def _units(root: Xml.Element, variables: Sequence[Variable]) -> None:
     defined = Xml.SubElement(root, "UnitDefinitions")
-    for unit in sorted({each.unit for each in variables if each.unit}):
-        own, exponents = Xml.SubElement(defined, "Unit", name=unit), base_units(unit)
+    for unit in sorted({variable.unit for variable in variables if variable.unit}):
+        unit_element, exponents = Xml.SubElement(defined, "Unit", name=unit), base_units(unit)
         if exponents is not None:
-            Xml.SubElement(own, "BaseUnit", {base: str(n) for base, n in exponents.items()})
+            Xml.SubElement(
+                unit_element, "BaseUnit", {base: str(n) for base, n in exponents.items()}
+            )
 
 
 def base_units(unit: str) -> dict[str, int] | None:

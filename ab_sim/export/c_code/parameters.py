@@ -71,15 +71,15 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
     """Return all fields of a scene's struct: those of the deck, of effects, of balls."""
     deck, parameters = system.deck_model, list[DriveParameter]()
     for name, value in zip(deck._fields, deck, strict=True):
-        inputs = tuple(each for each, _ in flattened(value, f".0.{name}"))
+        inputs = tuple(input_ for input_, _ in flattened(value, f".0.{name}"))
         if inputs:  # not for a count or a choice
             parameters.append(_of_deck(docstrings_of(type(deck))[name], name, value, inputs))
     for k, (name, effect) in enumerate(scene.effects.items()):
-        known = effect_parameters(type(effect))
+        described = effect_parameters(type(effect))
         for field, value in zip(effect._fields, effect, strict=True):
-            inputs = tuple(each for each, _ in flattened(value, f".1.{k}.{field}"))
+            inputs = tuple(input_ for input_, _ in flattened(value, f".1.{k}.{field}"))
             if inputs:
-                about, of = known[field], re.sub(r"\W", "_", name)
+                about, of = described[field], re.sub(r"\W", "_", name)
                 parameters.append(
                     DriveParameter(
                         *(f"{of}_{field}", about.get("unit", "1"), about.get("description", "")),
@@ -87,8 +87,10 @@ def parameters_of(scene: Scene, system: System) -> list[DriveParameter]:
                         least=about.get("ge", about.get("exclusiveMinimum")),
                     )
                 )
-    for own, (name, column, unit, meaning) in GIVEN.items():
-        parameters.append(DriveParameter(name, unit, meaning, system.balls[:, column], (own,)))
+    for given_name, (name, column, unit, meaning) in GIVEN.items():
+        parameters.append(
+            DriveParameter(name, unit, meaning, system.balls[:, column], (given_name,))
+        )
     return parameters
 
 

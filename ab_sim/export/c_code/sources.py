@@ -88,9 +88,9 @@ def sources_of(scene: Scene) -> DriveSources:
     system, choice = suitable(scene)
     schedule = SpeedSchedule.of_scene(scene)
     channels = type(system.deck_model).CHANNELS
-    known = parameters_of(scene, system)
-    equations = equations_of(system, known, kinds_of(schedule), channels, scene.sensors)
-    used = [each for each in known if equations.used & set(each.inputs)]
+    parameters = parameters_of(scene, system)
+    equations = equations_of(system, parameters, kinds_of(schedule), channels, scene.sensors)
+    used = [parameter for parameter in parameters if equations.used & set(parameter.inputs)]
     if scene.balls.count:
         used.append(start_of_balls(scene))
     parts = _Made(scene, system, choice, schedule, used, equations, channels)
@@ -103,59 +103,59 @@ def sources_of(scene: Scene) -> DriveSources:
     )
 
 
-def _flags(made: _Made) -> dict[str, bool]:
-    equations = made.equations
+def _flags(drive: _Made) -> dict[str, bool]:
+    equations = drive.equations
     return {
-        "balls": len(made.system.balls) > 0,
+        "balls": len(drive.system.balls) > 0,
         "columns": bool(equations.columns),
         "derived": equations.derived > 0,
         "ball_derived": equations.ball_derived > 0,
-        "sensors": bool(made.scene.sensors),
-        "quaternion": type(made.system.deck_model).UNIT_AT >= 0,
-        "cosine": RaisedCosine in made.kinds,
+        "sensors": bool(drive.scene.sensors),
+        "quaternion": type(drive.system.deck_model).UNIT_AT >= 0,
+        "cosine": RaisedCosine in drive.kinds,
     }
 
 
-def _values(made: _Made) -> dict[str, str]:
+def _values(drive: _Made) -> dict[str, str]:
     """Return the values in templates by name."""
-    scene, step = made.scene, made.scene.solver.step
+    scene, step = drive.scene, drive.scene.solver.step
     about = {
         "MADE_BY": f"{MARK} of ab_sim {ab_sim.__version__}, of the scene {plain(scene.name)}.",
         "TITLE": _title(scene),
         "STEP_SHORT": f"{step:g}",
-        "STEPPER": f"{made.choice.stepper.name}, order {made.choice.stepper.order}",
+        "STEPPER": f"{drive.choice.stepper.name}, order {drive.choice.stepper.order}",
         "LIMITS": "Accelerometers read without noise; add your own." if scene.sensors else "",
         "ACTS": ", ".join(scene.effects) or "nothing but inertia",
         "SECONDS": f"{scene.duration:g}",
         "EVERY": str(max(1, round(0.01 / step))),
         "EXPECTED": _expected(scene),
     }
-    return about | _in_header(made) | _in_source(made)
+    return about | _in_header(drive) | _in_source(drive)
 
 
 def _in_readme(scene: Scene, values: Mapping[str, str]) -> dict[str, str]:
     return {"MADE_BY": in_html(values["MADE_BY"]), "SCENE": in_markdown(scene.name)}
 
 
-def _in_header(made: _Made) -> dict[str, str]:
-    scene, equations, layout = made.scene, made.equations, layout_of(made.system)
-    segment_fields = dict.fromkeys(name for kind in made.kinds for name in kind._fields)
+def _in_header(drive: _Made) -> dict[str, str]:
+    scene, equations, layout = drive.scene, drive.equations, layout_of(drive.system)
+    segment_fields = dict.fromkeys(name for kind in drive.kinds for name in kind._fields)
     names = [f"DRIVE_SENSOR_{name.upper()}" for name in scene.sensors]
     sensor_names = f"enum {{ {', '.join([*names, 'DRIVE_SENSORS'])} }}; /* accelerometers */\n"
     return {
-        "ABOUT": comment(*_about(scene, made.choice)),
+        "ABOUT": comment(*_about(scene, drive.choice)),
         # In decimals with all bits, because C++ accepts hexadecimal ones from C++17 on only.
         "STEP": repr(scene.solver.step),
         "MAX_SPEED": repr(scene.spindle.max_speed),
         "MAX_ACCELERATION": repr(scene.spindle.max_acceleration),
-        "BALLS": str(len(made.system.balls)),
+        "BALLS": str(len(drive.system.balls)),
         "STATES": str(layout.size),
-        "AXES": str(type(made.system.deck_model).AXES),
-        "SEGMENTS": str(max(2, len(made.schedule.segments))),
+        "AXES": str(type(drive.system.deck_model).AXES),
+        "SEGMENTS": str(max(2, len(drive.schedule.segments))),
         "SENSOR_NAMES": sensor_names if scene.sensors else "",
-        "PARAMETERS": indented(declared(made.parameters)),
+        "PARAMETERS": indented(declared(drive.parameters)),
         "OUTPUTS": indented(
-            field(*each) for each in outputs(made.channels, scene.balls.count, scene.sensors)
+            field(*output) for output in outputs(drive.channels, scene.balls.count, scene.sensors)
         ),
         "SEGMENT_FIELDS": indented(field(name, *FIELDS[name]) for name in segment_fields),
         "COLUMNS": indented(field(name, "", "", ["DRIVE_BALLS"]) for name in equations.columns),
@@ -165,24 +165,24 @@ def _in_header(made: _Made) -> dict[str, str]:
     }
 
 
-def _in_source(made: _Made) -> dict[str, str]:
-    scene, system, text = made.scene, made.system, made.equations.text
-    deck, layout, stepper = type(system.deck_model), layout_of(system), made.choice.stepper
+def _in_source(drive: _Made) -> dict[str, str]:
+    scene, system, text = drive.scene, drive.system, drive.equations.text
+    deck, layout, stepper = type(system.deck_model), layout_of(system), drive.choice.stepper
     n, step = len(system.balls), scene.solver.step
     sums = SUMS + (REPEATED if "repeated(" in text else "")
     return {
-        "PARAMETER_VALUES": indented(initialised(made.parameters)),
+        "PARAMETER_VALUES": indented(initialised(drive.parameters)),
         "START": _rows(start_state(scene, system), layout.names),
         "BOUNDS": _rows(state_bounds(system, step / stepper.parts), layout.names),
-        "PROFILE": indented(segments(made.schedule.segments)),
+        "PROFILE": indented(segments(drive.schedule.segments)),
         "SUMS": sums if n else "",
         "SOURCES": deck.__module__.replace(".", "/") + ".py",
         "EFFECTS": _effects(scene),
         "EQUATIONS": text,
         "STEPPER_SOURCE": stepper.source,
         "RUNGE_KUTTA": step_of(stepper.weights),
-        "CYCLE": c_literal(made.choice.cycle),
-        "SENSORS": indented(sensor_rows(scene.sensors, step, _felt_at_start(made))),
+        "CYCLE": c_literal(drive.choice.cycle),
+        "SENSORS": indented(sensor_rows(scene.sensors, step, _felt_at_start(drive))),
         "ANGLES": str(layout.angles.start),
         "QUATERNION": str(deck.UNIT_AT),
         "START_ANGLE": c_literal(scene.start.angle),
@@ -217,9 +217,9 @@ def _effects(scene: Scene) -> str:
     return comment(*about)
 
 
-def _felt_at_start(made: _Made) -> dict[str, np.ndarray]:
+def _felt_at_start(drive: _Made) -> dict[str, np.ndarray]:
     """Return the specific force of sensors at the start, on their own axes [m/s^2]."""
-    pickups = RowReader(made.scene, made.system).pickups
+    pickups = RowReader(drive.scene, drive.system).pickups
     return {name: pickup.state.force for name, pickup in pickups.items()}
 
 

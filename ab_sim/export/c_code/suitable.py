@@ -31,8 +31,8 @@ def suitable(scene: Scene) -> tuple[System, Choice]:
     if len(refusals) == 1:
         raise SceneError(refusals[0].why)
     if refusals:
-        reasons = "; ".join(f"({n}) {each.why}" for n, each in enumerate(refusals, 1))
-        options = " ".join(each.options for each in refusals)
+        reasons = "; ".join(f"({n}) {refusal.why}" for n, refusal in enumerate(refusals, 1))
+        options = " ".join(refusal.options for refusal in refusals)
         raise SceneError(f"{len(refusals)} reasons: {reasons}; without all of them: {options}")
     system = system_of(scene)
     choice = choose_stepper(scene, system, top_speed(scene))
@@ -56,9 +56,9 @@ class _Refusal(NamedTuple):
 
 def _refusals(scene: Scene) -> Iterator[_Refusal]:
     """Yield the refusals that do not need the scene's system."""
-    if found := eventful(scene.effects):
-        named = ", ".join(f"{name} ({what})" for name, what in found.items())
-        leave_out = " ".join(f"--set effects.{name}=" for name in found)
+    if effects_with_events := eventful(scene.effects):
+        named = ", ".join(f"{name} ({what})" for name, what in effects_with_events.items())
+        leave_out = " ".join(f"--set effects.{name}=" for name in effects_with_events)
         yield _Refusal(
             f"effects: {named}: C has no location of events, which these need; leave them out "
             f"({leave_out}) if what you test does not depend on them, or run this scene by ab-sim "

@@ -9,45 +9,45 @@ from ab_sim.export.c_code.fmu import Fmu, fmu_of, identifier_of
 from ab_sim.export.c_code.sources import MARK, DriveSources
 
 
-def check_output(folder: Path, names: list[str], said: str) -> None:
+def check_output(folder: Path, names: list[str], option: str) -> None:
     """Refuse a folder that is not writable, or that has other files with these names.
 
     Args:
         folder: the folder.
         names: names of the files.
-        said: name of the folder in messages, e.g. ``--out``.
+        option: name of the folder in messages, e.g. ``--out``.
 
     Raises:
         InputError: the folder cannot be used; the message states the reason.
     """
-    check_can_be_made(folder, said)
+    check_can_be_made(folder, option)
     for name in names:
         file = folder / name
         if file.is_dir() or (file.exists() and MARK not in _first_line(file)):
             raise InputError(
-                f"{said} {folder}: has a {name} that is not of ab-sim's making; name another "
+                f"{option} {folder}: has a {name} that is not of ab-sim's making; name another "
                 "folder, one of its own"
             )
 
 
-def write_sources(sources: DriveSources, folder: Path, said: str) -> list[Path]:
+def write_sources(sources: DriveSources, folder: Path, option: str) -> list[Path]:
     """Write a drive's files to a folder, which is created if missing.
 
     Raises:
         InputError: see ``check_output``; or a file cannot be written. Nothing has changed then.
     """
-    check_output(folder, list(sources.files), said)
+    check_output(folder, list(sources.files), option)
     try:
         with ExitStack() as unfinished:
             for name, text in sources.files.items():
                 file = unfinished.enter_context(replacing(folder / name))
                 file.write_text(text, encoding="utf-8")
     except OSError as error:
-        raise InputError(f"{said} {folder}: cannot be written: {error.strerror}") from error
+        raise InputError(f"{option} {folder}: cannot be written: {error.strerror}") from error
     return [folder / name for name in sources.files]
 
 
-def write_fmu(sources: DriveSources, file: Path, said: str) -> Fmu:
+def write_fmu(sources: DriveSources, file: Path, option: str) -> Fmu:
     """Write a drive's FMU.
 
     Raises:
@@ -57,7 +57,7 @@ def write_fmu(sources: DriveSources, file: Path, said: str) -> Fmu:
     try:
         write_whole(file, content.content)
     except OSError as error:
-        raise InputError(f"{said} {file}: cannot be written: {error.strerror}") from error
+        raise InputError(f"{option} {file}: cannot be written: {error.strerror}") from error
     return content
 
 

@@ -39,8 +39,11 @@ class TracedMethod(NamedTuple):
 
 def formulas_of(effect: type[Any]) -> list[Formula]:
     """Return all formulas of a class of effects, first those of ``methods`` in its order."""
-    own = [name for name in dir(effect) if _is_formula(effect, name)]
-    order = [*(name for name in METHODS if name in own), *(n for n in own if n not in METHODS)]
+    formulas = [name for name in dir(effect) if _is_formula(effect, name)]
+    order = [
+        *(name for name in METHODS if name in formulas),
+        *(n for n in formulas if n not in METHODS),
+    ]
     return [_formula(effect, name) for name in order]
 
 
@@ -66,17 +69,23 @@ def traced_method(effect: type[Any], name: str) -> TracedMethod:
     graph = Graph()
     x = Symbols(graph)
     method = METHODS[name] if name in METHODS else _unknown(effect, name)
-    arguments, left = method.arguments(x), method.left(x)
-    fields = _field_symbols(effect, x.used - {node.payload for node in left if node.op == "input"})
+    arguments, left_sides = method.arguments(x), method.left(x)
+    fields = _field_symbols(
+        effect, x.used - {node.payload for node in left_sides if node.op == "input"}
+    )
     result, quantities = with_local_names(
         getattr(effect._make(_values(effect, fields, x)), name), *arguments
     )
     result = method.used(result, x)
-    each = list(result) if isinstance(result, tuple) else [result]
+    right_sides = list(result) if isinstance(result, tuple) else [result]
     if name not in METHODS:
-        left = [x(name)] if len(each) == 1 else [x(f"{name}_{k + 1}") for k in range(len(each))]
-    sides = zip(left, each, strict=True)
-    equations = [Equation(own, lifted(graph, value)) for own, value in sides]
+        left_sides = (
+            [x(name)]
+            if len(right_sides) == 1
+            else [x(f"{name}_{k + 1}") for k in range(len(right_sides))]
+        )
+    sides = zip(left_sides, right_sides, strict=True)
+    equations = [Equation(left_side, lifted(graph, value)) for left_side, value in sides]
     return TracedMethod(equations, quantities, fields)
 
 
@@ -116,10 +125,10 @@ def _unknown(effect: type[Any], name: str) -> EffectMethod:
 
     def arguments(x: Symbols) -> list[Any]:
         return [
-            bodies[each](*(x(field) for field in bodies[each]._fields))
-            if each in bodies
-            else x(each)
-            for each in names
+            bodies[name](*(x(field) for field in bodies[name]._fields))
+            if name in bodies
+            else x(name)
+            for name in names
         ]
 
     return EffectMethod("", arguments, lambda x: [])

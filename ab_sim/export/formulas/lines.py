@@ -39,7 +39,7 @@ class Lines(NamedTuple):
 def lines_of(
     equations: Sequence[Equation],
     locals_: Iterable[Named],
-    known: Mapping[str, str] | None = None,
+    known_symbols: Mapping[str, str] | None = None,
     explained: Collection[str] = (),
     *,
     always: bool = False,
@@ -53,11 +53,11 @@ def lines_of(
     Args:
         equations: equations in the order of printing.
         locals_: intermediate quantities that can be named.
-        known: symbols of some of them, by their names in the source.
+        known_symbols: symbols of some of them, by their names in the source.
         explained: symbols that need no definition.
         always: True to name all quantities even in short lines, for a system of equations.
     """
-    symbols = _symbols(equations, locals_, dict(known or {}))
+    symbols = _symbols(equations, locals_, dict(known_symbols or {}))
     if not always and _short(equations, {}):
         symbols = {}
     while not always:
@@ -76,7 +76,7 @@ def lines_of(
 
 
 def _symbols(
-    equations: Sequence[Equation], locals_: Iterable[Named], known: dict[str, str]
+    equations: Sequence[Equation], locals_: Iterable[Named], known_symbols: dict[str, str]
 ) -> dict[int, str]:
     """Return a symbol for each node that can be named, none of which is in use already."""
     taken = {node.payload for node in _nodes(equations) if node.op == "input"}
@@ -85,8 +85,8 @@ def _symbols(
     for name, node in locals_:
         if node.number in symbols:
             continue
-        symbol = symbol_of_local(name, known)
-        if name in known or (symbol not in taken and node.number not in whole):
+        symbol = symbol_of_local(name, known_symbols)
+        if name in known_symbols or (symbol not in taken and node.number not in whole):
             symbols[node.number] = symbol
             taken.add(symbol)
     return symbols
@@ -129,12 +129,12 @@ def _nodes(equations: Sequence[Equation]) -> list[Expression]:
     return reached(side for equation in equations for side in equation)
 
 
-def _line(left: Expression | None, right: Expression, symbols: Mapping[int, str]) -> Line:
+def _line(left_side: Expression | None, right: Expression, symbols: Mapping[int, str]) -> Line:
     text = Printer(PlainText(), named=symbols)
     latex = Printer(Latex(), in_latex, {n: in_latex(symbol) for n, symbol in symbols.items()})
     sides = []
     for printer in (text, latex):
-        own = printer.name(right) if left is None else printer.text(left)
+        first_side = printer.name(right) if left_side is None else printer.text(left_side)
         other = printer.text(right)
-        sides.append(own if own == other else f"{own} = {other}")
+        sides.append(first_side if first_side == other else f"{first_side} = {other}")
     return Line(*sides)

@@ -22,12 +22,12 @@ def page_from_code(page: str) -> str:
     Raises:
         ValueError: the markers of a part are missing, or occur more than once.
     """
-    for name, made in (("planar", _planar()), ("effects", _effects())):
+    for name, lines in (("planar", _planar()), ("effects", _effects())):
         begin, end = f"<!-- {name}: made by {MAKE} -->", f"<!-- {name}: end -->"
         pattern = re.escape(begin) + ".*?" + re.escape(end)
         if len(re.findall(pattern, page, re.DOTALL)) != 1:
             raise ValueError(f"{PAGE}: needs one place between {begin!r} and {end!r}")
-        block = "\n".join([begin, "", *made, end])
+        block = "\n".join([begin, "", *lines, end])
         page = re.sub(pattern, lambda _, block=block: block, page, flags=re.DOTALL)  # type: ignore[misc]
     return page
 
@@ -69,7 +69,7 @@ def _aligned(lines: Sequence[Line]) -> Iterator[str]:
 
 
 def _rows(latex: str, wide: bool) -> list[str]:
-    left, sign, right = latex.partition(" = ")
+    left_side, sign, right = latex.partition(" = ")
     if not sign:
-        return [f"& {left}"] if wide else [left]
-    return [f"& {left}", rf"& \quad = {right}"] if wide else [f"{left} &= {right}"]
+        return [f"& {left_side}"] if wide else [left_side]
+    return [f"& {left_side}", rf"& \quad = {right}"] if wide else [f"{left_side} &= {right}"]

@@ -52,8 +52,13 @@ class TracedEffect(NamedTuple):
 
     def race_shape(self, c: Any, s: Any) -> tuple[Any, ...]:
         """Return the shape of a race."""
-        each = self.x.each
-        return each("h") - each("R"), each("x"), each("l") - each("R"), each("dl/dtheta")
+        per_ball = self.x.each
+        return (
+            per_ball("h") - per_ball("R"),
+            per_ball("x"),
+            per_ball("l") - per_ball("R"),
+            per_ball("dl/dtheta"),
+        )
 
     def ball_inertia(self, ball: Ball) -> Any:
         """Return the inertia of rolling balls."""
@@ -89,24 +94,24 @@ class _System:
     """Equations as expressions."""
 
     def __init__(self, x: Symbols) -> None:
-        each, theta = x.each, x.each("theta")
-        m, radius, R = each("m"), each("a"), each("R")
-        inertia = each("I") / (radius * radius)
-        self.x, self.mu = x, each("mu")
+        per_ball, theta = x.each, x.each("theta")
+        m, radius, R = per_ball("m"), per_ball("a"), per_ball("R")
+        inertia = per_ball("I") / (radius * radius)
+        self.x, self.mu = x, per_ball("mu")
         constants = BallConstants(
             *(2, m, radius, self.mu, 1.0 / self.mu, m * R, m * R - inertia * radius),
-            *(R, 1.0 / R, each("z")),
+            *(R, 1.0 / R, per_ball("z")),
         )
         self.spindle = SpindleMotion(x("w"), x("al"), cos(x("psi")), sin(x("psi")), x("T"), x("z'"))
         self.effects = (TracedEffect(x),)
         self.state = [x("u_1"), x("u_2"), x("v_1"), x("v_2")]
         self.accelerations = [x("A_1"), x("A_2"), x("al")]
-        self.path = each("s''")
+        self.path = per_ball("s''")
         unbalance = x("M0") * x("e")
         self.planar = Planar._make([x("M"), unbalance, x("e"), x("sag_x"), x("sag_y")])
 
         def equations() -> tuple[OnRace, Arrow]:
-            on = on_race(self.effects, constants, cos(theta), sin(theta), each("theta'"))
+            on = on_race(self.effects, constants, cos(theta), sin(theta), per_ball("theta'"))
             return on, self.planar.arrow(self.effects, constants, on, self.spindle, self.state)
 
         (self.on, self.arrow), self.named = with_local_names(equations)
@@ -117,18 +122,18 @@ class _System:
             self.planar.rates, self.effects, self.spindle, self.state, self.accelerations
         )
         symbols = ("u_1'", "u_2'", "v_1'", "v_2'")
-        left = [self.x(symbol) for symbol in symbols]
-        sides = zip(left, rates, strict=True)
-        return self._lines([Equation(*each) for each in sides], named, set())
+        left_sides = [self.x(symbol) for symbol in symbols]
+        sides = zip(left_sides, rates, strict=True)
+        return self._lines([Equation(*side) for side in sides], named, set())
 
     def deck(self) -> Lines:
         """Return the equations of deck and spindle: B x - sum_i coupling_i g_i = F."""
         equations = []
         for r, force in enumerate(self.arrow.force):
-            left = -over_balls(2, self.arrow.coupling[r] * self.path)
+            left_side = -over_balls(2, self.arrow.coupling[r] * self.path)
             for q, acceleration in reversed(list(enumerate(self.accelerations))):
-                left = self.arrow.block[min(r, q)][max(r, q)] * acceleration + left
-            equations.append(Equation(left, force))
+                left_side = self.arrow.block[min(r, q)][max(r, q)] * acceleration + left_side
+            equations.append(Equation(left_side, force))
         return self._lines(equations, self.named, set())
 
     def balls(self) -> Lines:
@@ -147,5 +152,5 @@ class _System:
         return self._lines(equations, [*self.named, Named("N", N)], before)
 
     def _lines(self, equations: list[Equation], named: list[Named], before: set[str]) -> Lines:
-        own = [one for one in named if one.name in NAMED]
-        return lines_of(equations, own, NAMED, EXPLAINED | before, always=True)
+        named_here = [one for one in named if one.name in NAMED]
+        return lines_of(equations, named_here, NAMED, EXPLAINED | before, always=True)

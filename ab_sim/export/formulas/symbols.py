@@ -38,7 +38,7 @@ class Symbols:
     def each(self, symbol: str) -> Any:
         """Return the input of a quantity per ball."""
         self.used.add(symbol)
-        return self.graph.input(symbol, Level.STATE, each=True)
+        return self.graph.input(symbol, Level.STATE, per_ball=True)
 
 
 def symbol_of_field(name: str, description: str) -> str:
@@ -53,10 +53,10 @@ def symbol_of_field(name: str, description: str) -> str:
     return name
 
 
-def symbol_of_local(name: str, known: dict[str, str]) -> str:
+def symbol_of_local(name: str, known_symbols: dict[str, str]) -> str:
     """Return a local variable's symbol: f_1 for ``f1``, v_x for ``vx``; others are unchanged."""
-    if name in known:
-        return known[name]
+    if name in known_symbols:
+        return known_symbols[name]
     short = re.fullmatch(r"([a-z])(\d+|x|y|z)", name)
     return name if short is None else f"{short[1]}_{short[2]}"
 

@@ -126,8 +126,8 @@ def linear_rates(system: System, top_speed: float) -> dict[str, complex]:
         SceneError: a method of an effect returns numbers that are not finite.
     """
     effects = system.effects
-    own = registry.of_system(system).rates(system, top_speed)
-    rates = {DRAG: complex(-drag_rate(system)), **own}
+    deck_rates = registry.of_system(system).rates(system, top_speed)
+    rates = {DRAG: complex(-drag_rate(system)), **deck_rates}
     if has_motor(effects):
         rates |= _motor_rates(system, rates[DRAG])
     for what, rate in rates.items():
@@ -147,7 +147,7 @@ LOOP = "the motor's speed loop"
 
 def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | list[float]) -> None:
     if not np.isfinite(numbers).all():
-        names = ", ".join(type(each).__name__ for each in effects)
+        names = ", ".join(type(effect).__name__ for effect in effects)
         raise SceneError(
             f"effects: the rate of {what} is no finite number; a method of one of them gives "
             f"numbers that are none: {names}"
@@ -226,7 +226,7 @@ def _mass_matrix(system: System, along: float) -> np.ndarray:
         state[model.UNIT_AT] = 1.0
     arrow = system.deck_model.arrow(effects, balls, on, still, state)
     upper = np.triu(np.array(arrow.block, float))
-    coupling = np.array([each * ones for each in arrow.coupling])
+    coupling = np.array([coefficient * ones for coefficient in arrow.coupling])
     rolling = np.diag(system.balls[:, ROLLING_MASS])
     return np.block([[upper + np.triu(upper, 1).T, -coupling], [-coupling.T, rolling]])
 

@@ -50,5 +50,5 @@ def place_at_rest(
         return np.asarray(approx_fprime(place, in_reaches, 1e-7))
 
     start = np.append(0.5 * down, np.zeros(turns))
-    found = scale * root(in_reaches, start, jac=slopes, tol=1e-15).x
-    return found if np.abs(unbalanced(found)).max() <= BALANCED else None
+    rest = scale * root(in_reaches, start, jac=slopes, tol=1e-15).x
+    return rest if np.abs(unbalanced(rest)).max() <= BALANCED else None

@@ -33,17 +33,29 @@ class StateLayout(NamedTuple):
 
 def layout_of(system: System) -> StateLayout:
     """Return the positions of quantities in the state of a system."""
-    own, n = type(system.deck_model).STATE_NAMES, len(system.balls)
-    return _layout(own, n, bool(has_motor(system.effects)), bool(system.energy_balance))
+    deck_names, n = type(system.deck_model).STATE_NAMES, len(system.balls)
+    return _layout(deck_names, n, bool(has_motor(system.effects)), bool(system.energy_balance))
 
 
 @functools.lru_cache
-def _layout(own: tuple[str, ...], n: int, motor: bool, energy_balance: bool) -> StateLayout:
-    names = [*own, *(f"ball_{i} angle" for i in range(n)), *(f"ball_{i} rate" for i in range(n))]
-    angles, rates = slice(len(own), len(own) + n), slice(len(own) + n, len(names))
+def _layout(deck_names: tuple[str, ...], n: int, motor: bool, energy_balance: bool) -> StateLayout:
+    names = [
+        *deck_names,
+        *(f"ball_{i} angle" for i in range(n)),
+        *(f"ball_{i} rate" for i in range(n)),
+    ]
+    angles, rates = (
+        slice(len(deck_names), len(deck_names) + n),
+        slice(len(deck_names) + n, len(names)),
+    )
     names += MOTOR_NAMES if motor else ()
     spindle = slice(rates.stop, len(names))
     names += ENERGY_BALANCE_NAMES if energy_balance else ()
     return StateLayout(
-        tuple(names), slice(0, len(own)), angles, rates, spindle, slice(spindle.stop, len(names))
+        tuple(names),
+        slice(0, len(deck_names)),
+        angles,
+        rates,
+        spindle,
+        slice(spindle.stop, len(names)),
     )

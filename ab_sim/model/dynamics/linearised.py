@@ -47,7 +47,7 @@ class Linearised(NamedTuple):
         values, vectors = np.linalg.eigh(self.stiffness * np.outer(scale, scale))
         loose = vectors[:, np.abs(values) <= FREE * np.abs(values).max()]
         moves = np.sum(loose**2, axis=1) >= MATTERS
-        return tuple(name for name, each in zip(self.coordinates, moves, strict=True) if each)
+        return tuple(name for name, move in zip(self.coordinates, moves, strict=True) if move)
 
     @property
     def hangs(self) -> str:

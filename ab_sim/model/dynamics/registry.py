@@ -68,8 +68,8 @@ def register_deck_model(name: str, kind: type[Any], from_scene: DeckFromScene) -
     """
     if name in _deck_models:
         raise ValueError(f"deck model {name!r} is registered twice")
-    for other, known in _deck_models.items():
-        if known.kind is kind:
+    for other, deck_model in _deck_models.items():
+        if deck_model.kind is kind:
             raise ValueError(f"deck model {name!r}: its class is that of {other!r}")
     _deck_models[name] = RegisteredDeckModel(kind, from_scene)
 
@@ -91,7 +91,9 @@ def of_system(system: System) -> DeckFromScene:
     """Return the functions for a system's deck model."""
     kind = type(system.deck_model)
     _import_all()
-    return next(known.from_scene for known in _deck_models.values() if known.kind is kind)
+    return next(
+        deck_model.from_scene for deck_model in _deck_models.values() if deck_model.kind is kind
+    )
 
 
 def require_built_in(scene: Scene, asked: str) -> None:
@@ -117,6 +119,6 @@ def require_built_in(scene: Scene, asked: str) -> None:
 @functools.cache
 def _import_all() -> None:
     folder = import_module(_FOLDER)
-    for found in pkgutil.iter_modules(folder.__path__):
-        import_module(f"{_FOLDER}.{found.name}")
+    for module_info in pkgutil.iter_modules(folder.__path__):
+        import_module(f"{_FOLDER}.{module_info.name}")
     load_installed()

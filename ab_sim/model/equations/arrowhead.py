@@ -86,8 +86,8 @@ def solve(
             if q < r and friction is None:
                 reduced[r][q] = reduced[q][r]
                 continue
-            own = arrow.block[min(r, q)][max(r, q)]
-            reduced[r][q] = own - over_balls(balls, arrow.coupling[r] * gain[q])
+            entry = arrow.block[min(r, q)][max(r, q)]
+            reduced[r][q] = entry - over_balls(balls, arrow.coupling[r] * gain[q])
         force[r] = force[r] + over_balls(balls, arrow.coupling[r] * at_zero)
     x = solve_dense(reduced, force)
     path = at_zero
@@ -130,6 +130,6 @@ def solve_dense(matrix: Sequence[Sequence[Number]], force: Sequence[Number]) -> 
 def normal_force(arrow: Arrow, x: Sequence[Number]) -> Number:
     """Return N of each ball [N]."""
     force = arrow.load
-    for normal_coupling, each in zip(arrow.normal_coupling, x, strict=True):
-        force = force + normal_coupling * each
+    for normal_coupling, acceleration in zip(arrow.normal_coupling, x, strict=True):
+        force = force + normal_coupling * acceleration
     return force

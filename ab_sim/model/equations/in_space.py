@@ -108,13 +108,13 @@ class InSpace(NamedTuple):
         _add_point_masses(block, n, m, h * nx - x * ny, h * ny + x * nx, z)
         # Its moment about C, along n, t and z.
         t_n, t_t, t_z = x * axial - z * along, z * load - h * axial, h * along - x * load
-        for r, each in enumerate(
+        for r, force_of_balls in enumerate(
             [
                 *(load * nx - along * ny, load * ny + along * nx, axial),
                 *(t_n * nx - t_t * ny, t_n * ny + t_t * nx, t_z, t_z),
             ]
         ):
-            force[r] = force[r] + over_balls(n, each)
+            force[r] = force[r] + over_balls(n, force_of_balls)
         if any_has(effects, "ball_inertia"):
             I_over_a = over_effects(effects, "ball_inertia", 0.0, balls.each) * balls.radius
             inertia = over_balls(n, I_over_a * balls.radius)
@@ -178,9 +178,9 @@ class InSpace(NamedTuple):
 
     def at_rest(self, states: np.ndarray) -> np.ndarray:
         """Return the channels at rest in this position and orientation."""
-        found = np.zeros((1, 19))
-        found[0, :3], found[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
-        return found
+        row = np.zeros((1, 19))
+        row[0, :3], row[0, 9:13] = states[:3], states[3:7] / np.linalg.norm(states[3:7])
+        return row
 
     def scale(self, length: float, speed: float) -> list[float]:
         """Return magnitudes of the states, as scales for errors."""
@@ -211,8 +211,8 @@ class InSpace(NamedTuple):
         first = np.array(self.deck_first)
         energy += float(velocity @ (np.cross(omega, first) + np.cross(spinning, rotor)))
         energy += 0.5 * float(omega @ symmetric(self.deck_inertia) @ omega)
-        own = symmetric(moments)
-        energy += 0.5 * float(spinning @ (np.trace(own) * np.eye(3) - own) @ spinning)
+        tensor = symmetric(moments)
+        energy += 0.5 * float(spinning @ (np.trace(tensor) * np.eye(3) - tensor) @ spinning)
         gravity = turn.T @ np.array(self.gravity)
         energy -= float(gravity @ (first + rotor))
         energy -= self.total_mass * float(np.array(self.gravity) @ state[:3])
@@ -223,13 +223,13 @@ class InSpace(NamedTuple):
         along = np.cross(shaft, normal)
         place = _each(on.h, n) * normal + _each(on.x, n) * along + _each(balls.height, n) * shaft
         moving = velocity + np.cross(spinning, place) + _each(on.path, n) * along
-        each = 0.5 * balls.mass * np.sum(moving**2, axis=1) - balls.mass * (place @ gravity)
+        energies = 0.5 * balls.mass * np.sum(moving**2, axis=1) - balls.mass * (place @ gravity)
         if any_has(effects, "ball_inertia"):
             surface = _each(balls.radius, n) * spinning - _each(on.path, n) * shaft
             inertia = over_effects(effects, "ball_inertia", 0.0, balls.each)
-            each = each + 0.5 * inertia * np.sum(surface**2, axis=1)
+            energies = energies + 0.5 * inertia * np.sum(surface**2, axis=1)
         stored = mount_energy(self, effects, tuple(turn.ravel()), state.tolist())
-        return float(energy + np.sum(each) + stored)
+        return float(energy + np.sum(energies) + stored)
 
 
 def _each(value: Any, balls: int) -> np.ndarray:
@@ -243,12 +243,14 @@ def symmetric(six: Sequence[float]) -> np.ndarray:
     return np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
-def turned_second_moments(own: Sequence[Number], c: Number, s: Number) -> tuple[Number, ...]:
+def turned_second_moments(
+    second_moments: Sequence[Number], c: Number, s: Number
+) -> tuple[Number, ...]:
     """Return second moments on deck axes of a body that turns with the spindle.
 
     Order: xx, yy, zz, xy, xz, yz.
     """
-    xx, yy, zz, xy, xz, yz = own
+    xx, yy, zz, xy, xz, yz = second_moments
     return (
         c * c * xx - 2.0 * c * s * xy + s * s * yy,
         s * s * xx + 2.0 * c * s * xy + c * c * yy,
@@ -307,7 +309,7 @@ def _add_point_masses(
 ) -> None:
     """Add to the block masses at (x, y, z) that turn with the spindle, without their part of M."""
     sx, sy, sz = m * x, m * y, m * z
-    sum_x, sum_y, sum_z = (over_balls(n, each) for each in (sx, sy, sz))
+    sum_x, sum_y, sum_z = (over_balls(n, moment) for moment in (sx, sy, sz))
     xx, yy, zz = over_balls(n, sx * x), over_balls(n, sy * y), over_balls(n, sz * z)
     xy, xz, yz = over_balls(n, sx * y), over_balls(n, sx * z), over_balls(n, sy * z)
     for r, q, added in (

@@ -34,11 +34,11 @@ def mount_forces(
         if any_has(effects, "mount_stiffening"):
             square = moved[0] * moved[0] + moved[1] * moved[1] + moved[2] * moved[2]
             stiffening = over_effects(effects, "mount_stiffening", 0.0, square)
-        own = [
+        pulls = [
             -(mount[STIFFNESS + k] + stiffening) * moved[k] - mount[DAMPING + k] * velocity[k]
             for k in range(3)
         ]
-        ground = [sum_of(mount[AXES + 3 * k + j] * own[k] for k in range(3)) for j in range(3)]
+        ground = [sum_of(mount[AXES + 3 * k + j] * pulls[k] for k in range(3)) for j in range(3)]
         on_deck = to_deck(turn, *ground)
         force = [f + g for f, g in zip(force, on_deck, strict=True)]
         arm = cross(mount[PLACE:STIFFNESS], on_deck)

@@ -67,8 +67,8 @@ def equal_pairs(scene: "Scene") -> list[tuple[int, int]]:
     balls = scene.balls
     rates = scene.start.ball_rates or (0.0,) * balls.count
     sizes = [None if math.isnan(radius) else radius for radius in balls.radii]
-    each = list(zip(balls.masses, sizes, balls.races, rates, strict=True))
-    return [(i, j) for i, j in combinations(range(balls.count), 2) if each[i] == each[j]]
+    kinds = list(zip(balls.masses, sizes, balls.races, rates, strict=True))
+    return [(i, j) for i, j in combinations(range(balls.count), 2) if kinds[i] == kinds[j]]
 
 
 def at_one_angle(one: float, other: float) -> bool:
@@ -170,13 +170,13 @@ def _neighbours(scene: "Scene") -> list[tuple[int, int, float]]:
     """Return each ball, the next one along the race, and the distance between them [m]."""
     angles = [reduced(angle)[0] for angle in start_angles(scene)]
     order = sorted(range(len(angles)), key=lambda i: (angles[i], i))
-    found = []
+    pairs = []
     for i, j in zip(order, [*order[1:], *order[:1]], strict=True):
         turn = (angles[j] - angles[i]) % (2 * math.pi)
         # A ball at 2 pi less a rounding error is at 0.
         turn = 0.0 if 2 * math.pi - turn < 1e-9 else turn
-        found.append((i, j, _length(scene, angles[i], angles[i] + turn)))
-    return found
+        pairs.append((i, j, _length(scene, angles[i], angles[i] + turn)))
+    return pairs
 
 
 def _length(scene: "Scene", behind: float, ahead: float) -> float:

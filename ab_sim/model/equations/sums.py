@@ -21,22 +21,24 @@ def over_effects(effects: Iterable[Any], method: str, zero: Any, *arguments: Any
     Raises:
         TypeError: a method returns another number of results than ``zero`` has.
     """
-    found = zero
+    total_ = zero
     for effect in effects:
         if hasattr(effect, method):
             term = getattr(effect, method)(*arguments)
             _check_results(effect, method, term, zero)
             if isinstance(zero, tuple):
-                found = tuple(a + b for a, b in zip(found, term, strict=True))
+                total_ = tuple(a + b for a, b in zip(total_, term, strict=True))
             else:
-                found = found + term
-    return found
+                total_ = total_ + term
+    return total_
 
 
 def _check_results(effect: Any, method: str, term: Any, zero: Any) -> None:
-    given, wanted = _shape(term), _shape(zero)
-    if given != wanted:
-        raise TypeError(f"{type(effect).__name__}.{method} returns {given}; must return {wanted}")
+    result_shape, wanted = _shape(term), _shape(zero)
+    if result_shape != wanted:
+        raise TypeError(
+            f"{type(effect).__name__}.{method} returns {result_shape}; must return {wanted}"
+        )
 
 
 def _shape(term: Any) -> str:
@@ -50,8 +52,8 @@ def any_has(effects: Iterable[Any], *methods: str) -> bool:
     return any(hasattr(effect, method) for effect in effects for method in methods)
 
 
-def over_balls(count: int, each: Number) -> Number:
+def over_balls(count: int, term: Number) -> Number:
     """Return the sum of a number per ball over the balls; 0 without balls."""
-    if isinstance(each, float):
-        return count * each
-    return total(each) if count else 0.0
+    if isinstance(term, float):
+        return count * term
+    return total(term) if count else 0.0

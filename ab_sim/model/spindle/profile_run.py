@@ -132,9 +132,9 @@ class ProfileRun:
             speaks = self._run(self.execution, now)
         if self.state is ProfileState.ABORTING:
             since, speed = self._falls
-            left = abs(speed) - self._deceleration * max(now + self._ahead - since, 0.0)
-            self.command = math.copysign(max(left, 0.0), speed)
-            if left <= 0.0:
+            speed_left = abs(speed) - self._deceleration * max(now + self._ahead - since, 0.0)
+            self.command = math.copysign(max(speed_left, 0.0), speed)
+            if speed_left <= 0.0:
                 self.command = 0.0
                 self._enter(ProfileState.ABORTED)
         self.commanded = self.command if speaks else None

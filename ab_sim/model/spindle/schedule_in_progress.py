@@ -36,11 +36,11 @@ class ScheduleInProgress:
 
     def leave(self, time: float) -> None:
         """End the segment at a time [s]."""
-        left = self.number(time) + 1
+        index = self.number(time) + 1
         self.profile = SpeedSchedule.of_segments(
-            self._segments[left:], float(self.profile.speed(time)), start=time
+            self._segments[index:], float(self.profile.speed(time)), start=time
         )
-        self._left = left
+        self._left = index
 
     def words(self, number: int) -> str:
         """Describe a present or future segment."""

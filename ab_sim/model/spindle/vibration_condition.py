@@ -77,10 +77,10 @@ class VibrationCondition:
             stamp: time by the drive's clock [ns]: only differences count.
             vector: acceleration along three axes [m/s^2].
         """
-        known = self._sensors.setdefault(sensor, _Sensor())
-        if not all(map(math.isfinite, vector)) or stamp == known.newest:
+        sensor_ = self._sensors.setdefault(sensor, _Sensor())
+        if not all(map(math.isfinite, vector)) or stamp == sensor_.newest:
             return
-        known.receive(stamp, vector, self._until.over)
+        sensor_.receive(stamp, vector, self._until.over)
         self._heard[sensor] = now
 
     @property
@@ -89,8 +89,10 @@ class VibrationCondition:
 
         None until each has a complete window.
         """
-        each = [sensor.rms for sensor in self._sensors.values()]
-        return None if not each or None in each else max(rms for rms in each if rms is not None)
+        values = [sensor.rms for sensor in self._sensors.values()]
+        return (
+            None if not values or None in values else max(rms for rms in values if rms is not None)
+        )
 
     @property
     def met(self) -> bool:
@@ -106,8 +108,8 @@ class VibrationCondition:
 
     def silence(self, now: float) -> float:
         """Return the longest time for which a sensor has been silent [s]."""
-        each = [self._heard.get(sensor, self._began) for sensor in self._sensors]
-        return now - min(each, default=self._began)
+        times = [self._heard.get(sensor, self._began) for sensor in self._sensors]
+        return now - min(times, default=self._began)
 
     def state(self) -> dict[str, Any]:
         """Return the complete state as JSON-able values."""

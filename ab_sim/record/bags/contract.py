@@ -47,8 +47,8 @@ def offered_qos(qos: Qos) -> OfferedQos:
 
 def topic_by_name(name: str) -> Topic | None:
     """Return the topic of the contract with this full name, in any namespace; None without one."""
-    known = [topic for topic in topics.ALL if name.endswith("/" + topic.name.lstrip("/"))]
-    return max(known, key=lambda topic: len(topic.name)) if known else None
+    matching = [topic for topic in topics.ALL if name.endswith("/" + topic.name.lstrip("/"))]
+    return max(matching, key=lambda topic: len(topic.name)) if matching else None
 
 
 OF_A_DRIVE = (DESCRIPTION, BLOCK, JOINT_STATES, VIBRATION, WHIRL, IMU, PROBE)

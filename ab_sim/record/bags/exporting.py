@@ -65,12 +65,12 @@ def export_bag(
     notes = sorted(_notes(run, namespace), key=lambda message: message[:2])
     samples = _Samples(run, namespace, rate)
     with BagWriter(path) as bag:
-        known: set[str] = set()
+        known_names: set[str] = set()
         for time, _, topic, name, message in heapq.merge(
             samples.messages(progress), notes, key=lambda message: message[:2]
         ):
-            if name not in known:
-                known.add(name)
+            if name not in known_names:
+                known_names.add(name)
                 bag.topic(name, topic.type_name, offered_qos(topic.qos))
             bag.write(name, time, message)
     return bag.messages
@@ -112,9 +112,9 @@ class _Samples:
         )
         places = {name: place for place, name in enumerate(state_channels.names)}
         self._templates: list[tuple[Topic, Prefilled, list[int]]] = [
-            (topic, prefilled(topic, each.sample), [places[name] for name in each.numbers])
+            (topic, prefilled(topic, template.sample), [places[name] for name in template.numbers])
             for topic, of in STATE_TOPICS.items()
-            for each in of(state_channels)
+            for template in of(state_channels)
         ]
         self._scene: Scene | None = None
         try:

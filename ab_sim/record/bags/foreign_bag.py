@@ -52,16 +52,20 @@ def _interpolated(stamps: np.ndarray, series: _Series) -> np.ndarray:
 
     NaN beyond an interval after the last.
     """
-    own = np.array(series.stamps)
-    if len(own) < 2:
-        return np.where(stamps[:, None] == own, series.values[0], np.nan)
-    before = np.clip(np.searchsorted(own, stamps, side="right") - 1, 0, len(own) - 2)
-    share = ((stamps - own[before]) / (own[before + 1] - own[before]))[:, None]
+    stamps_here = np.array(series.stamps)
+    if len(stamps_here) < 2:
+        return np.where(stamps[:, None] == stamps_here, series.values[0], np.nan)
+    before = np.clip(
+        np.searchsorted(stamps_here, stamps, side="right") - 1, 0, len(stamps_here) - 2
+    )
+    share = ((stamps - stamps_here[before]) / (stamps_here[before + 1] - stamps_here[before]))[
+        :, None
+    ]
     first, second = series.values[before], series.values[before + 1]
     # At its own stamp, a value is exactly the received one.
     values = np.where(share == 1.0, second, first + share * (second - first))
-    late = own[-1] + np.median(np.diff(own))
-    values[(stamps < own[0]) | (stamps > late)] = np.nan
+    late = stamps_here[-1] + np.median(np.diff(stamps_here))
+    values[(stamps < stamps_here[0]) | (stamps > late)] = np.nan
     return values
 
 

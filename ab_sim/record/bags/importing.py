@@ -66,13 +66,13 @@ def import_bag(
             written.
     """
     with Bag(path) as bag:
-        own = choose_namespace(bag, namespace)
-        kinds = _topics_to_read(bag, own)
-        log = BagConverter(own, kinds, out)
+        prefix = choose_namespace(bag, namespace)
+        kinds = _topics_to_read(bag, prefix)
+        log = BagConverter(prefix, kinds, out)
         messages = sum(bag.topics[name].messages for name in kinds)
-        if BLOCK.within(own) in kinds:
+        if BLOCK.within(prefix) in kinds:
             # A recorder that started later than the drive has it after some of the samples.
-            for first in islice(bag.messages({DESCRIPTION.within(own)}), 1):
+            for first in islice(bag.messages({DESCRIPTION.within(prefix)}), 1):
                 log.write(first)
             with log:
                 for done, message in enumerate(bag.messages(kinds)):
@@ -81,10 +81,10 @@ def import_bag(
                         progress(done, messages)
             if not log.rows:
                 raise RecordingError(
-                    f"{path}: {BLOCK.within(own)} has no samples that can be used{log.summary}"
+                    f"{path}: {BLOCK.within(prefix)} has no samples that can be used{log.summary}"
                 )
             return ImportedBag(log.files, log.rows, log.missing, log.ignored, bag.complete, [])
-        return _import_foreign(ForeignBag(bag, own, kinds, rows_of), bag, out)
+        return _import_foreign(ForeignBag(bag, prefix, kinds, rows_of), bag, out)
 
 
 def choose_namespace(bag: Bag, wanted: str | None) -> str:
@@ -132,8 +132,8 @@ def _topics_to_read(bag: Bag, namespace: str) -> dict[str, Topic]:
         wanted[clock] = CLOCK
     numbers = NUMBER.within(namespace)
     for name, topic in bag.topics.items():
-        own = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
-        if own and topic.type == NUMBER.type_name:
+        is_number = name.startswith(numbers) and name.removeprefix(numbers).isidentifier()
+        if is_number and topic.type == NUMBER.type_name:
             wanted[name] = NUMBER
         if further := contract.further_sensor(name, namespace):
             wanted[name] = further

@@ -63,7 +63,7 @@ def _value(kind: Any, value: Any) -> Any:
         return value[0] if isinstance(value, bytes) else value  # ROS stores a byte as bytes
     if inner[0][0] is Nodetype.BASE and inner[0][1][0] != "string":
         return np.asarray(value, dtype=inner[0][1][0])
-    return [_value(inner[0], each) for each in value]
+    return [_value(inner[0], element) for element in value]
 
 
 def _fields_of(message: Any) -> dict[str, str]:
@@ -79,5 +79,5 @@ def _ros_type_name(kind: Any) -> str:
         return str(inner).replace("/msg/", "/")
     if node is Nodetype.BASE:
         return _ROS_TYPE_NAMES.get(inner[0], str(inner[0]))
-    each = _ros_type_name(inner[0])
-    return f"sequence<{each}>" if node is Nodetype.SEQUENCE else f"{each}[{inner[1]}]"
+    element = _ros_type_name(inner[0])
+    return f"sequence<{element}>" if node is Nodetype.SEQUENCE else f"{element}[{inner[1]}]"

@@ -48,14 +48,16 @@ def _match_by_name(reader: DirectoryReader) -> None:
     rosbags also compares QoS and type hashes, and passes over messages where these differ, as they
     do after a conversion or where a topic had several publishers.
     """
-    named = {(each.topic, each.msgtype): each for each in reader.connections}
+    named = {
+        (connection.topic, connection.msgtype): connection for connection in reader.connections
+    }
     storages: list[Any] = reader.storages
     for storage in storages:
         storage.connections = [
-            each._replace(ext=known.ext, digest=known.digest)
-            if (known := named.get((each.topic, each.msgtype)))
-            else each
-            for each in storage.connections
+            connection._replace(ext=named_match.ext, digest=named_match.digest)
+            if (named_match := named.get((connection.topic, connection.msgtype)))
+            else connection
+            for connection in storage.connections
         ]
 
 
@@ -114,7 +116,9 @@ class Bag:
 
     def messages(self, topics: Collection[str]) -> Iterator[Message]:
         """Yield the messages of some topics, in the order of their receive times."""
-        wanted = [each for each in self._reader.connections if each.topic in topics]
+        wanted = [
+            connection for connection in self._reader.connections if connection.topic in topics
+        ]
         if not wanted:
             return
         messages = self._reader.messages(wanted)
@@ -163,8 +167,8 @@ class Bag:
                 )
             return path
         try:
-            for each in (path, *path.glob("*")):
-                check_regular(each)
+            for candidate in (path, *path.glob("*")):
+                check_regular(candidate)
         except OSError as error:
             raise RecordingError(f"{cannot}{error.filename}: {error.strerror}") from error
         files = sorted([*path.glob("*.mcap"), *path.glob("*.db3")])

@@ -106,9 +106,9 @@ def _file_of(path: Path) -> Path:
     return files[0]
 
 
-def _copy(file: Path, made: Path, progress: Callable[[int, int], None]) -> int:
+def _copy(file: Path, repaired: Path, progress: Callable[[int, int], None]) -> int:
     """Copy the readable messages of a file to a new bag, and return their number."""
-    with Bag(file) as torn, BagWriter(made.parent, made.name) as bag:
+    with Bag(file) as torn, BagWriter(repaired.parent, repaired.name) as bag:
         for name, topic in torn.topics.items():
             bag.topic(name, topic.type, topic.qos)
         for done, message in enumerate(torn.messages(torn.topics)):

@@ -72,8 +72,8 @@ class Curves:
     def speed_level(self) -> PlottedCurves:
         """Return the line of the critical speed."""
         # Without one, the plot should at least include 0.
-        known = self.explained.critical_speed is not None
-        name = "critical speed" if known else "standstill"
+        is_known = self.explained.critical_speed is not None
+        name = "critical speed" if is_known else "standstill"
         return PlottedCurves.derived(FRAMES, _SPEED_LEVEL, lines([name], colors=[LIMIT]))
 
     @staticmethod

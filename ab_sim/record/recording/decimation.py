@@ -148,7 +148,7 @@ class Decimation:
         for start, end in self._stretches:
             kept |= (rows[:, 1] >= start) & (rows[:, 1] <= end)
         kept[-1] |= last
-        self._stretches = [each for each in self._stretches if each[1] >= rows[-1, 1]]
+        self._stretches = [stretch for stretch in self._stretches if stretch[1] >= rows[-1, 1]]
         out = self.left_out + np.cumsum(~kept)
         self.left_out = int(out[-1])
         return rows[kept], out[kept].astype(np.float64)

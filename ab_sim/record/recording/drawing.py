@@ -40,10 +40,10 @@ class Drawing:
         try:
             race, balls = 1e3 * float(description["race_radius"]), int(description["balls"])
             eccentricity = 1e3 * float(description["eccentricity"])
-            given = description.get("ball_radii")
-            if given is None:
-                given = [1e-3 * ball_radius(race, balls)] * balls
-            radii = tuple(1e3 * float(radius) for radius in given)
+            radii_ = description.get("ball_radii")
+            if radii_ is None:
+                radii_ = [1e-3 * ball_radius(race, balls)] * balls
+            radii = tuple(1e3 * float(radius) for radius in radii_)
             effects = description.get("effects") or ()
             motor, sensors = "motor" in effects, tuple(description.get("sensors") or ())
             deck, explained = description.get("deck"), Explanation.of(description, balls)

@@ -44,8 +44,10 @@ class Explanation:
             KeyError, TypeError, ValueError: the values are not those of ``explain``.
         """
         balance, alone, driven = (description.get(name) for name in ("balance", "alone", "driven"))
-        given = {"balance": balance, "alone": alone}
-        why = {name: str(it["left_out"]) for name, it in given.items() if it and "left_out" in it}
+        sections = {"balance": balance, "alone": alone}
+        why = {
+            name: str(it["left_out"]) for name, it in sections.items() if it and "left_out" in it
+        }
         moments = description.get("moments")
         explained = cls(
             _number(description.get("motion")),

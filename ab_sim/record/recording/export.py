@@ -88,9 +88,9 @@ class Part:
                 return
             if derived:
                 x, y, angle = (block[:, -4:-1] - (*(self.hangs or (0.0, 0.0)), 0.0)).T
-                found = _derived(x, y, angle, turns)
+                computed = _derived(x, y, angle, turns)
                 for name in derived:
-                    block[:, names.index(name)] = found[name]
+                    block[:, names.index(name)] = computed[name]
                 block = np.delete(block, (-4, -3, -2), axis=1)
             inside = block[(time >= self.begin) & (time <= self.end), :-1]
             chosen = inside[(-seen) % self.every :: self.every]

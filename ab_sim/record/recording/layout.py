@@ -45,16 +45,18 @@ _READING = re.compile(r"([a-z][a-z0-9_]*)_[123]")
 def named_columns(kind: str, values: Mapping[str, Array]) -> list[Any]:
     """Return columns of components ``KIND:NAME`` for values of shape (rows, series)."""
     columns: list[Any] = []
-    for name, each in values.items():
-        rows, series = each.shape
-        column = rr.DynamicArchetype.columns(archetype=kind, components={name: each.ravel()})
+    for name, value in values.items():
+        rows, series = value.shape
+        column = rr.DynamicArchetype.columns(archetype=kind, components={name: value.ravel()})
         columns += column.partition(np.full(rows, series))
     return columns
 
 
 def plotted_columns(values: Mapping[str, Array]) -> list[Any]:
     """Return columns for plots, in single precision."""
-    return named_columns(DERIVED, {name: each.astype(np.float32) for name, each in values.items()})
+    return named_columns(
+        DERIVED, {name: value.astype(np.float32) for name, value in values.items()}
+    )
 
 
 def scalar_columns(values: Array) -> Any:

@@ -74,16 +74,19 @@ class Space:
             flat = dict.fromkeys(("race_heights",), [0.0]) | {"rotor_height": 0.0}
             corner = 1e-3 * PLATE * race
             mounts = [[x, y, 0.0] for x in (-corner, corner) for y in (-corner, corner)]
-            given: Mapping[str, Any] = flat | {"mounts": mounts, "ball_heights": [0.0] * len(radii)}
+            sections: Mapping[str, Any] = flat | {
+                "mounts": mounts,
+                "ball_heights": [0.0] * len(radii),
+            }
         else:
-            given = deck
-        points = 1e3 * np.array(given["mounts"], dtype=float).reshape(-1, 3)
+            sections = deck
+        points = 1e3 * np.array(sections["mounts"], dtype=float).reshape(-1, 3)
         size = max([race, *np.hypot(points[:, 0], points[:, 1])])
         return cls(
             points,
-            tuple(1e3 * float(height) for height in given["race_heights"]),
-            tuple(1e3 * float(height) for height in given["ball_heights"]),
-            1e3 * float(given["rotor_height"]),
+            tuple(1e3 * float(height) for height in sections["race_heights"]),
+            tuple(1e3 * float(height) for height in sections["ball_heights"]),
+            1e3 * float(sections["rotor_height"]),
             race,
             radii,
             _round_down(_SHOWN * size / motion) if motion > 0 else 1.0,

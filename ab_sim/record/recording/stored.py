@@ -224,7 +224,7 @@ class StoredRun:
         }
         if self.every > 1:
             layout[LEFT_OUT] = [LEFT_OUT]
-        groups = [(f"{CHANNELS}:{group}", own) for group, own in layout.items()]
+        groups = [(f"{CHANNELS}:{group}", columns) for group, columns in layout.items()]
         for chunk in self._chunks(SAMPLES, _FORMER):
             if chunk.entity_path == _FORMER:
                 raise RecordingError(
@@ -236,13 +236,17 @@ class StoredRun:
             steps = chunk.numbers("step")
             rows = np.empty((len(steps), len(names)))
             rows[:, [at for at, name in enumerate(names) if name == "step"]] = steps[:, None]
-            for component, own in groups:
-                wanted = [(at, own.index(name)) for at, name in enumerate(names) if name in own]
+            for component, stored_names in groups:
+                wanted = [
+                    (at, stored_names.index(name))
+                    for at, name in enumerate(names)
+                    if name in stored_names
+                ]
                 if not wanted:
                     continue
-                flat = chunk.numbers(component, len(own))
+                flat = chunk.numbers(component, len(stored_names))
                 to, pick = zip(*wanted, strict=True)
-                rows[:, to] = flat.reshape(-1, len(own))[:, pick]
+                rows[:, to] = flat.reshape(-1, len(stored_names))[:, pick]
             yield rows
 
 

@@ -99,9 +99,9 @@ class VibrationCurves:
         """Yield all spectra in one message per bar chart: a viewer takes few messages a frame."""
         ends, once, rest = [], [], []
         for window in self._spectrum_windows.of(rows):
-            if (found := self._spectrum(window)) is None:
+            if (result := self._spectrum(window)) is None:
                 continue
-            frequencies, turning, sizes = found
+            frequencies, turning, sizes = result
             if not np.array_equal(frequencies, self._frequencies):
                 self._frequencies = frequencies
                 for entity, color in _CHARTS.items():

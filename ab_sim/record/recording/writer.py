@@ -74,7 +74,7 @@ class Recording:
         ``around`` before they are sent.
     around : float
         Time at full rate before and after an event [s], if ``every`` is more than 1.
-    shown : bool
+    is_shown : bool
         For a viewer that follows a run: a row and a frame each `SHOWN_PERIOD`. Pictures are still
         made from all rows, because the shown rows alone would falsify the vibration. Vibration,
         phase of the spindle and scalars follow each `SLOW_PERIOD`: a viewer drawn by software takes
@@ -104,7 +104,7 @@ class Recording:
         drawn: bool = True,
         every: int = 1,
         around: float = AROUND,
-        shown: bool = False,
+        is_shown: bool = False,
         decimated: bool = False,
     ) -> None:
         self.path = Path(path)
@@ -126,10 +126,10 @@ class Recording:
         self._closed = False
         self._decimation = DecimatedInput(every, around) if decimated else Decimation(every, around)
         self._left_out: list[Array] = []  # one array for each block
-        period = SHOWN_PERIOD if shown else PERIOD
+        period = SHOWN_PERIOD if is_shown else PERIOD
         self._view = DriveView(description, period) if drawn else PlotsView()
-        self._rows_shown = FrameRate(period) if shown else None
-        self._followed, self._slow_until = shown, -np.inf
+        self._rows_shown = FrameRate(period) if is_shown else None
+        self._followed, self._slow_until = is_shown, -np.inf
         self._step = _positive(description.get("step"))
         text = description_text(description)
         self.id = str(uuid.uuid4())

@@ -66,15 +66,15 @@ def mark_states(panels: Sequence[Axes], adaptive: AdaptiveOutcome) -> None:
             counts[state] += 1
             text += f" {counts[state]}"
         at, width = (stretch.begin - low) / (high - low), WIDTH * len(text)
-        left = at + width > 1.0
-        row = _free_row(rows, at - width if left else at, width)
+        at_right = at + width > 1.0
+        row = _free_row(rows, at - width if at_right else at, width)
         panels[0].annotate(
             text,
             (stretch.begin, 0),
             xycoords=("data", "axes fraction"),
-            xytext=(-2 if left else 2, 5 + 10 * row),
+            xytext=(-2 if at_right else 2, 5 + 10 * row),
             textcoords="offset points",
-            ha="right" if left else "left",
+            ha="right" if at_right else "left",
             fontsize=8,
             color=color,
         )
@@ -103,12 +103,12 @@ def draw_unbalance(axes: Axes, path: Trajectory, scene: Scene, adaptive: Adaptiv
     true = net_unbalance(path, scene) / length
     draw_curve(axes, path["time"], true, color=TRUE, lw=1.3, zorder=3)
     labels = [Label(true[-1], f"{true[-1]:.3g}  true", TRUE)]
-    known = np.isfinite(values)
-    if known.any():
+    finite = np.isfinite(values)
+    if finite.any():
         axes.plot(times, values, color=BELIEVED, lw=1.0, zorder=4)
         low, high = np.maximum(values - spread, 0.0), values + spread
         axes.fill_between(times, low, high, color=BELIEVED, alpha=0.15, lw=0, zorder=2)
-        last = values[known][-1]
+        last = values[finite][-1]
         labels.append(Label(last, f"{last:.3g}  believed,\n+- a standard deviation", BELIEVED))
     # The first estimates may be far off.
     axes.set_ylim(0.0, 1.3 * max(true.max(), 1e-9))

@@ -36,16 +36,18 @@ def draw_balls(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> 
 
 
 def _draw_speeds(axes: Axes, path: Trajectory, scene: Scene, metrics: Metrics) -> None:
-    time, found = path["time"], metrics.circulating
-    assert found is not None
+    time, circulation = path["time"], metrics.circulating
+    assert circulation is not None
     labels = [Label(path["speed"][-1], "spindle", RUN)]
     axes.plot(time, path["speed"], color=RUN, lw=1.0, ls="--", zorder=3)
     for ball, style in enumerate(ball_styles(path.balls)):
         draw_curve(axes, time, path["speed"] + path.ball_rates[:, ball], **style)
-        if path.balls <= MOST_LABELS and ball not in found.balls:
+        if path.balls <= MOST_LABELS and ball not in circulation.balls:
             labels.append(Label(path["speed"][-1], f"ball {ball}", style["color"]))
-    for speed in sorted({float(f"{speed:.3g}") for speed in found.speeds}):
-        many = sum(float(f"{each:.3g}") == speed for each in found.speeds)
+    for speed in sorted({float(f"{speed:.3g}") for speed in circulation.speeds}):
+        many = sum(
+            float(f"{circulating_speed:.3g}") == speed for circulating_speed in circulation.speeds
+        )
         what = "ball circulates" if many == 1 else "balls circulate"
         labels.append(Label(speed, f"{many} {what}\nat {speed:g} rad/s"))
     if scene.critical_speed is not None:

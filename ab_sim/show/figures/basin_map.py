@@ -31,32 +31,32 @@ COLOURS = {
 }
 
 
-def basin_figure(found: Basin, path: Path) -> None:
+def basin_figure(basin: Basin, path: Path) -> None:
     """Draw final states and residual unbalance of runs, and write both to a file.
 
     Args:
-        found: a basin.
+        basin: a basin.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
-    save(drawn_basin(found), path, 110)
+    save(drawn_basin(basin), path, 110)
 
 
-def drawn_basin(found: Basin) -> ResultFigure:
+def drawn_basin(basin: Basin) -> ResultFigure:
     """Return the figure of ``basin_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(13, 6.6), layout="constrained")
-    figure.suptitle(f"Where runs of {found.scene.name} end, by where two balls start", fontsize=14)
-    ends, left = figure.subplots(1, 2, sharex=True, sharey=True)
-    degrees = np.degrees(found.angles)
+    figure.suptitle(f"Where runs of {basin.scene.name} end, by where two balls start", fontsize=14)
+    ends, residuals = figure.subplots(1, 2, sharex=True, sharey=True)
+    degrees = np.degrees(basin.angles)
     half = 180.0 / len(degrees)
     edges = -180.0 - half, 180.0 - half
     order = list(COLOURS)
-    places = np.vectorize(order.index)(found.labels)
+    places = np.vectorize(order.index)(basin.labels)
     palette = ListedColormap([COLOURS[label] for label in order])
     style = {"shading": "nearest", "rasterized": True}
     ends.pcolormesh(
         degrees, degrees, places, cmap=palette, vmin=-0.5, vmax=len(order) - 0.5, **style
     )
-    shares = found.shares
+    shares = basin.shares
     handles = [
         Patch(color=COLOURS[label], label=f"{NAMES[label]}  {100 * share:.1f} %")
         for label, share in shares.items()
@@ -65,15 +65,15 @@ def drawn_basin(found: Basin) -> ResultFigure:
     figure.legend(
         handles=handles, loc="outside lower center", ncols=3, fontsize=9,
         # A legend below all panels leaves no room for a separate line.
-        title=f"balanced: at most {found.limit:g} of the unbalance is left. {NOTATION}",
+        title=f"balanced: at most {basin.limit:g} of the unbalance is left. {NOTATION}",
     )  # fmt: skip
     residual = np.array(
         [[np.nan if e.residual_unbalance is None else e.residual_unbalance for e in row]
-         for row in found.ends]
+         for row in basin.ends]
     )  # fmt: skip
-    drawn = left.pcolormesh(degrees, degrees, residual, cmap="viridis_r", vmin=0.0, **style)
-    figure.colorbar(drawn, ax=left, label="residual unbalance / (M0 e) [1]")
-    for axes in (ends, left):
+    drawn = residuals.pcolormesh(degrees, degrees, residual, cmap="viridis_r", vmin=0.0, **style)
+    figure.colorbar(drawn, ax=residuals, label="residual unbalance / (M0 e) [1]")
+    for axes in (ends, residuals):
         axes.set_xlabel("first ball starts at [deg] from the unbalance")
         axes.set_aspect("equal")
         axes.set_xticks(np.arange(-180, 181, 60))

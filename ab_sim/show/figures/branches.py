@@ -23,19 +23,21 @@ MOST_LABELLED = 12
 """Largest number of patterns that the legend names; it counts the others."""
 
 
-def branches_figure(scene: Scene, found: Equilibria, over_speed: OverSpeed, path: Path) -> None:
+def branches_figure(
+    scene: Scene, equilibria: Equilibria, over_speed: OverSpeed, path: Path
+) -> None:
     """Draw W and ball angles of all branches over speed, and write them to a file.
 
     Args:
         scene: scene of the branches.
-        found: states at one speed, which is marked.
+        equilibria: states at one speed, which is marked.
         over_speed: branches.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
-    save(drawn_branches(scene, found, over_speed), path, 110)
+    save(drawn_branches(scene, equilibria, over_speed), path, 110)
 
 
-def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> ResultFigure:
+def drawn_branches(scene: Scene, equilibria: Equilibria, over_speed: OverSpeed) -> ResultFigure:
     """Return the figure of ``branches_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(10, 7.5), layout="constrained")
     figure.suptitle(f"Where the balls of {scene.name} can rest", fontsize=14)
@@ -55,15 +57,17 @@ def drawn_branches(scene: Scene, found: Equilibria, over_speed: OverSpeed) -> Re
                 _draw(below, interval, colour, lambda s, i=i: math.degrees(s.theta[i]), breaks=True)
     for _, fold in over_speed.folds:
         above.plot(fold.speed, fold.W / length, "D", color="w", mec="k", ms=6, zorder=5)
-    for each in over_speed.crossings:
-        above.plot(each.speed, each.W / length, "o", color="gold", mec="k", ms=7, zorder=5)
+    for crossing in over_speed.crossings:
+        above.plot(crossing.speed, crossing.W / length, "o", color="gold", mec="k", ms=7, zorder=5)
     for low, high in over_speed.without_stable_state:
         for axes in (above, below):
             axes.axvspan(low, high, color="0.9", zorder=0)
     for axes in (above, below):
-        axes.axvline(found.speed, color="0.5", lw=0.8, ls="-.")
+        axes.axvline(equilibria.speed, color="0.5", lw=0.8, ls="-.")
         axes.grid(alpha=0.3)
-    sizes = [s.W / length for each in over_speed.intervals for s in each.states if s.W > 0.0]
+    sizes = [
+        s.W / length for interval in over_speed.intervals for s in interval.states if s.W > 0.0
+    ]
     floor = 0.1 * min(1.0, float(np.percentile(sizes, 10))) if sizes else 0.1
     above.set_yscale("symlog", linthresh=max(floor, 1e-6))
     above.set_ylim(bottom=-0.3 * max(floor, 1e-6))
@@ -101,11 +105,11 @@ def _draw(
 
 
 def _legend(colours: dict[str, str]) -> list[Line2D]:
-    shown = list(colours.items())
-    if len(shown) > MOST_LABELLED:
-        shown = [item for item in shown if item[0] == "balanced"]
-        shown.append((f"{len(colours) - len(shown)} patterns", COLOURS[0]))
-    lines = [Line2D([], [], color=colour, lw=2, label=name) for name, colour in shown]
+    items = list(colours.items())
+    if len(items) > MOST_LABELLED:
+        items = [item for item in items if item[0] == "balanced"]
+        items.append((f"{len(colours) - len(items)} patterns", COLOURS[0]))
+    lines = [Line2D([], [], color=colour, lw=2, label=name) for name, colour in items]
     parts = (
         ("stable", {"color": "k", "ls": "-", "lw": 2.2}),
         ("unstable", {"color": "k", "ls": STYLES[False], "lw": 1.1}),

@@ -23,28 +23,28 @@ ONCE: dict[str, Any] = {"color": "tab:green", "ls": ":", "lw": 1.2}
 RPM = 30.0 / math.pi
 
 
-def campbell_figure(found: NaturalVibration, path: Path) -> None:
+def campbell_figure(vibration: NaturalVibration, path: Path) -> None:
     """Draw frequencies and damping ratios over speed, and write them to a file.
 
     Args:
-        found: vibration of a scene.
+        vibration: vibration of a scene.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
-    save(drawn_campbell(found), path, 110)
+    save(drawn_campbell(vibration), path, 110)
 
 
-def drawn_campbell(found: NaturalVibration) -> ResultFigure:
+def drawn_campbell(vibration: NaturalVibration) -> ResultFigure:
     """Return the figure of ``campbell_figure`` without writing it; arguments as there."""
     figure = ResultFigure(figsize=(9, 6.5), layout="constrained")
-    figure.suptitle(f"Natural frequencies of {found.scene}", fontsize=14)
+    figure.suptitle(f"Natural frequencies of {vibration.scene}", fontsize=14)
     above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.4))
-    speeds, branches = found.over_speed.speeds, found.over_speed.branches
+    speeds, branches = vibration.over_speed.speeds, vibration.over_speed.branches
     for branch in branches:
         _draw(above, speeds, branch, [mode.frequency for mode in branch])
         ratios = [mode.damping_ratio for mode in branch]
         _draw(below, speeds, branch, [math.nan if ratio is None else ratio for ratio in ratios])
     above.plot(speeds, speeds, **ONCE)
-    for speed, mode in found.over_speed.critical:
+    for speed, mode in vibration.over_speed.critical:
         above.plot(speed, speed, "o", color=STYLES[mode.sense]["color"], mec="k", ms=5, zorder=4)
     most = max(mode.frequency for branch in branches for mode in branch)
     above.set_ylim(0, 1.1 * most if most > 0 else speeds[-1])
@@ -61,8 +61,8 @@ def drawn_campbell(found: NaturalVibration) -> ResultFigure:
     for axes in (above, below):
         axes.grid(alpha=0.3)
     last = [branch[-1] for branch in branches]
-    label_at_right(above, [_label(found, mode) for mode in last], away=50.0)
-    above.legend(handles=_legend(found), loc="lower right", fontsize=8)
+    label_at_right(above, [_label(vibration, mode) for mode in last], away=50.0)
+    above.legend(handles=_legend(vibration), loc="lower right", fontsize=8)
     figure.supxlabel(AVERAGE, fontsize=8, color="0.4")
     return figure
 
@@ -77,13 +77,13 @@ def _draw(axes: Axes, speeds: np.ndarray, branch: tuple[Mode, ...], values: list
         axes.plot(speeds, np.where(here, values, np.nan), **style)
 
 
-def _label(found: NaturalVibration, mode: Mode) -> Label:
-    what = ", ".join(moving(found.linearised, mode)[:2])
+def _label(vibration: NaturalVibration, mode: Mode) -> Label:
+    what = ", ".join(moving(vibration.linearised, mode)[:2])
     return Label(mode.frequency, f"{mode.frequency:.4g}  {what}", STYLES[mode.sense]["color"])
 
 
-def _legend(found: NaturalVibration) -> list[Line2D]:
-    senses = {mode.sense for branch in found.over_speed.branches for mode in branch}
+def _legend(vibration: NaturalVibration) -> list[Line2D]:
+    senses = {mode.sense for branch in vibration.over_speed.branches for mode in branch}
     names = {"forward": "forward whirl", "backward": "backward whirl", None: "to and fro"}
     lines = [
         Line2D([], [], label=name, **STYLES[sense])

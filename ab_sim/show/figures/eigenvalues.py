@@ -14,19 +14,19 @@ MARKERS = {True: "o", False: "X", None: "D"}
 """Markers by the linear test's verdict."""
 
 
-def drawn_states(found: Equilibria) -> ResultFigure:
+def drawn_states(equilibria: Equilibria) -> ResultFigure:
     """Return a figure of eigenvalues in the complex plane, and ball angles on a circle per state.
 
     Args:
-        found: resting states of one scene at one speed.
+        equilibria: resting states of one scene at one speed.
     """
     figure = ResultFigure(figsize=(11, 5.6), layout="constrained")
-    figure.suptitle(f"Where the balls of {found.scene} can rest at {found.speed:g} rad/s")
+    figure.suptitle(f"Where the balls of {equilibria.scene} can rest at {equilibria.speed:g} rad/s")
     plane = figure.add_subplot(1, 2, 1)
     ring = figure.add_subplot(1, 2, 2, projection="polar")
-    colours = distinct_colours(len(found.branches), FIRST, avoid=["k"])
+    colours = distinct_colours(len(equilibria.branches), FIRST, avoid=["k"])
     turned = np.linspace(0.0, 2.0 * math.pi, 181)
-    for k, (state, colour) in enumerate(zip(found.branches, colours, strict=True)):
+    for k, (state, colour) in enumerate(zip(equilibria.branches, colours, strict=True)):
         style: dict[str, Any] = {
             "color": colour,
             "marker": MARKERS[state.stable],
@@ -43,8 +43,8 @@ def drawn_states(found: Equilibria) -> ResultFigure:
     plane.set_ylabel("imaginary part [rad/s]")
     plane.grid(alpha=0.3)
     ring.set_yticks([])
-    ring.set_ylim(0.0, 1.0 + len(found.branches))
+    ring.set_ylim(0.0, 1.0 + len(equilibria.branches))
     ring.set_title("ball angles from the unbalance [deg]", fontsize=10)
-    if found.branches:
+    if equilibria.branches:
         figure.legend(loc="outside lower center", ncols=3, fontsize=8)
     return figure

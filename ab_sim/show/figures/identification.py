@@ -12,31 +12,31 @@ WORST = 1.0
 """Largest relative half-width of an interval that is drawn."""
 
 
-def drawn_identification(found: Identification) -> ResultFigure:
+def drawn_identification(identification: Identification) -> ResultFigure:
     """Return the figure of an identification without writing it."""
-    rows = len(found.comparisons)
-    heights = [1.6, 0.8] * rows + [0.4 + 0.25 * len(_shares(found))]
+    rows = len(identification.comparisons)
+    heights = [1.6, 0.8] * rows + [0.4 + 0.25 * len(_shares(identification))]
     figure = ResultFigure(figsize=(10, 1.2 + 1.3 * sum(heights)), layout="constrained")
     panels = figure.subplots(len(heights), 1, height_ratios=heights, squeeze=False).ravel()
-    figure.suptitle(f"{found.before.name}: {found.verdict}", fontsize=13)
-    for k, each in enumerate(found.comparisons):
-        _compare(panels[2 * k], panels[2 * k + 1], each)
-    _intervals(panels[-1], found)
+    figure.suptitle(f"{identification.before.name}: {identification.verdict}", fontsize=13)
+    for k, comparison in enumerate(identification.comparisons):
+        _compare(panels[2 * k], panels[2 * k + 1], comparison)
+    _intervals(panels[-1], identification)
     return figure
 
 
-def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
-    measured = each.measured
+def _compare(above: Axes, below: Axes, recording_fit: RecordingFit) -> None:
+    measured = recording_fit.measured
     unit, scale = shown_unit(measured.unit)
     time = measured.time
     above.plot(time, scale * measured.signals[:, 0], color=MEASURED, lw=1.6, label="measured")
-    above.plot(time, scale * each.simulated[:, 0], color=FITTED, lw=0.7, label="fitted")
+    above.plot(time, scale * recording_fit.simulated[:, 0], color=FITTED, lw=0.7, label="fitted")
     above.set_ylabel(f"{measured.kind} [{unit}]", fontsize=9)
-    suffix = ", held out" if each.held_out else ""
+    suffix = ", held out" if recording_fit.held_out else ""
     above.set_title(f"{measured.name}{suffix}, first axis", fontsize=10, loc="left")
     # Above the axes, where there are no curves.
     above.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=2, fontsize=8, frameon=False)
-    below.plot(time, scale * each.residuals[:, 0], color=LEFT, lw=0.6)
+    below.plot(time, scale * recording_fit.residuals[:, 0], color=LEFT, lw=0.6)
     below.set_ylabel(f"left [{unit}]", fontsize=9)
     below.set_xlabel("time [s]", fontsize=9)
     for axes in (above, below):
@@ -44,17 +44,17 @@ def _compare(above: Axes, below: Axes, each: RecordingFit) -> None:
         axes.grid(alpha=0.3)
 
 
-def _shares(found: Identification) -> list[tuple[str, float, float]]:
+def _shares(identification: Identification) -> list[tuple[str, float, float]]:
     """Return name and relative interval ends of the scene's parameters."""
     return [
-        (each.name, each.low / each.value - 1.0, each.high / each.value - 1.0)
-        for each in found.estimates
-        if not each.own and each.value and np.isfinite([each.low, each.high]).all()
+        (estimate.name, estimate.low / estimate.value - 1.0, estimate.high / estimate.value - 1.0)
+        for estimate in identification.estimates
+        if not estimate.own and estimate.value and np.isfinite([estimate.low, estimate.high]).all()
     ]
 
 
-def _intervals(axes: Axes, found: Identification) -> None:
-    rows = _shares(found)
+def _intervals(axes: Axes, identification: Identification) -> None:
+    rows = _shares(identification)
     for place, (_, low, high) in enumerate(rows):
         axes.plot([100 * low, 100 * high], [place, place], color=LEFT, lw=3)
     axes.set_yticks(range(len(rows)), [name for name, _, _ in rows], fontsize=8)

@@ -38,10 +38,14 @@ def drawn_multipliers(solutions: Sequence[Stability]) -> ResultFigure:
     whole, near = figure.subplots(1, 2)
     for axes in (whole, near):
         _draw_plane(axes, solutions)
-    far = max(1.0, *(float(np.abs(found.multipliers).max(initial=0.0)) for found in solutions))
+    far = max(
+        1.0, *(float(np.abs(solution.multipliers).max(initial=0.0)) for solution in solutions)
+    )
     _frame(whole, 0.0, 1.12 * far)
     whole.set_title("all", fontsize=10)
-    _frame(near, 1.0, min(1.0, 1.4 * max(CLOSEST, *(_from_one(found) for found in solutions))))
+    _frame(
+        near, 1.0, min(1.0, 1.4 * max(CLOSEST, *(_from_one(solution) for solution in solutions)))
+    )
     near.set_title("around 1", fontsize=10)
     figure.legend(
         *whole.get_legend_handles_labels(), loc="outside lower center", fontsize=9,
@@ -56,10 +60,19 @@ def _draw_plane(axes: Axes, solutions: Sequence[Stability]) -> None:
     turn = np.exp(1j * np.linspace(-math.pi, math.pi, 20_001))
     axes.fill(turn.real, turn.imag, zorder=0, **SHADE)
     axes.plot(turn.real, turn.imag, color="0.3", lw=1.0)
-    for marker, found in zip(MARKERS, solutions, strict=False):
-        own, color = found.multipliers, COLORS[found.verdict]
-        label = f"{_name(found)}: {found.verdict}, largest {found.largest:.6g}"
-        axes.plot(own.real, own.imag, marker, color=color, mfc="none", ms=6, mew=1.4, label=label)
+    for marker, solution in zip(MARKERS, solutions, strict=False):
+        multipliers, color = solution.multipliers, COLORS[solution.verdict]
+        label = f"{_name(solution)}: {solution.verdict}, largest {solution.largest:.6g}"
+        axes.plot(
+            multipliers.real,
+            multipliers.imag,
+            marker,
+            color=color,
+            mfc="none",
+            ms=6,
+            mew=1.4,
+            label=label,
+        )
     axes.set_aspect("equal")
     axes.grid(alpha=0.3)
     axes.set_xlabel("real part")
@@ -71,17 +84,19 @@ def _frame(axes: Axes, center: float, half: float) -> None:
     axes.set_ylim(-half, half)
 
 
-def _from_one(found: Stability) -> float:
+def _from_one(stability: Stability) -> float:
     """Return the distance of the largest multiplier from 1."""
-    moduli = np.abs(found.multipliers)
-    largest = found.multipliers[np.abs(moduli - found.largest) <= 1e-12 * (1.0 + found.largest)]
+    moduli = np.abs(stability.multipliers)
+    largest = stability.multipliers[
+        np.abs(moduli - stability.largest) <= 1e-12 * (1.0 + stability.largest)
+    ]
     return float(np.abs(largest - 1.0).min(initial=1.0))
 
 
-def _name(found: Stability) -> str:
-    what = "deck at rest" if found.balanced else f"whirl to {1e6 * found.whirl[1]:.3g} um"
-    angles = ", ".join(f"{math.degrees(in_one_turn(angle)):.1f}" for angle in found.angles[:6])
-    more = ", .." if len(found.angles) > 6 else ""
+def _name(stability: Stability) -> str:
+    what = "deck at rest" if stability.balanced else f"whirl to {1e6 * stability.whirl[1]:.3g} um"
+    angles = ", ".join(f"{math.degrees(in_one_turn(angle)):.1f}" for angle in stability.angles[:6])
+    more = ", .." if len(stability.angles) > 6 else ""
     return f"{what}, balls at {angles}{more} deg" if angles else what
 
 

@@ -21,10 +21,10 @@ def drawn_trajectory(path: Trajectory) -> ResultFigure:
     Args:
         path: consecutive samples from any part of a run.
     """
-    known = {*path.channels}
+    channels = {*path.channels}
     panels = {
-        "speed [rad/s]": path["speed"] if "speed" in known else None,
-        "whirl W [m]": path.whirl if {"x", "y"} <= known else None,
+        "speed [rad/s]": path["speed"] if "speed" in channels else None,
+        "whirl W [m]": path.whirl if {"x", "y"} <= channels else None,
         "ball angles [deg],\nfrom the unbalance": in_degrees(path.ball_angles)
         if path.balls
         else None,
@@ -46,38 +46,38 @@ def drawn_trajectory(path: Trajectory) -> ResultFigure:
     return figure
 
 
-def drawn_batch(found: Batch) -> ResultFigure:
+def drawn_batch(batch: Batch) -> ResultFigure:
     """Return a figure of the whirl of every run over time, coloured in order.
 
     Args:
-        found: at least one run.
+        batch: at least one run.
 
     Raises:
         InputError: the batch has metrics only.
     """
-    if not found.runs:
+    if not batch.runs:
         raise InputError(
             "batch: has no samples to be drawn, only metrics; run it with samples=True"
         )
     figure = ResultFigure(figsize=(9, 5), layout="constrained")
     axes = figure.subplots()
-    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.runs)))
-    for number, (run, shade) in enumerate(zip(found.runs, shades, strict=True)):
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(batch.runs)))
+    for number, (run, shade) in enumerate(zip(batch.runs, shades, strict=True)):
         path = run.trajectory
         if not len(path):
             continue
-        name = _name(found, number) + (", diverged" if run.failure else "")
+        name = _name(batch, number) + (", diverged" if run.failure else "")
         axes.plot(path["time"], path.whirl, color=shade, lw=1.0, label=name)
     axes.set_xlabel("time [s]")
     axes.set_ylabel("whirl W [m]")
-    axes.set_title(f"{found.runs[0].scene.name}: {len(found.runs)} runs", fontsize=13)
+    axes.set_title(f"{batch.runs[0].scene.name}: {len(batch.runs)} runs", fontsize=13)
     axes.grid(alpha=0.3)
-    if len(found.runs) <= MOST_NAMED:
+    if len(batch.runs) <= MOST_NAMED:
         figure.legend(loc="outside right upper", fontsize=8)
     say_conventions(figure)
     return figure
 
 
-def _name(found: Batch, number: int) -> str:
-    varied = found.variations[number] if found.variations else {}
+def _name(batch: Batch, number: int) -> str:
+    varied = batch.variations[number] if batch.variations else {}
     return ", ".join(f"{key} = {value}" for key, value in varied.items()) or f"run {number}"

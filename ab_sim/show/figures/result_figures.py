@@ -25,30 +25,30 @@ from ab_sim.show.figures.sweep import drawn_sweep
 from ab_sim.show.figures.tuning import drawn_tuning
 
 
-def _run(found: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
+def _run(offline_run: OfflineRun, comparison: Comparison | None = None) -> ResultFigure:
     """Draw a run with the runs that it is compared with."""
     beside = Comparison(None, None) if comparison is None else comparison
-    period, adaptive = found.variable_speed_period, found.adaptive
-    path, aborted = found.trajectory, found.aborted
-    return drawn_run(path, found.scene, beside, period, adaptive=adaptive, aborted=aborted)
+    period, adaptive = offline_run.variable_speed_period, offline_run.adaptive
+    path, aborted = offline_run.trajectory, offline_run.aborted
+    return drawn_run(path, offline_run.scene, beside, period, adaptive=adaptive, aborted=aborted)
 
 
-def _followed(found: Followed) -> ResultFigure:
+def _followed(followed: Followed) -> ResultFigure:
     """Draw the largest modulus over a parameter.
 
     Raises:
         InputError: no solution was found at any value.
     """
-    if all(point.found is None for point in found.points):
-        raise InputError(f"{found.over}: no periodic solution was found; there is none to draw")
-    return drawn_modulus(found.scene, found)
+    if all(point.found is None for point in followed.points):
+        raise InputError(f"{followed.over}: no periodic solution was found; there is none to draw")
+    return drawn_modulus(followed.scene, followed)
 
 
 DRAWN: dict[str, Callable[..., ResultFigure]] = {
     "accuracy_cost": drawn_accuracy,
     "basin": drawn_basin,
     "batch": drawn_batch,
-    "effect_cost": lambda found: drawn_cost([found]),
+    "effect_cost": lambda cost: drawn_cost([cost]),
     "equilibria": drawn_states,
     "followed": _followed,
     "metric_sensitivities": drawn_sensitivities,

@@ -179,23 +179,23 @@ def _draw_whirl(
 ) -> None:
     e = scene.rotor.eccentricity
     scale, unit = (1 / e, "W/e [1]") if e > 0 else (1e3, "W [mm]")
-    shown = [metrics]
+    compared = [metrics]
     labels = [Label(metrics.final_whirl * scale, _final(metrics, scale, "this run"), RUN)]
     for name, other in comparison.by_name().items():
         color = WITHOUT_BALLS if other is comparison.without_balls else WITHOUT_PERIOD
         if isinstance(other, Compared):
             draw_curve(axes, other.time, other.whirl * scale, color=color, lw=0.9, zorder=2)
-            shown.append(other.metrics)
+            compared.append(other.metrics)
             text = _final(other.metrics, scale, name.replace(" variable-", "\nvariable-"))
             labels.append(Label(other.metrics.final_whirl * scale, text, color))
     draw_curve(axes, path["time"], path.whirl * scale, color=RUN, lw=1.3, zorder=3)
     hangs = ",\nfrom where the deck hangs" if "gravity" in scene.effects else ""
     axes.set_ylabel(f"whirl radius {unit}{hangs}")
-    finals = [m.final_whirl for m in shown if m.final_whirl > 0]
+    finals = [m.final_whirl for m in compared if m.final_whirl > 0]
     peak = metrics.peak_whirl * scale
     if finals and peak > 0:
         axes.set_yscale("log")
-        top = max(m.peak_whirl for m in shown)
+        top = max(m.peak_whirl for m in compared)
         axes.set_ylim(max(0.3 * min(finals), LEAST * top) * scale, 3.0 * top * scale)
         axes.yaxis.set_major_formatter("{x:g}")
         axes.annotate(

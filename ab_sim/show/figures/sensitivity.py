@@ -13,15 +13,15 @@ SMALL = 1e-6
 """Percent per percent below which a bar is not drawn."""
 
 
-def drawn_sensitivities(found: MetricSensitivities) -> ResultFigure:
+def drawn_sensitivities(sensitivities: MetricSensitivities) -> ResultFigure:
     """Return a figure with a panel for each metric, without writing it."""
-    count = len(found.metrics)
-    shown = [_shown(found.elasticities[i]) for i in range(count)]
-    rows = max([len(each) for each in shown] + [2])
+    count = len(sensitivities.metrics)
+    chosen = [_shown(sensitivities.elasticities[i]) for i in range(count)]
+    rows = max([len(keys) for keys in chosen] + [2])
     figure = ResultFigure(figsize=(1.5 + 5.0 * count, 1.4 + 0.26 * rows), layout="constrained")
     for i, axes in enumerate(figure.subplots(1, count, squeeze=False)[0]):
-        _bars(found, i, shown[i], axes)
-    figure.suptitle(f"{found.scene.name}: percent per percent", fontsize=11)
+        _bars(sensitivities, i, chosen[i], axes)
+    figure.suptitle(f"{sensitivities.scene.name}: percent per percent", fontsize=11)
     return figure
 
 
@@ -31,16 +31,16 @@ def _shown(elasticities: np.ndarray) -> list[int]:
     return order[:MOST][::-1]
 
 
-def _bars(found: MetricSensitivities, metric: int, shown: list[int], axes: Axes) -> None:
-    values = found.elasticities[metric, shown]
+def _bars(sensitivities: MetricSensitivities, metric: int, keys: list[int], axes: Axes) -> None:
+    values = sensitivities.elasticities[metric, keys]
     colours = [MORE if value > 0 else LESS for value in values]
-    errors = found.elasticity_uncertainties[metric, shown]
-    axes.barh(range(len(shown)), values, xerr=errors, color=colours, capsize=3)
-    axes.set_yticks(range(len(shown)), [found.keys[k] for k in shown], fontsize=8)
-    unit = found.metric_units[metric]
-    named = f"{found.metric_values[metric]:.4g}" + ("" if unit == "1" else f" {unit}")
-    axes.set_title(f"{found.metrics[metric]} = {named}", fontsize=9)
+    errors = sensitivities.elasticity_uncertainties[metric, keys]
+    axes.barh(range(len(keys)), values, xerr=errors, color=colours, capsize=3)
+    axes.set_yticks(range(len(keys)), [sensitivities.keys[k] for k in keys], fontsize=8)
+    unit = sensitivities.metric_units[metric]
+    named = f"{sensitivities.metric_values[metric]:.4g}" + ("" if unit == "1" else f" {unit}")
+    axes.set_title(f"{sensitivities.metrics[metric]} = {named}", fontsize=9)
     axes.axvline(0.0, color="black", lw=0.8)
     axes.grid(axis="x", alpha=0.25)
-    if not shown:
+    if not keys:
         axes.text(0.5, 0.5, "no influence", ha="center", transform=axes.transAxes)

@@ -48,34 +48,34 @@ BLUR, NEAR = 2.0, 0.02
 """Number of points over which borders are smoothed, and least distance of a border to a point."""
 
 
-def map_figure(found: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
+def map_figure(stability_map: StabilityMap, path: Path, beside: StabilityMap | None = None) -> None:
     """Draw labels over the plane, and write them to a file.
 
     Args:
-        found: a map.
+        stability_map: a map.
         path: file to write; its ending sets the format (png, svg, pdf).
         beside: another map on the same axes, drawn to the right.
     """
-    save(drawn_map(found, beside), path, 110)
+    save(drawn_map(stability_map, beside), path, 110)
 
 
-def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
+def drawn_map(stability_map: StabilityMap, beside: StabilityMap | None = None) -> ResultFigure:
     """Return the figure of ``map_figure`` without writing it; arguments as there."""
-    maps = [found] if beside is None else [found, beside]
+    maps = [stability_map] if beside is None else [stability_map, beside]
     figure = ResultFigure(figsize=(1.5 + 6.5 * len(maps), 6.4), layout="constrained")
     panels = figure.subplots(1, len(maps), sharex=True, sharey=True, squeeze=False)[0]
-    labels = sorted({label for each in maps for label in each.shares})
+    labels = sorted({label for map_ in maps for label in map_.shares})
     colours = colours_of(labels)
-    for axes, each in zip(panels, maps, strict=True):
-        draw_labels(axes, each.plane, each.labels, colours)
-        hatched = draw_circulation(axes, each)
-        balls = each.plane.scene.balls
+    for axes, map_ in zip(panels, maps, strict=True):
+        draw_labels(axes, map_.plane, map_.labels, colours)
+        hatched = draw_circulation(axes, map_)
+        balls = map_.plane.scene.balls
         count = f"{balls.count} ball{'s' if balls.count != 1 else ''}"
-        axes.set_title(f"{each.plane.scene.name}, {count}", fontsize=12)
+        axes.set_title(f"{map_.plane.scene.name}, {count}", fontsize=12)
         axes.legend(
             handles=[
                 Patch(color=colours[label], label=f"{name_of(label)}  {100 * share:.1f} %")
-                for label, share in each.shares.items()
+                for label, share in map_.shares.items()
             ]
             + hatched,
             title="stable (share of the map)",
@@ -84,7 +84,7 @@ def drawn_map(found: StabilityMap, beside: StabilityMap | None = None) -> Result
             ncols=2,
             fontsize=9,
         )
-    panels[0].set_ylabel(found.plane.titles[1])
+    panels[0].set_ylabel(stability_map.plane.titles[1])
     return figure
 
 
@@ -111,16 +111,16 @@ def draw_labels(axes: Axes, plane: Plane, labels: np.ndarray, colours: dict[int,
         axes.text(0.99, 0.98, held, transform=axes.transAxes, ha="right", va="top", fontsize=9)
 
 
-def draw_circulation(axes: Axes, found: StabilityMap) -> list[Patch]:
+def draw_circulation(axes: Axes, stability_map: StabilityMap) -> list[Patch]:
     """Hatch the areas in which all balls can circulate in a bunch, or in which that is unknown.
 
     Returns:
         Entries for the legend.
     """
-    across, up = found.plane.across.values, found.plane.up.values
+    across, up = stability_map.plane.across.values, stability_map.plane.up.values
     handles = []
     for label, (hatch, colour) in HATCHES.items():
-        inside = found.circulating == label
+        inside = stability_map.circulating == label
         if not inside.any():
             continue
         drawn = axes.contourf(
@@ -133,32 +133,32 @@ def draw_circulation(axes: Axes, found: StabilityMap) -> list[Patch]:
     return handles
 
 
-def family_figure(found: Family, path: Path) -> None:
+def family_figure(family: Family, path: Path) -> None:
     """Draw the borders of stable balance, one for each value, and write them to a file.
 
     Args:
-        found: maps on the same axes.
+        family: maps on the same axes.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
-    plane = found.maps[0].plane
+    plane = family.maps[0].plane
     figure = Figure(figsize=(9, 6.4), layout="constrained")
     axes = figure.subplots()
     handles = []
-    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(found.values)))
-    for value, each, shade in zip(found.values, found.maps, shades, strict=True):
-        for inside, style in ((each.balanced, "-"), (each.balanced_everywhere, ":")):
+    shades = colormaps["viridis"](np.linspace(0.0, 0.9, len(family.values)))
+    for value, map_, shade in zip(family.values, family.maps, shades, strict=True):
+        for inside, style in ((map_.balanced, "-"), (map_.balanced_everywhere, ":")):
             if inside.any() and not inside.all():
                 axes.contour(
                     plane.across.values, plane.up.values, smoothed(inside), levels=[0.5],
                     colors=[shade], linestyles=[style], linewidths=1.8,
                 )  # fmt: skip
-        share = 100.0 * each.balanced.mean()
+        share = 100.0 * map_.balanced.mean()
         handles.append(Line2D([], [], color=shade, lw=1.8, label=f"{value:g}  ({share:.1f} %)"))
     axes.set_title(f"Where {plane.scene.name} can rest balanced: borders", fontsize=13)
     axes.set_xlabel(plane.titles[0])
     axes.set_ylabel(plane.titles[1])
     axes.grid(alpha=0.3)
-    title = f"{found.key}\n(share of the map)\ndotted: at every position"
+    title = f"{family.key}\n(share of the map)\ndotted: at every position"
     axes.legend(
         handles=handles, title=title, fontsize=9, title_fontsize=9, loc="center left",
         bbox_to_anchor=(1.01, 0.5),

@@ -34,21 +34,21 @@ MOST_KEYS = 6
 """Largest number of keys in panels of pairs; the figure says how many are left out."""
 
 
-def drawn_sweep(found: Sweep) -> ResultFigure:
+def drawn_sweep(sweep: Sweep) -> ResultFigure:
     """Return the figure of a sweep without writing it."""
-    if len(found.keys) == 1:
-        return _lines(found)
-    return _maps(found) if len(found.keys) == 2 else _pairs(found)
+    if len(sweep.keys) == 1:
+        return _lines(sweep)
+    return _maps(sweep) if len(sweep.keys) == 2 else _pairs(sweep)
 
 
-def _lines(found: Sweep) -> ResultFigure:
+def _lines(sweep: Sweep) -> ResultFigure:
     """Draw a panel for each metric; several runs at one value give a median and a band."""
-    key, metrics = found.keys[0], found.metrics
+    key, metrics = sweep.keys[0], sweep.metrics
     figure = ResultFigure(figsize=(8.0, 1.2 + 2.2 * len(metrics)), layout="constrained")
     panels = figure.subplots(len(metrics), 1, sharex=True, squeeze=False)[:, 0]
-    places, names = _places(found, key)
+    places, names = _places(sweep, key)
     for axes, metric in zip(panels, metrics, strict=True):
-        values = found.shown(metric).astype(float)
+        values = sweep.shown(metric).astype(float)
         there = np.isfinite(values)
         across = np.unique(places[there])
         groups = [values[there & (places == x)] for x in across]
@@ -63,47 +63,47 @@ def _lines(found: Sweep) -> ResultFigure:
             axes.plot(every, middle, color=LINE, marker=".", ms=5, lw=1.4)
             if _is_wide(values[there]):
                 axes.set_yscale("log")
-        _mark_others(found, axes, places, values)
-        _mark_best(found, metric, axes, places, values)
-        axes.set_ylabel(found.titled(metric), fontsize=9)
+        _mark_others(sweep, axes, places, values)
+        _mark_best(sweep, metric, axes, places, values)
+        axes.set_ylabel(sweep.titled(metric), fontsize=9)
         axes.grid(alpha=0.25)
-    _scale_axis(found, key, panels[-1], names, "x")
-    panels[0].set_title(_title(found), fontsize=11)
-    figure.legend(handles=_legend(found), loc="outside lower center", ncols=4, fontsize=9)
+    _scale_axis(sweep, key, panels[-1], names, "x")
+    panels[0].set_title(_title(sweep), fontsize=11)
+    figure.legend(handles=_legend(sweep), loc="outside lower center", ncols=4, fontsize=9)
     return figure
 
 
-def _maps(found: Sweep) -> ResultFigure:
+def _maps(sweep: Sweep) -> ResultFigure:
     """Draw a map for each metric."""
-    (across, up), metrics = found.keys, found.metrics
+    (across, up), metrics = sweep.keys, sweep.metrics
     columns = min(2, len(metrics))
     rows = math.ceil(len(metrics) / columns)
     figure = ResultFigure(figsize=(1.0 + 5.6 * columns, 1.2 + 4.4 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False).ravel()
-    (x, names_x), (y, names_y) = _places(found, across), _places(found, up)
+    (x, names_x), (y, names_y) = _places(sweep, across), _places(sweep, up)
     for axes, metric in zip(panels, metrics, strict=False):
-        values = found.shown(metric).astype(float)
-        colours = _draw_map(found, axes, (x, y), values)
-        _mark_balanced(found, axes, x, y)
-        _mark_others(found, axes, x, y)
-        _mark_best(found, metric, axes, x, y)
-        axes.set_title(found.titled(metric), fontsize=10)
+        values = sweep.shown(metric).astype(float)
+        colours = _draw_map(sweep, axes, (x, y), values)
+        _mark_balanced(sweep, axes, x, y)
+        _mark_others(sweep, axes, x, y)
+        _mark_best(sweep, metric, axes, x, y)
+        axes.set_title(sweep.titled(metric), fontsize=10)
         if colours is not None:
             figure.colorbar(colours, ax=axes, pad=0.02)
     for axes in panels[len(metrics) :]:
         axes.set_axis_off()
     for place, axes in enumerate(panels[: len(metrics)]):
-        _scale_axis(found, across, axes, names_x, "x", place + columns >= len(metrics))
-        _scale_axis(found, up, axes, names_y, "y", place % columns == 0)
-    figure.suptitle(_title(found), fontsize=11)
-    gaps = any(not np.isfinite(found.shown(metric).astype(float)).all() for metric in metrics)
-    handles = [*_legend(found, dots=True), *([_no_value()] if gaps else [])]
+        _scale_axis(sweep, across, axes, names_x, "x", place + columns >= len(metrics))
+        _scale_axis(sweep, up, axes, names_y, "y", place % columns == 0)
+    figure.suptitle(_title(sweep), fontsize=11)
+    gaps = any(not np.isfinite(sweep.shown(metric).astype(float)).all() for metric in metrics)
+    handles = [*_legend(sweep, dots=True), *([_no_value()] if gaps else [])]
     figure.legend(handles=handles, loc="outside lower center", ncols=4, fontsize=9)
     return figure
 
 
 def _draw_map(
-    found: Sweep, axes: Axes, places: tuple[np.ndarray, np.ndarray], values: np.ndarray
+    sweep: Sweep, axes: Axes, places: tuple[np.ndarray, np.ndarray], values: np.ndarray
 ) -> ScalarMappable | None:
     """Draw a grid's values as areas, or a design's as points; None without values."""
     (x, y), there = places, np.isfinite(values)
@@ -111,10 +111,10 @@ def _draw_map(
         axes.text(0.5, 0.5, "no run has it", transform=axes.transAxes, ha="center", fontsize=10)
         return None
     norm = _norm(values[there])
-    if found.shape is None:
+    if sweep.shape is None:
         return axes.scatter(x[there], y[there], c=values[there], s=14, norm=norm, cmap="viridis")
-    grid = values.reshape(found.shape).T
-    across, up = x.reshape(found.shape)[:, 0], y.reshape(found.shape)[0]
+    grid = values.reshape(sweep.shape).T
+    across, up = x.reshape(sweep.shape)[:, 0], y.reshape(sweep.shape)[0]
     order_x, order_y = np.argsort(across), np.argsort(up)
     across, up, grid = across[order_x], up[order_y], grid[np.ix_(order_y, order_x)]
     areas = axes.pcolormesh(
@@ -124,14 +124,14 @@ def _draw_map(
     return areas
 
 
-def _pairs(found: Sweep) -> ResultFigure:
+def _pairs(sweep: Sweep) -> ResultFigure:
     """Draw runs over each pair of keys, coloured by the first metric, with good runs on top."""
-    keys, metric = found.keys[:MOST_KEYS], found.metrics[0]
+    keys, metric = sweep.keys[:MOST_KEYS], sweep.metrics[0]
     count = len(keys) - 1
     side = max(2.2, 7.5 / count)
     figure = ResultFigure(figsize=(1.5 + side * count, 1.2 + side * count), layout="constrained")
     panels = figure.subplots(count, count, squeeze=False, sharex="col", sharey="row")
-    values = found.shown(metric).astype(float)
+    values = sweep.shown(metric).astype(float)
     there = np.flatnonzero(np.isfinite(values))
     order = there[np.argsort(values[there])]
     if metrics_named([metric])[0].better is not Better.LARGER:
@@ -142,28 +142,28 @@ def _pairs(found: Sweep) -> ResultFigure:
         if column > row:
             axes.set_axis_off()
             continue
-        (x, names_x), (y, names_y) = (_places(found, k) for k in (keys[column], keys[row + 1]))
+        (x, names_x), (y, names_y) = (_places(sweep, k) for k in (keys[column], keys[row + 1]))
         axes.scatter(x[order], y[order], c=values[order], s=10, norm=norm, cmap="viridis")
-        _mark_balanced(found, axes, x, y)
-        _mark_others(found, axes, x, y)
-        _mark_best(found, metric, axes, x, y)
-        _scale_axis(found, keys[column], axes, names_x, "x", row == count - 1)
-        _scale_axis(found, keys[row + 1], axes, names_y, "y", column == 0)
+        _mark_balanced(sweep, axes, x, y)
+        _mark_others(sweep, axes, x, y)
+        _mark_best(sweep, metric, axes, x, y)
+        _scale_axis(sweep, keys[column], axes, names_x, "x", row == count - 1)
+        _scale_axis(sweep, keys[row + 1], axes, names_y, "y", column == 0)
     bar = ScalarMappable(norm, "viridis")
-    figure.colorbar(bar, ax=panels, label=found.titled(metric), shrink=0.6, pad=0.02)
+    figure.colorbar(bar, ax=panels, label=sweep.titled(metric), shrink=0.6, pad=0.02)
     left_out = (
-        f"; {', '.join(found.keys[MOST_KEYS:])} not drawn" if len(found.keys) > len(keys) else ""
+        f"; {', '.join(sweep.keys[MOST_KEYS:])} not drawn" if len(sweep.keys) > len(keys) else ""
     )
-    figure.suptitle(_title(found) + left_out, fontsize=11)
+    figure.suptitle(_title(sweep) + left_out, fontsize=11)
     figure.legend(
-        handles=_legend(found, dots=True), loc="outside lower center", ncols=4, fontsize=9
+        handles=_legend(sweep, dots=True), loc="outside lower center", ncols=4, fontsize=9
     )
     return figure
 
 
-def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
+def _places(sweep: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
     """Return the positions of the runs' values; for texts, numbers in a row and their names."""
-    values = found.shown(key)
+    values = sweep.shown(key)
     if values.dtype.kind in "fiu":
         return values.astype(float), None
     names = list(dict.fromkeys(str(value) for value in values))
@@ -171,16 +171,16 @@ def _places(found: Sweep, key: str) -> tuple[np.ndarray, list[str] | None]:
 
 
 def _scale_axis(
-    found: Sweep, key: str, axes: Axes, names: list[str] | None, which: str, titled: bool = True
+    sweep: Sweep, key: str, axes: Axes, names: list[str] | None, which: str, titled: bool = True
 ) -> None:
     """Set ticks and title of an axis, logarithmic if the values suggest it."""
     axis = axes.xaxis if which == "x" else axes.yaxis
     if names is not None:
         axis.set_ticks(range(len(names)), [name[:24] for name in names])
-    elif _is_log(found[key].astype(float)):
+    elif _is_log(sweep[key].astype(float)):
         (axes.set_xscale if which == "x" else axes.set_yscale)("log")
     if titled:
-        axis.set_label_text(found.titled(key), fontsize=9)
+        axis.set_label_text(sweep.titled(key), fontsize=9)
 
 
 def _is_log(values: np.ndarray) -> bool:
@@ -188,20 +188,22 @@ def _is_log(values: np.ndarray) -> bool:
     across = np.unique(values)
     if len(across) < 3 or across[0] <= 0 or across[-1] < 3.0 * across[0]:
         return False
-    evenness = [np.std(np.diff(each)) / np.mean(np.diff(each)) for each in (across, np.log(across))]
+    evenness = [
+        np.std(np.diff(values)) / np.mean(np.diff(values)) for values in (across, np.log(across))
+    ]
     return bool(evenness[1] < evenness[0])
 
 
-def _mark_balanced(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+def _mark_balanced(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     for outcome in BALANCES:
-        chosen = found[OUTCOME] == outcome
+        chosen = sweep[OUTCOME] == outcome
         axes.plot(x[chosen], y[chosen], ms=_size(y), mew=0.6, **_style(outcome))
 
 
-def _mark_others(found: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+def _mark_others(sweep: Sweep, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     """Mark runs that did not settle; those without a value are lines across the panel."""
     for outcome, (_, colour) in MARKS.items():
-        chosen = found[OUTCOME] == outcome
+        chosen = sweep[OUTCOME] == outcome
         valued = chosen & np.isfinite(y)
         axes.plot(x[valued], y[valued], ms=_size(y), zorder=3, **_style(outcome))
         for place in x[chosen & ~np.isfinite(y)]:
@@ -221,25 +223,25 @@ def _style(outcome: str) -> dict[str, Any]:
     return {"ls": "", "marker": marker, "mfc": "none" if marker == "o" else colour, "mec": colour}
 
 
-def _mark_best(found: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
+def _mark_best(sweep: Sweep, metric: str, axes: Axes, x: np.ndarray, y: np.ndarray) -> None:
     if metrics_named([metric])[0].better is Better.NEITHER:
         return
-    run = found.best(metric)
+    run = sweep.best(metric)
     if run is not None:
         axes.plot(
             x[run], y[run], marker="*", ms=15, mfc=BEST, mec="white", mew=0.8, ls="", zorder=4
         )
 
 
-def _legend(found: Sweep, dots: bool = False) -> list[Line2D]:
+def _legend(sweep: Sweep, dots: bool = False) -> list[Line2D]:
     """Return legend entries for the outcomes that occur, with their counts.
 
     Args:
-        found: the sweep.
+        sweep: the sweep.
         dots: whether runs that balance have dots, as on maps.
     """
     handles = [Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best that settled")]
-    for outcome, count in found.outcomes.items():
+    for outcome, count in sweep.outcomes.items():
         label = f"{outcome}: {count}"
         if outcome in MARKS or (dots and outcome in BALANCES):
             handles.append(Line2D([], [], label=label, **_style(outcome)))
@@ -264,5 +266,5 @@ def _is_wide(values: np.ndarray) -> bool:
     return bool(values.min() > 0 and values.max() > WIDE * values.min())
 
 
-def _title(found: Sweep) -> str:
-    return f"{found.scene.name}, {len(found.table)} runs"
+def _title(sweep: Sweep) -> str:
+    return f"{sweep.scene.name}, {len(sweep.table)} runs"

@@ -22,32 +22,32 @@ NOT_BALANCED: dict[str, Any] = {"ls": "", "marker": "o", "color": "white"}
 DASHES = {AS_IT_IS: "--", NO_PERIOD: ":"}
 
 
-def drawn_tuning(found: Tuning) -> ResultFigure:
+def drawn_tuning(tuning: Tuning) -> ResultFigure:
     """Return the figure of a tuning without writing it."""
-    keys, aim = found.keys, found.task.standard.aim.metric
+    keys, aim = tuning.keys, tuning.task.standard.aim.metric
     columns = min(3, len(keys))
     rows = math.ceil(len(keys) / columns)
     figure = ResultFigure(figsize=(1.2 + 4.2 * columns, 1.4 + 3.2 * rows), layout="constrained")
     panels = figure.subplots(rows, columns, sharey=True, squeeze=False).ravel()
-    values = found.scores.aims * found.runs.factor(aim)
-    ends = _left_out(found)
+    values = tuning.scores.aims * tuning.runs.factor(aim)
+    ends = _left_out(tuning)
     for place, (axes, key) in enumerate(zip(panels, keys, strict=False)):
-        _panel(found, axes, place, values, ends)
-        axes.set_xlabel(_label(found, key, scene_keys(key)[0].meaning), fontsize=9)
+        _panel(tuning, axes, place, values, ends)
+        axes.set_xlabel(_label(tuning, key, scene_keys(key)[0].meaning), fontsize=9)
         if place % columns == 0:
-            axes.set_ylabel(_label(found, aim, _meaning_of(aim)), fontsize=9)
+            axes.set_ylabel(_label(tuning, aim, _meaning_of(aim)), fontsize=9)
     there = np.concatenate([values, ends])
     there = there[np.isfinite(there)]
     if len(there) and there.min() > 0 and there.max() > WIDE * there.min():
         panels[0].set_yscale("log")
     for axes in panels[len(keys) :]:
         axes.set_axis_off()
-    standard = found.task.standard
-    bounds = "".join(f", {each}" for each in standard.bounds)
-    of = f", of {100 * standard.share:g} % of drives" if found.task.spreading.draws > 1 else ""
-    figure.suptitle(f"{found.runs.scene.name}: {standard.aim}{bounds}{of}", fontsize=11)
+    standard = tuning.task.standard
+    bounds = "".join(f", {bound}" for bound in standard.bounds)
+    of = f", of {100 * standard.share:g} % of drives" if tuning.task.spreading.draws > 1 else ""
+    figure.suptitle(f"{tuning.runs.scene.name}: {standard.aim}{bounds}{of}", fontsize=11)
     figure.legend(
-        handles=_legend(found), loc="outside lower center", ncols=min(2, columns), fontsize=9
+        handles=_legend(tuning), loc="outside lower center", ncols=min(2, columns), fontsize=9
     )
     return figure
 
@@ -57,50 +57,50 @@ def _meaning_of(aim: str) -> str:
     return metric.meaning if metric.row is None else metric.row.label.replace("{W}", "W/e")
 
 
-def _label(found: Tuning, name: str, meaning: str) -> str:
+def _label(tuning: Tuning, name: str, meaning: str) -> str:
     """Return the meaning of a key or metric, and below it its name with the unit."""
-    return f"{textwrap.fill(re.split('[;:]', meaning)[0], 50)}\n{found.runs.titled(name)}"
+    return f"{textwrap.fill(re.split('[;:]', meaning)[0], 50)}\n{tuning.runs.titled(name)}"
 
 
-def _left_out(found: Tuning) -> np.ndarray:
+def _left_out(tuning: Tuning) -> np.ndarray:
     """Return the shown objectives of unsettled candidates at their end; NaN for all others."""
-    ends = np.full(len(found.candidates), np.nan)
-    if found.left_out:
-        aim = found.task.standard.aim.metric
-        chosen = np.isin(found.runs[OUTCOME].astype(str), list(found.left_out))
-        ends[chosen] = found.runs.shown(aim)[chosen]
+    ends = np.full(len(tuning.candidates), np.nan)
+    if tuning.left_out:
+        aim = tuning.task.standard.aim.metric
+        chosen = np.isin(tuning.runs[OUTCOME].astype(str), list(tuning.left_out))
+        ends[chosen] = tuning.runs.shown(aim)[chosen]
     return ends
 
 
-def _not_balanced(found: Tuning) -> np.ndarray:
+def _not_balanced(tuning: Tuning) -> np.ndarray:
     """Return a mask of settled candidates that do not balance; none for random drives."""
-    if found.task.spreading.draws > 1:
-        return np.zeros(len(found.candidates), bool)
-    return np.asarray(found.runs[OUTCOME].astype(str) == Verdict.NOT_BALANCED.value)
+    if tuning.task.spreading.draws > 1:
+        return np.zeros(len(tuning.candidates), bool)
+    return np.asarray(tuning.runs[OUTCOME].astype(str) == Verdict.NOT_BALANCED.value)
 
 
-def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray) -> None:
-    range_, aim = found.task.ranges[place], found.task.standard.aim.metric
-    wide, tall = found.runs.factor(range_.key), found.runs.factor(aim)
-    across, within = found.candidates[:, place] * wide, found.scores.within
+def _panel(tuning: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.ndarray) -> None:
+    range_, aim = tuning.task.ranges[place], tuning.task.standard.aim.metric
+    wide, tall = tuning.runs.factor(range_.key), tuning.runs.factor(aim)
+    across, within = tuning.candidates[:, place] * wide, tuning.scores.within
     size = min(4.0, max(1.2, 60.0 / math.sqrt(len(values))))
     for chosen, colour in ((~within, OUTSIDE), (within, LINE)):
         axes.plot(across[chosen], values[chosen], ls="", marker="o", ms=size, color=colour)
-    hollow = _not_balanced(found)
+    hollow = _not_balanced(tuning)
     axes.plot(across[hollow], values[hollow], **NOT_BALANCED, ms=0.5 * size)
     axes.plot(across, ends, ls="", marker="o", ms=size, mfc="none", mec=LEFT_OUT, mew=0.6)
     nothing = across[~np.isfinite(values) & ~np.isfinite(ends)]
     if len(nothing):
         edge = axes.get_xaxis_transform()
         axes.plot(nothing, np.full(len(nothing), 0.98), transform=edge, **NO_VALUE, ms=size)
-    for name, before, settled in found.before:
+    for name, before, settled in tuning.before:
         if before is not None and settled:
             axes.axhline(before * tall, color=BEFORE, lw=1.2, ls=DASHES[name])
-    for name, value, metric, inside in found.beside:
+    for name, value, metric, inside in tuning.beside:
         if name == range_.key and inside and metric is not None:
             axes.plot(value * wide, metric * tall, marker="|", ms=12, mew=1.6, color=BEST, ls="")
-    if found.candidate is not None:
-        best = across[found.candidate], values[found.candidate]
+    if tuning.candidate is not None:
+        best = across[tuning.candidate], values[tuning.candidate]
         axes.plot(*best, marker="*", ms=15, mfc=BEST, mec="white", ls="")
     if range_.log:
         axes.set_xscale("log")
@@ -109,9 +109,9 @@ def _panel(found: Tuning, axes: Axes, place: int, values: np.ndarray, ends: np.n
     axes.grid(alpha=0.25)
 
 
-def _legend(found: Tuning) -> list[Line2D]:
-    within, valued = found.scores.within, np.isfinite(found.scores.aims)
-    ends = np.isfinite(_left_out(found))
+def _legend(tuning: Tuning) -> list[Line2D]:
+    within, valued = tuning.scores.within, np.isfinite(tuning.scores.aims)
+    ends = np.isfinite(_left_out(tuning))
     kinds = (
         ("within all bounds", "o", LINE, LINE, within),
         ("outside a bound", "o", OUTSIDE, OUTSIDE, valued & ~within),
@@ -122,7 +122,7 @@ def _legend(found: Tuning) -> list[Line2D]:
         for name, mark, face, edge, chosen in kinds
         if (count := int(np.count_nonzero(chosen)))
     ]
-    if hollow := int(np.count_nonzero(_not_balanced(found) & valued)):
+    if hollow := int(np.count_nonzero(_not_balanced(tuning) & valued)):
         text = f"white inside: not balanced: {hollow}"
         handles.append(
             Line2D([], [], marker="o", ls="", mfc="white", mec=LINE, mew=1.4, ms=5, label=text)
@@ -130,12 +130,12 @@ def _legend(found: Tuning) -> list[Line2D]:
     if nothing := int(np.count_nonzero(~valued & ~ends)):
         text = f"without a value, e.g. not balanced; at the upper edge: {nothing}"
         handles.append(Line2D([], [], **NO_VALUE, ms=4, label=text))
-    if found.candidate is not None:
+    if tuning.candidate is not None:
         handles.append(Line2D([], [], marker="*", ms=12, color=BEST, ls="", label="best"))
         handles.append(
             Line2D([], [], marker="|", ms=11, mew=1.6, color=BEST, ls="", label="5 % beside it")
         )
-    for name, _, settled in found.before:
+    for name, _, settled in tuning.before:
         if settled:
             handles.append(Line2D([], [], color=BEFORE, ls=DASHES[name], label=f"the scene {name}"))
     return handles

@@ -126,12 +126,12 @@ class RecordingComparison(Presented):
     def _columns(self) -> Columns:
         deviations = self.deviations
         return {
-            "channel": Column(None, [each.channel for each in deviations]),
-            "unit": Column(None, [each.unit for each in deviations]),
-            "largest": Column(None, [each.largest for each in deviations]),
-            "at": Column("s", [each.at for each in deviations]),
-            "rms": Column(None, [each.rms for each in deviations]),
-            "same_to_the_bit": Column(None, [each.same for each in deviations]),
+            "channel": Column(None, [deviation.channel for deviation in deviations]),
+            "unit": Column(None, [deviation.unit for deviation in deviations]),
+            "largest": Column(None, [deviation.largest for deviation in deviations]),
+            "at": Column("s", [deviation.at for deviation in deviations]),
+            "rms": Column(None, [deviation.rms for deviation in deviations]),
+            "same_to_the_bit": Column(None, [deviation.same for deviation in deviations]),
         }
 
     def report(self) -> dict[str, object]:

@@ -17,34 +17,34 @@ MOST = 6
 FIRST = ("speed", "x", "y", "ball_0_angle", "ball_1_angle", "motor_torque", "ax", "ay")
 
 
-def compare_picture(found: RecordingComparison, recording: str, path: Path) -> None:
+def compare_picture(comparison: RecordingComparison, recording: str, path: Path) -> None:
     """Draw recorded and simulated channels, each with the difference.
 
     Args:
-        found: the comparison.
+        comparison: the comparison.
         recording: its name, for the title.
         path: file to write; its ending sets the format (png, svg, pdf).
     """
-    save(_drawn(found, recording), path, 110)
+    save(_drawn(comparison, recording), path, 110)
 
 
-def drawn_comparison(found: RecordingComparison) -> ResultFigure:
+def drawn_comparison(comparison: RecordingComparison) -> ResultFigure:
     """Return the figure without writing it, for ``plot()`` of a comparison."""
-    return _drawn(found, "the recording")
+    return _drawn(comparison, "the recording")
 
 
-def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
-    deviations = sorted(found.deviations, key=_place)[:MOST]
-    left_out = _left_out(found, deviations)
+def _drawn(comparison: RecordingComparison, recording: str) -> ResultFigure:
+    deviations = sorted(comparison.deviations, key=_place)[:MOST]
+    left_out = _left_out(comparison, deviations)
     lines = 1 + left_out.count("\n")
     figure = ResultFigure(
         figsize=(13, 1.2 + 0.17 * lines + 2.1 * len(deviations)), layout="constrained"
     )
     panels = figure.subplots(len(deviations), 2, sharex=True, squeeze=False)
-    verdict = "the same to the bit" if found.same else f"driven by {found.driven_by}"
-    figure.suptitle(f"{recording} beside {found.scene.name}: {verdict}", fontsize=13)
+    verdict = "the same to the bit" if comparison.same else f"driven by {comparison.driven_by}"
+    figure.suptitle(f"{recording} beside {comparison.scene.name}: {verdict}", fontsize=13)
     for (left, right), deviation in zip(panels, deviations, strict=True):
-        _draw(left, right, found, deviation)
+        _draw(left, right, comparison, deviation)
     panels[0][0].set_title("recorded and simulated", fontsize=10)
     panels[0][1].set_title("simulated - recorded", fontsize=10)
     for axes in panels[-1]:
@@ -55,13 +55,15 @@ def _drawn(found: RecordingComparison, recording: str) -> ResultFigure:
     return figure
 
 
-def _left_out(found: RecordingComparison, shown: list[ChannelDeviation]) -> str:
+def _left_out(comparison: RecordingComparison, deviations: list[ChannelDeviation]) -> str:
     """Return lines of text on channels that the picture does not show, with reasons."""
-    names = ", ".join(each.channel for each in found.deviations if each not in shown)
+    names = ", ".join(
+        deviation.channel for deviation in comparison.deviations if deviation not in deviations
+    )
     lines = [f"Compared, not drawn: {names}."] if names else []
     lines += [
         f"Not compared, {reason}: {', '.join(channels)}."
-        for reason, channels in found.not_compared.items()
+        for reason, channels in comparison.not_compared.items()
     ]
     return "\n".join(textwrap.fill(text, 170) for text in lines)
 
@@ -70,20 +72,22 @@ def _place(deviation: ChannelDeviation) -> int:
     return FIRST.index(deviation.channel) if deviation.channel in FIRST else len(FIRST)
 
 
-def _draw(left: Axes, right: Axes, found: RecordingComparison, deviation: ChannelDeviation) -> None:
+def _draw(
+    left: Axes, right: Axes, comparison: RecordingComparison, deviation: ChannelDeviation
+) -> None:
     name, turned = deviation.channel, is_ball_angle(deviation.channel)
     # angles as in other pictures: in degrees, in one turn
     unit = " [deg]" if turned else "" if deviation.unit is None else f" [{deviation.unit}]"
     factor = math.degrees(1.0) if turned else 1.0
     for envelope, color, width, label in (
-        (found.recorded, GREY, 3.0, "recorded"),
-        (found.simulated, RUN, 0.9, "simulated"),
+        (comparison.recorded, GREY, 3.0, "recorded"),
+        (comparison.simulated, RUN, 0.9, "simulated"),
     ):
         time, values = envelope.curve(name)
         converted = in_degrees(values) if turned else values
         left.plot(time, converted, color=color, lw=width, label=label)
     left.set_ylabel(f"{name}{unit}")
-    time, values = found.differences.curve(name)
+    time, values = comparison.differences.curve(name)
     right.plot(time, factor * values, color=VERMILION, lw=1.0)
     if deviation.same:
         right.set_ylim(-1.0, 1.0)

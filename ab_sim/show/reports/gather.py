@@ -62,8 +62,8 @@ class RunData:
     @property
     def eccentricity(self) -> float:
         """Eccentricity e [m]; 0 if unknown."""
-        known = self.run.description.get("eccentricity")
-        return float(known) if isinstance(known, int | float) else 0.0
+        value = self.run.description.get("eccentricity")
+        return float(value) if isinstance(value, int | float) else 0.0
 
     def report(self) -> dict[str, Any]:
         """Return JSON-able values: see ``ab-sim report --help``."""

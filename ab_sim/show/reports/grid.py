@@ -46,17 +46,17 @@ def grid_of(names: Sequence[str], runs: Sequence[Sequence[Panel]]) -> Grid:
     for at, over in enumerate(timed):
         if over:
             joint[at] = (min(times), max(times)), joint[at][1]
-    own = tuple(_flattens(row, shared) for row, shared in zip(drawn, joint, strict=True))
+    own_scales = tuple(_flattens(row, shared) for row, shared in zip(drawn, joint, strict=True))
     limits = tuple(
         tuple(_alone(panel, shared) if apart and panel else shared for panel in row)
-        for row, shared, apart in zip(rows, joint, own, strict=True)
+        for row, shared, apart in zip(rows, joint, own_scales, strict=True)
     )
-    return Grid(tuple(names), rows, limits, own)
+    return Grid(tuple(names), rows, limits, own_scales)
 
 
-def grid_title(panel: Panel, own: bool) -> str:
+def grid_title(panel: Panel, has_own_scale: bool) -> str:
     """Return the title of a panel, with a note if its scale differs from its neighbours'."""
-    return f"{panel.title} (own scale)" if own and not panel.note else panel.title
+    return f"{panel.title} (own scale)" if has_own_scale and not panel.note else panel.title
 
 
 def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
@@ -72,12 +72,12 @@ def _flattens(panels: Sequence[Panel], shared: Limits) -> bool:
     whole = height(shared, log)
     # A constant curve, such as a held speed, is flat on its own axes, too.
     heights = [height(_limits([panel]), log) for panel in panels if _varies(panel)]
-    return any(own < LEAST_HEIGHT * whole for own in heights)
+    return any(height < LEAST_HEIGHT * whole for height in heights)
 
 
 def _varies(panel: Panel) -> bool:
     values = [part.y[np.isfinite(part.y)] for part in (*panel.curves, panel.cloud) if part]
-    return any(len(each) and np.ptp(each) > 1e-6 * np.abs(each).max() for each in values)
+    return any(len(value) and np.ptp(value) > 1e-6 * np.abs(value).max() for value in values)
 
 
 def _alone(panel: Panel, shared: Limits) -> Limits:

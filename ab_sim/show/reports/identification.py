@@ -12,7 +12,7 @@ from ab_sim.identification.intervals import ProfilePoints
 from ab_sim.identification.result import Identification, RecordingFit, share_words, shown_unit
 from ab_sim.show.figures.colours import BLUE, GREY, RUN, SERIES
 from ab_sim.show.reports.grid import Limits
-from ab_sim.show.reports.page import panel_html, shown, write_page
+from ab_sim.show.reports.page import escaped, panel_html, write_page
 from ab_sim.show.reports.panels import TIME, Panel, PanelLine
 
 POINTS = 3000
@@ -26,95 +26,115 @@ BINS = 200
 Rows = Sequence[Sequence[str]]
 
 
-def identification_page(found: Identification, path: Path) -> None:
+def identification_page(identification: Identification, path: Path) -> None:
     """Write a self-contained page.
 
     Args:
-        found: the identification.
+        identification: the identification.
         path: file to write: .html.
 
     Raises:
         OSError: the file cannot be written.
     """
-    write_page(path, f"{found.before.name}: {found.verdict}", "".join(_sections(found)))
+    write_page(
+        path,
+        f"{identification.before.name}: {identification.verdict}",
+        "".join(_sections(identification)),
+    )
 
 
-def _sections(found: Identification) -> Iterator[str]:
-    yield _list([*found.reasons, *found.notes])
+def _sections(identification: Identification) -> Iterator[str]:
+    yield _list([*identification.reasons, *identification.notes])
     yield "<h2>Values and their intervals of 95 %</h2>\n"
-    yield _table(("", "value", "from", "to", "began at", "interval by"), _value_rows(found))
-    if found.knowledge.open:
+    yield _table(
+        ("", "value", "from", "to", "began at", "interval by"), _value_rows(identification)
+    )
+    if identification.knowledge.open:
         yield "<h2>What these recordings cannot tell</h2>\n"
-        yield _list([f"{each.words}. {each.advice}." for each in found.knowledge.open])
-    if found.tried:
+        yield _list(
+            [
+                f"{direction.words}. {direction.advice}."
+                for direction in identification.knowledge.open
+            ]
+        )
+    if identification.tried:
         yield "<h2>What is missing, tried one by one</h2>\n"
-        yield _table(("tried", "explains", "Ljung-Box z with it"), _tried_rows(found))
-    if found.proposals:
+        yield _table(("tried", "explains", "Ljung-Box z with it"), _tried_rows(identification))
+    if identification.proposals:
         yield "<h2>What to record next</h2>\n"
         heads = ("recording", "how", "worst half interval now", "with it", "makes known")
-        yield _table(heads, _proposal_rows(found))
-    for each in found.comparisons:
-        yield f"<h2>{shown(each.measured.name)}{', held out' if each.held_out else ''}</h2>\n"
-        for panel, limits in _panels(each):
+        yield _table(heads, _proposal_rows(identification))
+    for comparison in identification.comparisons:
+        held_out = ", held out" if comparison.held_out else ""
+        yield f"<h2>{escaped(comparison.measured.name)}{held_out}</h2>\n"
+        for panel, limits in _panels(comparison):
             yield _division(panel, limits)
-    if found.intervals.profiles:
+    if identification.intervals.profiles:
         yield "<h2>Profiles: the sum of squares as one value is moved and all others follow</h2>\n"
-        for profile in found.intervals.profiles:
+        for profile in identification.intervals.profiles:
             yield _division(*_profile(profile))
-    if len(found.intervals.names) > 1:
+    if len(identification.intervals.names) > 1:
         yield "<h2>Correlations of the fitted values</h2>\n"
-        count = len(found.intervals.names)
-        yield _table(("", *map(str, range(1, count + 1))), _correlations(found))
+        count = len(identification.intervals.names)
+        yield _table(("", *map(str, range(1, count + 1))), _correlations(identification))
 
 
 def _list(texts: Sequence[str]) -> str:
-    return "<ul>" + "".join(f"<li>{shown(text)}</li>\n" for text in texts) + "</ul>\n"
+    return "<ul>" + "".join(f"<li>{escaped(text)}</li>\n" for text in texts) + "</ul>\n"
 
 
 def _table(heads: Sequence[str], rows: Rows) -> str:
-    head = "".join(f"<th>{shown(name)}</th>" for name in heads)
+    head = "".join(f"<th>{escaped(name)}</th>" for name in heads)
     body = "".join(
-        "<tr>" + "".join(f"<td>{shown(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
+        "<tr>" + "".join(f"<td>{escaped(cell)}</td>" for cell in row) + "</tr>\n" for row in rows
     )
     return f"<table><tr>{head}</tr>\n{body}</table>\n"
 
 
-def _value_rows(found: Identification) -> Rows:
+def _value_rows(identification: Identification) -> Rows:
     return [
         (
-            titled(each.name, each.unit),
-            f"{each.value:.6g}", f"{each.low:.6g}", f"{each.high:.6g}", number(each.start),
-            each.how + (", at its bound" if each.at_bound else ""),
+            titled(estimate.name, estimate.unit),
+            f"{estimate.value:.6g}", f"{estimate.low:.6g}", f"{estimate.high:.6g}",
+            number(estimate.start),
+            estimate.how + (", at its bound" if estimate.at_bound else ""),
         )
-        for each in found.estimates
+        for estimate in identification.estimates
     ]  # fmt: skip
 
 
-def _tried_rows(found: Identification) -> Rows:
+def _tried_rows(identification: Identification) -> Rows:
     return [
-        (each.name, each.failure or f"{100 * each.explains:.0f} %",
-         "" if each.failure else f"{each.z:.1f}")
-        for each in found.tried
+        (trial.name, trial.failure or f"{100 * trial.explains:.0f} %",
+         "" if trial.failure else f"{trial.z:.1f}")
+        for trial in identification.tried
     ]  # fmt: skip
 
 
-def _proposal_rows(found: Identification) -> Rows:
+def _proposal_rows(identification: Identification) -> Rows:
     return [
-        (each.name, each.words, share_words(each.now), share_words(each.then), each.gains)
-        for each in found.proposals
+        (
+            proposal.name,
+            proposal.words,
+            share_words(proposal.now),
+            share_words(proposal.then),
+            proposal.gains,
+        )
+        for proposal in identification.proposals
     ]
 
 
 def _division(panel: Panel, limits: Limits) -> str:
-    return f"<div><h3>{shown(panel.title)}</h3>{panel_html(panel, limits)}</div>\n"
+    return f"<div><h3>{escaped(panel.title)}</h3>{panel_html(panel, limits)}</div>\n"
 
 
-def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
-    measured = each.measured
+def _panels(recording_fit: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
+    measured = recording_fit.measured
     time = measured.time
     unit, scale = shown_unit(measured.unit)
-    signals, simulated, left = (
-        scale * values for values in (measured.signals, each.simulated, each.residuals)
+    signals, simulated, residuals = (
+        scale * values
+        for values in (measured.signals, recording_fit.simulated, recording_fit.residuals)
     )
     span = (0.0, float(time[-1]))
     for axis, direction in enumerate(measured.axes):
@@ -126,22 +146,22 @@ def _panels(each: RecordingFit) -> Iterator[tuple[Panel, Limits]]:
         most = 1.05 * float(np.nanmax(np.abs(signals[:, axis])))
         yield Panel("fit", name, TIME, f"[{unit}]", 1.0, curves), (span, (-most, most))
     lines = tuple(
-        PanelLine(f"axis {axis + 1}", *_decimated(time, left[:, axis]), SERIES[axis], 1.0)
-        for axis in range(left.shape[1])
+        PanelLine(f"axis {axis + 1}", *_decimated(time, residuals[:, axis]), SERIES[axis], 1.0)
+        for axis in range(residuals.shape[1])
     )
-    most = 1.05 * float(np.nanmax(np.abs(left)))
+    most = 1.05 * float(np.nanmax(np.abs(residuals)))
     title = "what is left: measured less fitted"
     yield Panel("left", title, TIME, f"[{unit}]", 0.7, lines), (span, (-most, most))
-    yield _spectrum(each)
+    yield _spectrum(recording_fit)
 
 
-def _spectrum(each: RecordingFit) -> tuple[Panel, Limits]:
+def _spectrum(recording_fit: RecordingFit) -> tuple[Panel, Limits]:
     """Return the spectrum of residuals, which is level for white noise."""
-    measured = each.measured
+    measured = recording_fit.measured
     unit, scale = shown_unit(measured.unit)
     rate = 1.0 / float(np.median(np.diff(measured.time)))
     curves = []
-    for axis, column in enumerate(scale * each.residuals.T):
+    for axis, column in enumerate(scale * recording_fit.residuals.T):
         frequencies, density = periodogram(column[np.isfinite(column)], rate)
         bins = max(1, len(density) // BINS)
         whole = len(density) // bins * bins
@@ -173,11 +193,12 @@ def _profile(profile: ProfilePoints) -> tuple[Panel, Limits]:
     return panel, ((float(values.min()), float(values.max())), (0.0, 3.0 * QUANTILE))
 
 
-def _correlations(found: Identification) -> Rows:
+def _correlations(identification: Identification) -> Rows:
     return [
-        (f"{k}: {name}", *(f"{each:.2f}" for each in row))
+        (f"{k}: {name}", *(f"{coefficient:.2f}" for coefficient in row))
         for k, (name, row) in enumerate(
-            zip(found.intervals.names, found.intervals.correlation, strict=True), 1
+            zip(identification.intervals.names, identification.intervals.correlation, strict=True),
+            1,
         )
     ]
 

@@ -69,28 +69,30 @@ def report_page(
         OSError: the file cannot be written.
     """
     title = "Report: " + ", ".join(grid.names)
-    heads = "".join(f"<th>{shown(name)}</th>" for name in ("", *grid.names))
+    heads = "".join(f"<th>{escaped(name)}</th>" for name in ("", *grid.names))
     table = "".join(
-        f"<tr><th>{shown(label)}</th>"
-        + "".join(f"<td>{shown(cell)}</td>" for cell in cells)
+        f"<tr><th>{escaped(label)}</th>"
+        + "".join(f"<td>{escaped(cell)}</td>" for cell in cells)
         + "</tr>\n"
         for label, cells in rows
     )
-    said = "".join(
-        f"<p><b>{shown(name)}</b>: {shown(note)}</p>\n"
-        for name, each in zip(grid.names, notes, strict=True)
-        for note in each
+    notes_text = "".join(
+        f"<p><b>{escaped(name)}</b>: {escaped(note)}</p>\n"
+        for name, text in zip(grid.names, notes, strict=True)
+        for note in text
     )
     columns = f"grid-template-columns: repeat({len(grid.names)}, minmax(0, 1fr))"
-    body = "".join(f"<h2>{shown(name)}</h2>\n" for name in grid.names)
-    for panels, limits, own in zip(grid.rows, grid.limits, grid.own, strict=True):
-        for name, panel, each in zip(grid.names, panels, limits, strict=True):
-            body += "<div></div>\n" if panel is None else _division(name, panel, each, own)
+    body = "".join(f"<h2>{escaped(name)}</h2>\n" for name in grid.names)
+    for panels, limits, has_own_scale in zip(grid.rows, grid.limits, grid.own, strict=True):
+        for name, panel, limit in zip(grid.names, panels, limits, strict=True):
+            body += (
+                "<div></div>\n" if panel is None else _division(name, panel, limit, has_own_scale)
+            )
     write_page(
         path,
         title,
         f'<div class="table"><table><tr>{heads}</tr>\n{table}</table></div>\n'
-        f"<p>{shown(CAPTION)}</p>\n{said}"
+        f"<p>{escaped(CAPTION)}</p>\n{notes_text}"
         f'<div class="runs" style="{columns}">\n{body}</div>\n<script>{_SCRIPT}</script>',
     )
 
@@ -109,22 +111,22 @@ def write_page(path: Path, title: str, body: str) -> None:
     text = (
         f'<!DOCTYPE html>\n<html lang="en"><head><meta charset="utf-8">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1">'
-        f"<title>{shown(title)}</title>\n<style>{_STYLE}</style>\n"
-        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{shown(title)}</h1>\n{body}"
+        f"<title>{escaped(title)}</title>\n<style>{_STYLE}</style>\n"
+        f"<script>{get_plotlyjs()}</script></head>\n<body><h1>{escaped(title)}</h1>\n{body}"
         "</body></html>\n"
     )
     write_whole(path, text.encode())
 
 
-def shown(text: str) -> str:
+def escaped(text: str) -> str:
     """Return a text from outside, escaped for a page."""
     return html.escape(visible(text))
 
 
-def _division(name: str, panel: Panel, limits: Limits, own: bool) -> str:
+def _division(name: str, panel: Panel, limits: Limits, has_own_scale: bool) -> str:
     kind = "time" if panel.across == TIME else "other"
-    title = shown(grid_title(panel, own))
-    head = f'<h3><span class="run">{shown(name)}: </span>{title}</h3>'
+    title = escaped(grid_title(panel, has_own_scale))
+    head = f'<h3><span class="run">{escaped(name)}: </span>{title}</h3>'
     return f'<div class="{kind}">{head}{panel_html(panel, limits)}</div>\n'
 
 

@@ -42,14 +42,14 @@ class WelchSegments:
             Segments that are complete now, shape (length, columns).
         """
         rows = rows if self._kept is None else np.concatenate([self._kept, rows])
-        found, begin = [], self._skip
+        segments, begin = [], self._skip
         while begin + self._length <= len(rows):
             segment = rows[begin : begin + self._length]
             strides = np.diff(segment[:, 0])
             even = bool(np.all(strides == strides[0]))
             if even and self.stride in (None, strides[0]):
                 self.stride = float(strides[0])
-                found.append(segment)
+                segments.append(segment)
                 begin += self._hop
             elif even:
                 begin += self._hop
@@ -57,7 +57,7 @@ class WelchSegments:
                 begin += int(np.flatnonzero(np.diff(strides))[-1]) + 1
         self._skip = max(begin - len(rows), 0)
         self._kept = rows[begin:].copy()
-        return found
+        return segments
 
 
 class PowerSpectrum:

@@ -61,7 +61,7 @@ def test_stiffness_and_damping() -> None:
         ({"balls": "6..3"}, "must be FROM..TO"),
         ({"damping_ratio": 0.0}, "damping-ratio = 0: must be from 0.0001 to 1"),
         ({"share": 1.5}, "share = 1.5: must be from"),
-        ({"left": 0.0}, "left = 0: must be from"),
+        ({"residual": 0.0}, "residual = 0: must be from"),
         ({"drag_tolerance": 1.0}, "drag-tolerance = 1: must be from"),
     ],
 )

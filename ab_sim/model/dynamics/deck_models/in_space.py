@@ -42,11 +42,11 @@ def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> InSpace:
     mass = scene.total_mass - scene.balls.total_mass - scene.eccentric_mass
     center = np.array(deck.center)
     about = inertia_matrix(deck.inertia) + mass * _away(center)
-    own = inertia_matrix(rotor.inertia)
+    inertia = inertia_matrix(rotor.inertia)
     # A motor's rotor is modelled as a flywheel with inertia about the shaft only.
-    own[2, 2] += rotor_moment(effects)
+    inertia[2, 2] += rotor_moment(effects)
     place = np.array([rotor.eccentricity, 0.0, rotor.height])
-    moments = 0.5 * np.trace(own) * np.eye(3) - own
+    moments = 0.5 * np.trace(inertia) * np.eye(3) - inertia
     moments += scene.eccentric_mass * np.outer(place, place)
     return InSpace(
         total_mass=scene.total_mass,
@@ -165,8 +165,8 @@ def linearised(system: System) -> Linearised:
         change = axes @ np.hstack([np.eye(3), -turn @ _cross(place)])
         stiffening, slope = _stiffening(effects, float(moved @ moved))
         held = mount[3:6] + stiffening
-        own = np.diag(held) + 2.0 * slope * np.outer(moved, moved)
-        stiffness += change.T @ own @ change
+        stiffness_here = np.diag(held) + 2.0 * slope * np.outer(moved, moved)
+        stiffness += change.T @ stiffness_here @ change
         stiffness[3:, 3:] += _stiffness_against_turning(place, -(axes @ turn).T @ (held * moved))
         damping += change.T @ np.diag(mount[6:9]) @ change
     return Linearised(
@@ -218,8 +218,8 @@ def _averaged(system: System) -> tuple[float, float, np.ndarray]:
         lift += m * height
         if has_spin(system.effects):
             ball = Ball(*system.balls[i, [MASS, RADIUS]].tolist())
-            own = 0.5 * over_effects(system.effects, "ball_inertia", 0.0, ball) * ball.radius**2
-            ring, tall = ring + own, tall + own
+            inertia = 0.5 * over_effects(system.effects, "ball_inertia", 0.0, ball) * ball.radius**2
+            ring, tall = ring + inertia, tall + inertia
     return ring, tall, np.array(deck.deck_first) + [0.0, 0.0, lift]
 
 
@@ -262,17 +262,17 @@ def _at_rest(system: System) -> np.ndarray:
             axes = mount[9:].reshape(3, 3)
             moved = axes @ (place[:3] + turn @ mount[:3] - mount[:3])
             held = mount[3:6] + _stiffness_gained(effects, float(moved @ moved))
-            own = -axes.T @ (held * moved)
-            force, moment = force + own, moment + np.cross(turn @ mount[:3], own)
+            pull_here = -axes.T @ (held * moved)
+            force, moment = force + pull_here, moment + np.cross(turn @ mount[:3], pull_here)
         return np.concatenate([force, moment / 0.1]) / size
 
-    found = place_at_rest(unbalanced, lambda moved: _stored(system, moved), mass * pull, 3)
-    if found is None:
+    rest = place_at_rest(unbalanced, lambda moved: _stored(system, moved), mass * pull, 3)
+    if rest is None:
         raise SceneError(
             "effects.gravity: no place was found where the mounts hold the deck's weight; give "
             "them stiffness in every direction, or say where the deck starts (start.deck)"
         )
-    return found
+    return rest
 
 
 def _stored(system: System, moved: np.ndarray) -> float:

@@ -142,13 +142,13 @@ def _sag(mass: float, effects: tuple[object, ...]) -> tuple[float, float]:
         force = np.array(_force(effects, deck), float)
         return np.asarray((force + weight) / np.hypot(*weight))
 
-    found = place_at_rest(unbalanced, lambda place: _stored(effects, place), weight)
-    if found is None:
+    rest = place_at_rest(unbalanced, lambda place: _stored(effects, place), weight)
+    if rest is None:
         raise SceneError(
             "effects.gravity: no place was found where the suspension holds the deck's weight; "
             "give it stiffness in every direction"
         )
-    return float(found[0]), float(found[1])
+    return float(rest[0]), float(rest[1])
 
 
 def _stored(effects: tuple[object, ...], place: np.ndarray) -> float:
@@ -170,8 +170,8 @@ def _resistances(effects: tuple[object, ...], body: Planar) -> tuple[np.ndarray,
         f1, f2 = _force(effects, DeckMotion(*moved))
     except (TypeError, ValueError):
         # An effect that branches on its numbers takes them one by one.
-        each = [_force(effects, DeckMotion(*one)) for one in moved.reshape(4, -1).T.tolist()]
-        f1, f2 = np.array(each).T.reshape(2, *moved.shape[1:])
+        forces = [_force(effects, DeckMotion(*one)) for one in moved.reshape(4, -1).T.tolist()]
+        f1, f2 = np.array(forces).T.reshape(2, *moved.shape[1:])
     against = -(c * f1 + s * f2)
     shape = np.broadcast_shapes(against.shape, moved.shape[1:])
     there, back, passing = np.broadcast_to(against, shape)
