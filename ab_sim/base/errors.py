@@ -114,10 +114,10 @@ def exact(value: float) -> str:
     return short if float(short) == value else repr(float(value))
 
 
-def nearest(word: str, known: Iterable[str], similarity: float = 0.5) -> str:
+def nearest(word: str, candidates: Iterable[str], similarity: float = 0.5) -> str:
     """Return ``; did you mean 'x'?`` for the nearest known name, or an empty text; for errors.
 
     ``similarity`` is the least ratio, up to 1, at which a name is near.
     """
-    near = difflib.get_close_matches(word, list(known), n=1, cutoff=similarity)
+    near = difflib.get_close_matches(word, list(candidates), n=1, cutoff=similarity)
     return f"; did you mean {near[0]!r}?" if near else ""

@@ -20,15 +20,15 @@ WANTED = (1e-3, 1e-6, 1e-9, 1e-12)
 """Errors [rad] for which the cheapest setting is named."""
 
 
-def accuracy_command(given: AccuracyOptions) -> Command:
+def accuracy_command(options: AccuracyOptions) -> Command:
     """Return the command that measures the cost of an accuracy."""
-    _check_repeats(given.repeats)
-    scene = load_scene(given.scene, given.change)
+    _check_repeats(options.repeats)
+    scene = load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
-        cost = accuracy_cost(scene, given.repeats, progress=tell)
+        cost = accuracy_cost(scene, options.repeats, progress=tell)
         draw = picture("ab_sim.show.figures.accuracy_cost:accuracy_figure", cost)
-        return Outcome(accuracy_shown(cost, given.quartiles), cost.report, draw)
+        return Outcome(accuracy_shown(cost, options.quartiles), cost.report, draw)
 
     return Command(work, scene.name)
 
@@ -58,8 +58,8 @@ def accuracy_shown(cost: AccuracyCost, quartiles: bool = False) -> Iterator[Tabl
         if row.failure:
             yield f"unstable: {row.method} at {row.setting}: {row.failure}"
     reasons: dict[str, list[str]] = {}
-    for each in cost.omitted:
-        reasons.setdefault(each.reason, []).append(each.method)
+    for omission in cost.omitted:
+        reasons.setdefault(omission.reason, []).append(omission.method)
     for reason, methods in reasons.items():
         yield f"left out: {', '.join(methods)}: {reason}"
     yield from cost.notes
@@ -69,7 +69,7 @@ def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
     """Return the table of all rows, the most accurate first."""
     balls = f"{cost.balls} ball{'' if cost.balls == 1 else 's'}"
     unit = cost.unit
-    own, others = 1e3 * cost.reference_period, 1e3 * cost.period
+    reference_period, others = 1e3 * cost.reference_period, 1e3 * cost.period
     table = new_table(
         "method | setting",
         f"ms/s{' | quartiles' if quartiles else ''} | angle [rad] | at end | whirl [{unit}] | "
@@ -79,8 +79,8 @@ def accuracy_table(cost: AccuracyCost, quartiles: bool = False) -> Table:
         title=f"{cost.scene}: {balls}, {cost.duration:g} s, {cost.repeats} interleaved repeats",
         caption="* no other is both cheaper and more accurate; < the reference knows no better; "
         "ms/s: median CPU time of the thread per simulated second, without compiling; 10 ms/s are "
-        f"1 % of a core; errors: the largest at the ends of steps, at most every {own:g} ms; of "
-        f"peers, every {others:g} ms",
+        f"1 % of a core; errors: the largest at the ends of steps, at most every "
+        f"{reference_period:g} ms; of peers, every {others:g} ms",
     )
     front = cost.front()
     for row in cost.by_error():
@@ -134,15 +134,17 @@ def _check_repeats(repeats: int) -> None:
         raise InputError(f"--repeats {repeats}: must be at least 1")
 
 
-def cost_command(given: CostOptions) -> Command:
+def cost_command(options: CostOptions) -> Command:
     """Return the command that measures the cost of each effect of a scene."""
-    _check_repeats(given.repeats)
-    scene = load_scene(given.scene, given.change)
+    _check_repeats(options.repeats)
+    scene = load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
-        cost = effect_cost(scene, given.repeats, leave_one_out=given.leave_one_out, progress=tell)
+        cost = effect_cost(
+            scene, options.repeats, leave_one_out=options.leave_one_out, progress=tell
+        )
         draw = picture("ab_sim.show.figures.effect_cost:cost_figure", [cost])
-        return Outcome([cost_table(cost, given.quartiles)], cost.report, draw)
+        return Outcome([cost_table(cost, options.quartiles)], cost.report, draw)
 
     return Command(work, scene.name)
 

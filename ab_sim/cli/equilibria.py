@@ -42,14 +42,14 @@ MOST_PLACES = 6
 """Largest number of places in a line of the table."""
 
 
-def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
+def equilibria_command(options: EquilibriaOptions | StabilityOptions) -> Command:
     """Return the command that finds resting states of the balls, at a speed and over speeds."""
-    if given.speed is not None:
-        check_speed(given.speed)
-    scene = load_scene(given.scene, given.change)
+    if options.speed is not None:
+        check_speed(options.speed)
+    scene = load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
-        at = last_speed(scene) if given.speed is None else given.speed
+        at = last_speed(scene) if options.speed is None else options.speed
         tell("at one speed", 0, 1)
         equilibria = equilibria_of(scene, at)
         top = max(abs(at), scene.spindle.max_speed)
@@ -83,7 +83,7 @@ def equilibria_command(given: EquilibriaOptions | StabilityOptions) -> Command:
             yield from circulation_lines(circulation, scene.balls.count, stable)
             if other := _other_motions(scene):
                 yield f"{other}; where runs do end says:"
-                yield WholeLine(f"  {_command(scene, given.scene, given.change)}")
+                yield WholeLine(f"  {_command(scene, options.scene, options.change)}")
 
         drawn = scene, equilibria, over_speed
         return Outcome(
@@ -125,21 +125,21 @@ def _beside(scene: Scene, speed: float, state: RestingState) -> dict[str, Any]:
             pass  # Too slow for its turns to be run.
     if speed and any("friction" in name for name in scene.effects):
         try:
-            held = [[each.low, each.high] for each in sticking(scene, speed, state)]
+            held = [[interval.low, interval.high] for interval in sticking(scene, speed, state)]
         except SceneError:
             pass  # Unknown if an effect moves resting states, as a race's runout does.
     return {"comes_back": comes_back, "held_by_friction": held}
 
 
-def equilibria_table(scene: Scene, found: Equilibria) -> Table:
+def equilibria_table(scene: Scene, equilibria: Equilibria) -> Table:
     """Return the table of resting states."""
     length, symbol = scene.whirl_unit
-    table = Table(title=f"{found.scene}: where balls can rest at {found.speed:g} rad/s")
+    table = Table(title=f"{equilibria.scene}: where balls can rest at {equilibria.speed:g} rad/s")
     right = (f"W/{symbol}", "lambda_max", "ways")
     for name in ("balls", *right[:2], "verdict", "ways", "theta"):
         side: Literal["left", "right"] = "right" if name in right else "left"
         table.add_column(name, justify=side, no_wrap=name != "theta")
-    for state in found.branches:
+    for state in equilibria.branches:
         table.add_row(
             state.label,
             f"{state.W / length:.6g}",
@@ -171,34 +171,34 @@ def _of_which(positions: str) -> str:
     return "worst and best: of sampled positions; between them there may be worse and better ones"
 
 
-def _notes(found: Equilibria) -> Iterator[str]:
-    if not found.branches:
+def _notes(equilibria: Equilibria) -> Iterator[str]:
+    if not equilibria.branches:
         yield "nothing can rest at this speed"
-    elif not found.stable:
+    elif not equilibria.stable:
         yield "no state is stable at this speed by the linear test"
-    if found.by_numbers:
+    if equilibria.by_numbers:
         yield "found by Newton's method from many starts: some states may be missing"
-    if found.balanced_positions is not None:
-        yield _of_which(found.balanced_positions)
-    if found.left_out:
-        yield f"left out of states and verdicts: {', '.join(found.left_out)}"
-    if "ball_contact" in found.left_out:
+    if equilibria.balanced_positions is not None:
+        yield _of_which(equilibria.balanced_positions)
+    if equilibria.left_out:
+        yield f"left out of states and verdicts: {', '.join(equilibria.left_out)}"
+    if "ball_contact" in equilibria.left_out:
         yield "balls may be at one place here; rows of balls that touch are not looked for"
 
 
-def _beside_notes(found: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterator[str]:
+def _beside_notes(equilibria: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterator[str]:
     answers = {
         True: "all come back",
         False: "not all come back",
         None: "none was tried, at so low a speed",
     }
-    for state, more in zip(found.branches, beside, strict=True):
+    for state, more in zip(equilibria.branches, beside, strict=True):
         if state.stable is None:
             yield (
                 f"{state.label}: undecided, the largest growth rate is 0 except for rounding; of "
                 f"motions disturbed along each coordinate {answers[more['comes_back']]}"
             )
-    for state, more in zip(found.branches, beside, strict=True):
+    for state, more in zip(equilibria.branches, beside, strict=True):
         if more["held_by_friction"] is not None:
             ends = [
                 f"{math.degrees(first):.1f} to {math.degrees(first + high - low):.1f}"
@@ -209,19 +209,19 @@ def _beside_notes(found: Equilibria, beside: Sequence[dict[str, Any]]) -> Iterat
             yield f"{state.label}: friction holds each ball, the others in place, {place}"
 
 
-def _over_speed(found: OverSpeed) -> Iterator[str]:
-    yield f"over {found.speeds[0]:.4g} to {found.speeds[1]:.4g} rad/s:"
-    for label, fold in found.folds:
+def _over_speed(over_speed: OverSpeed) -> Iterator[str]:
+    yield f"over {over_speed.speeds[0]:.4g} to {over_speed.speeds[1]:.4g} rad/s:"
+    for label, fold in over_speed.folds:
         verb = {"appear": "appears", "vanish": "vanishes"}[fold.kind]
         yield f"  fold: {label} {verb} at {fold.speed:.9g} rad/s, W = {fold.W:.6g} m"
-    for each in found.crossings:
-        turns = "stable" if each.gains else "unstable"
-        how = f"Hopf, {each.frequency:.4g} rad/s" if each.frequency else "a real eigenvalue"
-        yield f"  {each.label} is {turns} above {each.speed:.9g} rad/s ({how})"
-    yield f"  no state at all: {_ranges(found.without_state)}"
-    yield f"  no stable state: {_ranges(found.without_stable_state)}"
-    if found.undecided:
-        yield f"  undecided: {_ranges(found.undecided)}"
+    for crossing in over_speed.crossings:
+        turns = "stable" if crossing.gains else "unstable"
+        how = f"Hopf, {crossing.frequency:.4g} rad/s" if crossing.frequency else "a real eigenvalue"
+        yield f"  {crossing.label} is {turns} above {crossing.speed:.9g} rad/s ({how})"
+    yield f"  no state at all: {_ranges(over_speed.without_state)}"
+    yield f"  no stable state: {_ranges(over_speed.without_stable_state)}"
+    if over_speed.undecided:
+        yield f"  undecided: {_ranges(over_speed.undecided)}"
 
 
 def _ranges(ranges: Sequence[tuple[float, float]]) -> str:
@@ -230,52 +230,52 @@ def _ranges(ranges: Sequence[tuple[float, float]]) -> str:
 
 
 def circulation_lines(
-    found: CoexistingCirculation, balls: int, stable: Sequence[str]
+    circulation: CoexistingCirculation, balls: int, stable: Sequence[str]
 ) -> Iterator[str]:
     """Yield lines on circulating balls.
 
     Args:
-        found: result of the search at a speed.
+        circulation: result of the search at a speed.
         balls: n.
         stable: labels of the resting states that are stable at the speed.
     """
-    if found.not_looked_for is not None:
+    if circulation.not_looked_for is not None:
         if balls:
-            yield f"balls that circulate are not looked for: {found.not_looked_for}"
+            yield f"balls that circulate are not looked for: {circulation.not_looked_for}"
         return
-    if found.states:
+    if circulation.states:
         beside = "; ".join(f"{label}: stable" for label in stable)
         place = f"coexisting with {beside}" if stable else "where no resting state is stable"
         yield f"balls can also circulate, {place}:"
-        yield from (_line(each, balls) for each in found.states)
+        yield from (_line(state, balls) for state in circulation.states)
     else:
-        yield f"no bunch of balls circulates at {found.speed:g} rad/s"
-    if len(found.numbers) < balls:
-        yield f"  looked for: bunches of {', '.join(map(str, found.numbers))} balls"
-    for each in found.elsewhere:
+        yield f"no bunch of balls circulates at {circulation.speed:g} rad/s"
+    if len(circulation.numbers) < balls:
+        yield f"  looked for: bunches of {', '.join(map(str, circulation.numbers))} balls"
+    for bunch in circulation.elsewhere:
         denied = ""
-        if each.low <= abs(found.speed) <= each.high:
-            denied = f"; at {found.speed:g} rad/s the full equations do not bear that out"
-        over = _range(each, "rad/s", "at spindle speeds")
+        if bunch.low <= abs(circulation.speed) <= bunch.high:
+            denied = f"; at {circulation.speed:g} rad/s the full equations do not bear that out"
+        over = _range(bunch, "rad/s", "at spindle speeds")
         yield f"  by the closed form, all {balls} can circulate {over}{denied}"
 
 
-def _line(found: Coexisting, balls: int) -> str:
+def _line(coexisting: Coexisting, balls: int) -> str:
     reach = []
-    if found.over_speed is not None:
-        reach.append(_range(found.over_speed, "rad/s", "at spindle speeds"))
-    if found.over_drag is not None:
-        reach.append(_range(found.over_drag, "N s/m", "with drags"))
-    own = f"  {found.bunch.count} of {balls} at {found.speed:.4g} rad/s (stable)"
-    return "; ".join([own, *reach])
+    if coexisting.over_speed is not None:
+        reach.append(_range(coexisting.over_speed, "rad/s", "at spindle speeds"))
+    if coexisting.over_drag is not None:
+        reach.append(_range(coexisting.over_drag, "N s/m", "with drags"))
+    summary = f"  {coexisting.bunch.count} of {balls} at {coexisting.speed:.4g} rad/s (stable)"
+    return "; ".join([summary, *reach])
 
 
-def _range(found: Reach, unit: str, what: str) -> str:
+def _range(reach: Reach, unit: str, what: str) -> str:
     """Return a range in words; ends of the known or searched range are marked as such."""
-    low = "" if found.low_end == END else f" from {found.low:.4g}"
-    high = "" if found.high_end == END else f" to {found.high:.4g}"
+    low = "" if reach.low_end == END else f" from {reach.low:.4g}"
+    high = "" if reach.high_end == END else f" to {reach.high:.4g}"
     unknown = [
-        side for side, end in (("below", found.low_end), ("above", found.high_end)) if end == SWING
+        side for side, end in (("below", reach.low_end), ("above", reach.high_end)) if end == SWING
     ]
     text = f"{what}{low}{high} {unit}" if low or high else f"{what} of any size"
     return f"{text} (not known {' and '.join(unknown)})" if unknown else text

@@ -13,32 +13,32 @@ from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.scene import load_scene
 
 
-def modes_command(given: ModesOptions) -> Command:
+def modes_command(options: ModesOptions) -> Command:
     """Return the command that computes the deck's modes, at a speed and over speeds."""
-    check_speed(given.speed)
-    scene = load_scene(given.scene, given.change)
+    check_speed(options.speed)
+    scene = load_scene(options.scene, options.change)
 
     def work(_: Progress) -> Outcome:
-        modes = vibration_of(scene, given.speed)
+        modes = vibration_of(scene, options.speed)
         draw = picture("ab_sim.show.figures.campbell:campbell_figure", modes)
         return Outcome(_shown(modes), modes.report, draw)
 
     return Command(work)
 
 
-def modes_table(found: NaturalVibration) -> Table:
+def modes_table(vibration: NaturalVibration) -> Table:
     """Return the table of modes."""
-    table = Table(title=f"{found.scene}: modes at {found.speed:g} rad/s")
+    table = Table(title=f"{vibration.scene}: modes at {vibration.speed:g} rad/s")
     for name in ("rad/s", "Hz", "damping ratio", "whirl", "what moves most"):
         table.add_column(name, justify="right" if name in ("rad/s", "Hz") else "left")
-    largest = max(abs(value) for mode in found.modes for value in mode.eigenvalues)
-    for mode in found.modes:
+    largest = max(abs(value) for mode in vibration.modes for value in mode.eigenvalues)
+    for mode in vibration.modes:
         table.add_row(
             f"{mode.frequency:.2f}",
             f"{mode.frequency / (2.0 * math.pi):.3f}",
             _damping(mode, ZERO * largest),
             _whirl(mode),
-            ", ".join(moving(found.linearised, mode)),
+            ", ".join(moving(vibration.linearised, mode)),
         )
     return table
 
@@ -53,9 +53,9 @@ def _damping(mode: Mode, rounding: float) -> str:
     return "nothing restores it" if mode.damping_ratio is None else f"{mode.damping_ratio:.4f}"
 
 
-def _shown(found: NaturalVibration) -> Iterator[Table | str]:
-    yield modes_table(found)
-    about, over_speed = found.linearised, found.over_speed
+def _shown(vibration: NaturalVibration) -> Iterator[Table | str]:
+    yield modes_table(vibration)
+    about, over_speed = vibration.linearised, vibration.over_speed
     yield f"undamped frequencies; {AVERAGE}"
     if not about.stiffness.any():
         yield (

@@ -68,14 +68,14 @@ def _lines(name: str) -> Iterator[Progress]:
 
 
 @contextmanager
-def interruptible(name: str, left: str) -> Iterator[Progress]:
-    """Show a bar whose work ends in order at Ctrl-C; ``left`` describes the files that remain."""
+def interruptible(name: str, kept_files: str) -> Iterator[Progress]:
+    """Show a bar whose work ends in order at Ctrl-C; ``kept_files`` describes what remains."""
     with in_order() as stopping, progress_bar(name) as show:
 
         def tell(what: str, done: int, total: int) -> None:
             show(what, done, total)
             if stopping.is_set():
-                raise Interrupted(f"interrupted; {left}")
+                raise Interrupted(f"interrupted; {kept_files}")
 
         try:
             yield tell
@@ -83,5 +83,5 @@ def interruptible(name: str, left: str) -> Iterator[Progress]:
             # Ending all processes of a command means ending the command. The exit of another
             # process may be noticed before the signal, which a separate thread handles.
             if stopping.wait(A_MOMENT):
-                raise Interrupted(f"interrupted; {left}") from error
+                raise Interrupted(f"interrupted; {kept_files}") from error
             raise

@@ -18,22 +18,23 @@ from ab_sim.design.sizing.specification import SpecificationTexts, specification
 from ab_sim.design.sizing.spread_share import Running
 
 
-def size_command(given: SizeOptions) -> Command:
+def size_command(options: SizeOptions) -> Command:
     """Return the command that sizes a balancer."""
-    executors = functools.partial(executor_of, given.workers, given.scheduler)
+    executors = functools.partial(executor_of, options.workers, options.scheduler)
     executors()
     must = "must be a share, e.g. 10%"
     texts = SpecificationTexts(
-        given.mass, given.critical, given.speed, given.race_radius, given.race_width,
-        given.unbalance, given.grade, given.damping_ratio, given.acceleration, given.settle,
-        given.density, given.balls, friction_arm=given.friction_arm,
-        share=share_of("share", given.share, must), left=share_of("left", given.left, must),
-        drag_tolerance=share_of("drag-tolerance", given.drag_tolerance, must),
+        options.mass, options.critical, options.speed, options.race_radius, options.race_width,
+        options.unbalance, options.grade, options.damping_ratio, options.acceleration,
+        options.settle, options.density, options.balls, friction_arm=options.friction_arm,
+        share=share_of("share", options.share, must),
+        residual=share_of("residual", options.residual, must),
+        drag_tolerance=share_of("drag-tolerance", options.drag_tolerance, must),
     )  # fmt: skip
     specification = specification_of(texts)
 
     def work(tell: Progress) -> Outcome:
-        sizing = run_sizing(specification, Running(given.runs, given.seed, executors, tell))
+        sizing = run_sizing(specification, Running(options.runs, options.seed, executors, tell))
         return Outcome(
             _shown(sizing),
             sizing.report,
@@ -42,47 +43,47 @@ def size_command(given: SizeOptions) -> Command:
             failure=sizing_failure(sizing) if sizing.chosen is None else None,
         )
 
-    return Command(work, "size", KEPT, ((given.scene_file, SCENE, "--scene"),))
+    return Command(work, "size", KEPT, ((options.scene_file, SCENE, "--scene"),))
 
 
-def _shown(found: Sizing) -> Iterator[Table | str]:
-    yield _candidates(found)
-    for each in found.candidates:
-        if each.why_not is not None:
-            yield f"{each.count} balls: {each.why_not}"
-    for count, runs in found.tried:
+def _shown(sizing: Sizing) -> Iterator[Table | str]:
+    yield _candidates(sizing)
+    for candidate in sizing.candidates:
+        if candidate.why_not is not None:
+            yield f"{candidate.count} balls: {candidate.why_not}"
+    for count, runs in sizing.tried:
         yield f"{count} balls: predicted, but of runs only {100 * runs.share.value:.1f} % balance"
-    if found.chosen is None:
+    if sizing.chosen is None:
         return
-    yield _chosen(found, found.chosen)
+    yield _chosen(sizing, sizing.chosen)
     table = Table("claim", "predicted", "seen", "verdict", title="predictions, checked by runs")
-    for claim in found.claims:
+    for claim in sizing.claims:
         table.add_row(*claim)
     yield table
 
 
-def _candidates(found: Sizing) -> Table:
-    title = f"balls for up to {number(found.specification.largest_unbalance)} kg m"
+def _candidates(sizing: Sizing) -> Table:
+    title = f"balls for up to {number(sizing.specification.largest_unbalance)} kg m"
     columns = "balls | of [g] | wide [mm] | circulate up to | drag from | to [N s/m] | in time"
     table = new_table("", columns, title=title)
-    for each in found.candidates:
-        balls, window = each.balls, each.window
+    for candidate in sizing.candidates:
+        balls, window = candidate.balls, candidate.window
         size = ("-", "-", "-")
         if balls is not None:
-            size = f"{1e3 * balls.mass:.4g}", f"{2e3 * balls.radius:.3g}", f"{each.border:.3g}"
+            size = f"{1e3 * balls.mass:.4g}", f"{2e3 * balls.radius:.3g}", f"{candidate.border:.3g}"
         ends = ("none", "") if window is None else (f"{window.low:.3g}", f"{window.high:.3g}")
-        table.add_row(str(each.count), *size, *ends, f"{100 * each.predicted:.0f} %")
+        table.add_row(str(candidate.count), *size, *ends, f"{100 * candidate.predicted:.0f} %")
     return table
 
 
-def _chosen(found: Sizing, chosen: SizedBalls) -> str:
-    balls, hold = chosen.balls, found.hold
+def _chosen(sizing: Sizing, chosen: SizedBalls) -> str:
+    balls, hold = chosen.balls, sizing.hold
     assert balls is not None
     pause = "no hold" if hold is None else (
         f"a hold of {hold.duration:.3g} s at {hold.start_speed:.4g} rad/s"
     )  # fmt: skip
     return (
         f"take {chosen.count} balls of {1e3 * balls.mass:.4g} g, {2e3 * balls.radius:.3g} mm wide, "
-        f"a drag of {number(chosen.drag)} N s/m, and {found.specification.acceleration:.4g} "
+        f"a drag of {number(chosen.drag)} N s/m, and {sizing.specification.acceleration:.4g} "
         f"rad/s^2 with {pause}"
     )

@@ -30,48 +30,48 @@ OF_WHICH = {
 }
 
 
-def stability_command(given: StabilityOptions) -> Command:
+def stability_command(options: StabilityOptions) -> Command:
     """Return the command for a map, maps of a family, a basin, or resting states."""
-    _check_combination(given)
-    if given.basin is not None:
-        return _basin_command(given, given.basin)
-    if given.map is None:
-        return equilibria_command(given)
-    coarse = 8 if given.coarse is None else given.coarse
+    _check_combination(options)
+    if options.basin is not None:
+        return _basin_command(options, options.basin)
+    if options.map is None:
+        return equilibria_command(options)
+    coarse = 8 if options.coarse is None else options.coarse
     if coarse < 1 or coarse & (coarse - 1):
         raise InputError(f"--coarse {coarse}: must be a power of two: 1, 2, 4, 8, ...")
-    family_of = None if given.each is None else values_of(given.each)
-    across, up = axes_of(given.map)
-    scene = load_scene(given.scene, given.change)
-    speed = last_speed(scene) if given.speed is None else check_speed(given.speed)
+    family_of = None if options.each is None else values_of(options.each)
+    across, up = axes_of(options.map)
+    scene = load_scene(options.scene, options.change)
+    speed = last_speed(scene) if options.speed is None else check_speed(options.speed)
     plane = Plane(scene, speed, across, up)
     if family_of is not None:
         return _family_command(plane, coarse, *family_of)
-    return _map_command(plane, coarse, given.against)
+    return _map_command(plane, coarse, options.against)
 
 
-def _check_combination(given: StabilityOptions) -> None:
+def _check_combination(options: StabilityOptions) -> None:
     """Refuse options that exclude each other."""
-    if given.map is not None and given.basin is not None:
+    if options.map is not None and options.basin is not None:
         raise InputError("--map and --basin: give one of them")
-    if given.map is None and (given.against, given.each) != (None, None):
+    if options.map is None and (options.against, options.each) != (None, None):
         raise InputError("--against, --each: apply to a map; add --map")
-    if given.against is not None and given.each is not None:
+    if options.against is not None and options.each is not None:
         raise InputError("--against and --each: give one of them")
-    if given.coarse is not None and given.map is None:
+    if options.coarse is not None and options.map is None:
         raise InputError("--coarse: applies to a map; add --map")
-    if given.speed is not None and given.basin is not None:
+    if options.speed is not None and options.basin is not None:
         raise InputError("--speed: a basin runs the scene's profile; change that with --set")
 
 
 def _map_command(plane: Plane, coarse: int, against: int | None) -> Command:
     """Return the command that computes a map, or two for different numbers of balls."""
     planes = [plane] if against is None else [plane, plane_with_balls(plane, against)]
-    for each in planes:
-        each.check()
+    for plane_here in planes:
+        plane_here.check()
 
     def work(tell: Progress) -> Outcome:
-        maps = [stability_map(each, coarse, processes(None), tell) for each in planes]
+        maps = [stability_map(plane, coarse, processes(None), tell) for plane in planes]
         compared = None if against is None else BallCountComparison(*maps)
 
         def report() -> dict[str, Any]:
@@ -111,9 +111,9 @@ def _family_command(plane: Plane, coarse: int, key: str, values: tuple[float, ..
     return Command(work, plane.scene.name, KEPT)
 
 
-def _basin_command(given: StabilityOptions, count: int) -> Command:
+def _basin_command(options: StabilityOptions, count: int) -> Command:
     """Return the command that computes the final states of runs over start angles of two balls."""
-    scene = load_scene(given.scene, given.change)
+    scene = load_scene(options.scene, options.change)
 
     def work(tell: Progress) -> Outcome:
         basin = basins.basin(scene, count, processes(None), progress=tell)
@@ -123,74 +123,76 @@ def _basin_command(given: StabilityOptions, count: int) -> Command:
     return Command(work, scene.name, KEPT)
 
 
-def map_table(found: StabilityMap) -> Table:
+def map_table(stable_map: StabilityMap) -> Table:
     """Return the table of a map's shares."""
-    plane = found.plane
+    plane = stable_map.plane
     rows, columns = plane.shape
     balls = plane.scene.balls.count
     title = f"{plane.scene.name}, {balls} ball{'s' * (balls != 1)}: {columns} by {rows} points"
-    title += f", {int(found.computed.sum())} of them computed"
+    title += f", {int(stable_map.computed.sum())} of them computed"
     table = new_table("stable", "share of the map", title=title)
-    for label, share in found.shares.items():
+    for label, share in stable_map.shares.items():
         table.add_row(name_of(label), f"{100 * share:.2f} %")
-    table.caption = _of_which(found)
+    table.caption = _of_which(stable_map)
     return table
 
 
-def circulation_line(found: StabilityMap) -> str:
+def circulation_line(stable_map: StabilityMap) -> str:
     """Return a line on circulating balls in a map."""
-    reason = found.circulation_not_looked_for
+    reason = stable_map.circulation_not_looked_for
     if reason is not None:
         return f"balls that circulate are not looked for: {reason}"
-    all_, beside = (found.circulating == CIRCULATES).mean(), found.coexisting.mean()
-    unknown = (found.circulating == NOT_KNOWN).mean()
-    said = (
+    all_, beside = (stable_map.circulating == CIRCULATES).mean(), stable_map.coexisting.mean()
+    unknown = (stable_map.circulating == NOT_KNOWN).mean()
+    sentence = (
         f"all balls can circulate in one bunch on {100 * all_:.2f} % of the map, beside stable "
         f"balance on {100 * beside:.2f} %"
     )
     more = f"; not known, as swings are too large, on {100 * unknown:.2f} %" if unknown else ""
-    return f"{said}{more} (closed form: no friction, what turns with the spindle is small)"
+    return f"{sentence}{more} (closed form: no friction, what turns with the spindle is small)"
 
 
-def _of_which(found: StabilityMap) -> str | None:
-    return None if found.balanced_positions is None else OF_WHICH[found.balanced_positions]
+def _of_which(stable_map: StabilityMap) -> str | None:
+    return (
+        None if stable_map.balanced_positions is None else OF_WHICH[stable_map.balanced_positions]
+    )
 
 
-def family_table(found: Family) -> Table:
+def family_table(maps_of_values: Family) -> Table:
     """Return the table of the shares of the maps in which balance is stable."""
-    title = f"{found.maps[0].plane.scene.name}: where balance is stable"
-    columns = f"{found.key} | at some positions at least | at every position"
+    title = f"{maps_of_values.maps[0].plane.scene.name}: where balance is stable"
+    columns = f"{maps_of_values.key} | at some positions at least | at every position"
     table = new_table("", columns, title=title)
-    for value, each in zip(found.values, found.maps, strict=True):
-        shares = each.balanced.mean(), each.balanced_everywhere.mean()
+    for value, stable_map in zip(maps_of_values.values, maps_of_values.maps, strict=True):
+        shares = stable_map.balanced.mean(), stable_map.balanced_everywhere.mean()
         table.add_row(f"{value:g}", *(f"{100 * share:.2f} %" for share in shares))
-    table.caption = _of_which(found.maps[0])
+    table.caption = _of_which(maps_of_values.maps[0])
     return table
 
 
-def against_table(found: BallCountComparison) -> Table:
+def against_table(comparison: BallCountComparison) -> Table:
     """Return the table that compares two numbers of balls."""
-    ours, other = (m.plane.scene.balls.count for m in (found.ours, found.other))
+    ours, other = (m.plane.scene.balls.count for m in (comparison.ours, comparison.other))
     title = f"balance of {ours} and of {other} balls, together as heavy"
     columns = f"for both | only for {ours} | only for {other}"
     table = new_table("stable", columns, title=title)
     rows: tuple[tuple[str, StableShares], ...] = (
-        ("at some positions at least", found.somewhere),
-        ("at every position", found.everywhere),
+        ("at some positions at least", comparison.somewhere),
+        ("at every position", comparison.everywhere),
     )
     for name, shares in rows:
         table.add_row(name, *(f"{100 * share:.2f} %" for share in shares))
     return table
 
 
-def basin_table(found: basins.Basin) -> Table:
+def basin_table(basin: basins.Basin) -> Table:
     """Return the table of the shares of starts."""
-    title = f"{found.scene.name}: how runs end, of {len(found.angles)}^2 starts"
+    title = f"{basin.scene.name}: how runs end, of {len(basin.angles)}^2 starts"
     table = new_table("the run ends", "share of the starts", title=title)
-    for label, share in found.shares.items():
+    for label, share in basin.shares.items():
         table.add_row(basins.NAMES[label], f"{100 * share:.2f} %")
-    left_out = int((found.labels == basins.LEFT_OUT).sum())
-    table.caption = f"balanced: at most {found.limit:g} of the unbalance is left"
+    left_out = int((basin.labels == basins.LEFT_OUT).sum())
+    table.caption = f"balanced: at most {basin.limit:g} of the unbalance is left"
     if left_out:
         table.caption += f"; {left_out} starts {basins.NAMES[basins.LEFT_OUT]}"
     return table

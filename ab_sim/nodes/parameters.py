@@ -204,7 +204,7 @@ def _refuse_undeclared(node: Node) -> None:
         elif node.has_parameter(name):
             continue
         elif name in shared:
-            suggestion = nearest(name, known, ALIKE).removeprefix("; ")
+            suggestion = nearest(name, declared, ALIKE).removeprefix("; ")
             foreign.append(f"{name} ({suggestion})" if suggestion else name)
         else:
             raise InputError(

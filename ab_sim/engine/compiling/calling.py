@@ -51,11 +51,11 @@ class Compiled:
     def __init__(
         self,
         function: FunctionType,
-        known: Mapping[str, bool] = NOTHING_KNOWN,
+        fixed: Mapping[str, bool] = NOTHING_KNOWN,
         library: Library | None = None,
     ) -> None:
         functools.update_wrapper(self, function)
-        self._function, self._known, self._library = function, known, library or Library()
+        self._function, self._known, self._library = function, fixed, library or Library()
         self._lock = threading.Lock()
         self._made: _Entry | None = None
 
@@ -82,18 +82,18 @@ _compiled: dict[tuple[FunctionType, frozenset[tuple[str, bool]]], Compiled] = {}
 _library = Library()
 
 
-def compiled(function: Callable[..., Any], known: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
+def compiled(function: Callable[..., Any], fixed: Mapping[str, bool] = NOTHING_KNOWN) -> Compiled:
     """Return a function of the subset as machine code, always the same object for one function.
 
     Args:
         function: function of the subset.
-        known: values of fields that are the same in every call, as for ``Compiled``.
+        fixed: values of fields that are the same in every call, as for ``Compiled``.
     """
     if not isinstance(function, FunctionType):
         raise TypeError(f"compiled({function!r}): must be a function written with def")
-    which = function, frozenset(known.items())
+    which = function, frozenset(fixed.items())
     if which not in _compiled:
-        _compiled.setdefault(which, Compiled(function, known, _library))
+        _compiled.setdefault(which, Compiled(function, fixed, _library))
     return _compiled[which]
 
 
@@ -132,7 +132,7 @@ class BoundFunction:
         self._given, self._leaves, self._row = (), (), entry.row(0)
         self.rebind(first)
 
-    def bind(self, *given: Any) -> "BoundFunction":
+    def bind(self, *arguments: Any) -> "BoundFunction":
         """Return a function of the remaining arguments, with the next ones unpacked once, too.
 
         It keeps the present first argument, whatever is passed to ``rebind`` later.
@@ -140,11 +140,11 @@ class BoundFunction:
         Raises:
             TypeError: an argument is of another kind, or there are too many.
         """
-        found = copy.copy(self)
-        found._given = (*self._given, *given)
-        found._leaves = self._entry.leaves(found._given)
-        found._row = self._entry.row(len(found._given))
-        return found
+        bound = copy.copy(self)
+        bound._given = (*self._given, *arguments)
+        bound._leaves = self._entry.leaves(bound._given)
+        bound._row = self._entry.row(len(bound._given))
+        return bound
 
     def rebind(self, first: Any) -> None:
         """Replace the first argument from the next call on."""
@@ -165,8 +165,8 @@ class BoundFunction:
 class _Entry:
     """Machine code of a function, and the packing of its arguments."""
 
-    def __init__(self, function: FunctionType, known: Mapping[str, bool], library: Library) -> None:
-        address, (_, arguments, kinds, of_result) = library.made(function, known)
+    def __init__(self, function: FunctionType, fixed: Mapping[str, bool], library: Library) -> None:
+        address, (_, arguments, kinds, of_result) = library.made(function, fixed)
         if of_result and "ptr" in leaves(of_result):
             source = FunctionSource(function)
             what, instead = "an array as a result", "write into one that is an argument"
@@ -185,28 +185,29 @@ class _Entry:
         if isinstance(of_result, RecordKind):
             self.run = functools.partial(_record_from, call, of_result, _struct(leaves(of_result)))
 
-    def row(self, given: int) -> Callable[..., tuple[Any, ...]]:
-        """Return a function that makes leaves of the other arguments after the first ``given``."""
-        if given not in self._rows:
-            own = self._others[given:]
+    def row(self, unpacked: int) -> Callable[..., tuple[Any, ...]]:
+        """Return a function that makes leaves of the other arguments after ``unpacked`` ones."""
+        if unpacked not in self._rows:
+            remaining = self._others[unpacked:]
             parts = [
-                name if isinstance(kind, Scalar) else f"*_{name}({name})" for name, kind, _ in own
+                name if isinstance(kind, Scalar) else f"*_{name}({name})"
+                for name, kind, _ in remaining
             ]
-            names = ", ".join(name for name, *_ in own)
+            names = ", ".join(name for name, *_ in remaining)
             # A lambda with the arguments' names: Python checks their number, and a call is 0.7 us
             # shorter than with a loop, 20 % of `Drive.advance(1)`.
             text = f"lambda {names}: ({''.join(part + ', ' for part in parts)})"
-            self._rows[given] = eval(text, {f"_{name}": put for name, _, put in own})
-        made: Callable[..., tuple[Any, ...]] = self._rows[given]
-        return made
+            self._rows[unpacked] = eval(text, {f"_{name}": put for name, _, put in remaining})
+        row_of: Callable[..., tuple[Any, ...]] = self._rows[unpacked]
+        return row_of
 
-    def leaves(self, given: Sequence[Any]) -> tuple[Any, ...]:
+    def leaves(self, arguments: Sequence[Any]) -> tuple[Any, ...]:
         """Return the leaves of those of the other arguments that are given, from the first on."""
-        if len(given) > len(self._others):
+        if len(arguments) > len(self._others):
             most = 1 + len(self._others)
-            raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(given)} are given")
-        pairs = zip(given, self._others, strict=False)
-        return tuple(x for each, (*_, put) in pairs for x in put(each))
+            raise TypeError(f"{self._name}: takes {most} arguments, {1 + len(arguments)} are given")
+        pairs = zip(arguments, self._others, strict=False)
+        return tuple(x for argument, (*_, put) in pairs for x in put(argument))
 
     def packed(self, value: Any) -> ctypes.Array[Any]:
         """Return the block of a first argument."""
