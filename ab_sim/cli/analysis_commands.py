@@ -43,7 +43,7 @@ class ModesOptions(NamedTuple):
 
 @stability_and_vibration.declare("ab_sim.cli.equilibria:equilibria_command")
 class EquilibriaOptions(NamedTuple):
-    """Find resting states of the balls at a constant speed, and judge them.
+    """Find resting states at a constant speed, and their stability.
 
     Prints all resting states at one speed: p+q has p balls on the side of the displacement and q
     opposite, /1 the larger whirl and /2 the smaller; a sign per ball if balls differ; balanced has
@@ -79,7 +79,7 @@ class EquilibriaOptions(NamedTuple):
 
 @stability_and_vibration.declare("ab_sim.cli.stability:stability_command")
 class StabilityOptions(NamedTuple):
-    """Map stability over two values, or the outcome over start angles.
+    """Map stability over two values, or outcomes over start angles.
 
     A map is refined only near borders, and computed points are kept: an interrupted map continues.
     Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole numbers;
