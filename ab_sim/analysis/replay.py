@@ -35,13 +35,20 @@ class ReplayedDrive:
         drive: drive in its initial state, which is the start of the recording.
         first: recorded step at the start; with ``at_times`` the recorded time [s].
         obeys: whether the drive follows the commands; otherwise it follows its profile.
+        start: sample at the start; None: the drive's present one.
     """
 
-    def __init__(self, drive: Drive, first: float = 0.0, obeys: bool = True) -> None:
+    def __init__(
+        self,
+        drive: Drive,
+        first: float = 0.0,
+        obeys: bool = True,
+        start: Trajectory | None = None,
+    ) -> None:
         self.drive = drive
         self._first, self._obeys = first, obeys
-        self._command = float(drive.present()["command"][0])
-        self._last = drive.present()
+        self._last = drive.present() if start is None else start
+        self._command = float(self._last["command"][0])
 
     def at_steps(self, steps: np.ndarray, commands: np.ndarray) -> Trajectory:
         """Return the drive at recorded steps; bit-identical if the recording is from this drive.

@@ -53,11 +53,13 @@ class ReportOptions(NamedTuple):
 class CompareOptions(NamedTuple):
     """Run a recording's commands again, and compare each channel.
 
-    A recording of ab_sim is repeated step by step, and gives the same bits with its own scene, run
-    live or offline. Other recordings are aligned by time: the run begins at the first sample,
-    follows each command from its time on, and is interpolated at the recorded times. They need the
-    channels step, time and command, and at least one other channel of the scene. A recording that
-    begins in the middle of a run is repeated from the state of its first sample.
+    A recording of ab_sim is repeated step by step. With its own scene it gives the same bits, run
+    offline, or live under the scene's profile or speed commands. Another trajectory is repeated by
+    its speed at each step, not to the bit. Other recordings are aligned by time: the run begins at
+    the first sample, follows each command from its time on, and is interpolated at the recorded
+    times. They need the channels step, time and command, and at least one other channel of the
+    scene. A recording that begins in the middle of a run is repeated from the state of its first
+    sample.
 
     The JSON has `channels`, each with channel, unit, largest (difference), at (its time [s]), rms,
     largest_relative and rms_relative (relative to the recorded range, recorded_from to

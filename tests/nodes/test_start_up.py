@@ -12,6 +12,7 @@ from ab_sim.analysis import run_scene
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.record.recording import read_recording
 from ab_sim.scene import check_scene, find_scene
+from ab_sim.show.reports.compare import PROFILE, compare_recording
 from tests.nodes.fleet import Fleet
 from tests.recording.runs import cells
 
@@ -72,6 +73,8 @@ def test_recorded_start_up_equals_an_offline_run(fleet: Fleet, brisk: Path, tmp_
     # The first sample was taken before the drive was commanded.
     last = min(len(offline), len(live))
     assert last > 600 and np.array_equal(offline.samples[1:last], live.samples[1:last])
+    compared = compare_recording(file, brisk)
+    assert compared.same and compared.driven_by == PROFILE
     texts = [event.text for event in recorded.events]
     assert any("profile: running" in text for text in texts)
     assert any("profile: done" in text for text in texts)

@@ -13,6 +13,7 @@ from ab_sim.analysis.replay import ReplayedDrive, scene_from
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.presentation import Column, Columns, Presented
 from ab_sim.drive import Drive
+from ab_sim.drive.trajectory import Trajectory
 from ab_sim.drive.units import unit_of
 from ab_sim.record.recording import StoredRun, open_recording
 from ab_sim.scene.load import SceneLike, as_scene, with_solver
@@ -225,7 +226,7 @@ def compare_recording(
         )
     step, time = run.extent.first if stepped else (0.0, run.extent.first[1])
     if stepped and scene.profile is not None and _follows_profile(run, scene):
-        return _along(run, Drive(scene), PROFILE, 0.0, notes, progress)
+        return _along(run, Drive(scene), PROFILE, 0.0, notes, progress, start=_start(run, scene))
     if step > 0 and not _begun_before(run, scene):
         (sample, *_) = run.blocks(rows=1)
         recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
@@ -245,17 +246,25 @@ def compare_recording(
 
 def _begun_before(run: StoredRun, scene: Scene) -> bool:
     """Return whether no command had come before, so that everything is known from the start."""
-    (sample, *_) = run.blocks(rows=1)
-    recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
-    drive, steps = Drive(scene, commanded=True), int(recorded["step"])
-    if recorded["command"] != scene.start.speed:
-        return False
-    reached = drive.advance(steps, every=steps)
-    return all(
-        reached[name][0].tobytes() == np.float64(recorded[name]).tobytes()
-        for name in drive.channels
-        if name in recorded
-    )
+    drive, steps = Drive(scene, commanded=True), int(run.extent.first[0])
+    return _begins_with(run, drive.advance(steps, every=steps))
+
+
+def _start(run: StoredRun, scene: Scene) -> Trajectory | None:
+    """Return the first sample of a run without the acceleration of its profile, or None.
+
+    A live drive takes its first sample before it knows the profile.
+    """
+    standing = Drive(scene, commanded=True).present()
+    return standing if _begins_with(run, standing) else None
+
+
+def _begins_with(run: StoredRun, sample: Trajectory) -> bool:
+    """Return whether the first recorded sample is this one, to the bit."""
+    (first, *_) = run.blocks(rows=1)
+    recorded = dict(zip(run.channels, first[0], strict=True))
+    common = [name for name in sample.channels if name in recorded]
+    return all(sample[name][0].tobytes() == recorded[name].tobytes() for name in common)
 
 
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
@@ -302,6 +311,7 @@ def _along(
     notes: list[str],
     progress: Callable[[int], None] | None,
     stepped: bool = True,
+    start: Trajectory | None = None,
 ) -> RecordingComparison:
     led = ASKED if driven_by == COMMANDS else ASKED[:2]
     names = [name for name in run.channels if name in drive.channels and name not in led]
@@ -310,7 +320,7 @@ def _along(
             f"{run.path}: has no channel in common with the scene {drive.scene.name}; it has "
             f"{', '.join(run.channels)}"
         )
-    extent, replay = run.extent, ReplayedDrive(drive, first, obeys=driven_by == COMMANDS)
+    extent, replay = run.extent, ReplayedDrive(drive, first, driven_by == COMMANDS, start)
     deviations = tuple(ChannelDeviation(name, unit_of(name)) for name in names)
     recorded, simulated, differences = (Envelope(names, extent.rows) for _ in range(3))
     done = 0
