@@ -1,4 +1,4 @@
-"""A start-up, live: a drive, the profile controller and, if wanted, the recorder and a window.
+"""Start a drive, its profile controller and, on request, the recorder and a viewer.
 
 ros2 launch ab_sim startup.launch.py scene:=balanced-start-up record:=true
 """
@@ -19,18 +19,18 @@ SWITCH = ("true", "false")
 ARGUMENTS = {
     "scene": ("", "name of a scene (`ab-sim scenes`) or path of a YAML file"),
     "changes": ("", "changes to the scene: balls.mass=0.002, or a YAML list of such"),
-    "profile": ("", "profile to run: of a scene, or a file by itself; empty: the scene's"),
-    "auto_start": ("true", "start the profile as soon as the drive listens; else by ~/start"),
-    "record": ("false", "whether to record; with a path it does in any case"),
-    "headless": ("true", "false: watch in a window of Rerun's, too; keeps no file by itself"),
+    "profile": ("", "profile to run: scene name or YAML file; empty: the scene's profile"),
+    "auto_start": ("true", "start the profile as soon as the drive is ready; false: by ~/start"),
+    "record": ("false", "true: record the run; implied by path"),
+    "headless": ("true", "false: show the run in Rerun's window; does not record by itself"),
     "path": ("", ".rrd file to record to; empty: recordings/<date>_<time>.rrd"),
-    "namespace": ("", "of all nodes, and then of their clock, too"),
-    "params_file": ("", "YAML file of parameters, which yield to what is given here"),
+    "namespace": ("", "namespace of all nodes and of their clock"),
+    "params_file": ("", "YAML file of node parameters; launch arguments take precedence"),
 }
 
 
 def generate_launch_description() -> LaunchDescription:
-    """The nodes have the parameter files of the package, then yours, then the arguments."""
+    """Declare arguments; they override ``params_file``, which overrides the package's files."""
     declared = [
         DeclareLaunchArgument(
             name,
@@ -58,7 +58,7 @@ def _nodes(context: LaunchContext) -> list[Node]:
     kept, watched = bool(path) or given["record"] == "true", given["headless"] == "false"
     if kept or watched:
         recorder = _texts(path=path, view="native" if watched else "")
-        # Said only where it is: a file of parameters may keep a bag.
+        # Set `keep` only if it is false, so that a parameter file can still request a bag.
         nodes.append(_node("recorder", given, recorder | ({} if kept else {"keep": False})))
     return nodes
 
@@ -69,9 +69,9 @@ def _node(name: str, given: dict[str, str], parameters: dict[str, Any], **more: 
     return Node(
         package="ab_sim",
         executable=name,
-        name=name,  # so that arguments go before what a file says of this very name
+        name=name,  # so that arguments override a parameter file's entry for this node
         namespace=namespace,
-        # Its name is absolute, and two drives on one domain need a clock each.
+        # The topic's name is absolute, and two drives on one domain need separate clocks.
         remappings=[("/clock", "clock")] if namespace else None,
         parameters=[str(config), *([own] if own else []), *([parameters] if parameters else [])],
         output="screen",
@@ -80,7 +80,7 @@ def _node(name: str, given: dict[str, str], parameters: dict[str, Any], **more: 
 
 
 def _texts(**given: str) -> dict[str, Any]:
-    """As texts, whatever they look like; an empty one is left to the parameter files."""
+    """Return parameters of type string; empty ones are left to the parameter files."""
     return {name: ParameterValue(text, value_type=str) for name, text in given.items() if text}
 
 

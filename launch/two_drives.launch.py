@@ -1,4 +1,4 @@
-"""Two start-ups on one domain, in the namespaces left and right.
+"""Start two drives on one domain, in the namespaces left and right.
 
 ros2 launch ab_sim two_drives.launch.py left:=balanced-start-up right:=thesis-hold
 """
@@ -15,7 +15,7 @@ SIDES = {"left": "balanced-start-up", "right": "thesis-hold"}
 
 
 def generate_launch_description() -> LaunchDescription:
-    """``startup.launch.py`` twice, each with a scene of its own; a drive's end ends it all."""
+    """Include ``startup.launch.py`` twice; when one drive exits, everything shuts down."""
     declared = [
         DeclareLaunchArgument(side, default_value=scene, description="scene of this drive")
         for side, scene in SIDES.items()
@@ -29,5 +29,5 @@ def _side(side: str) -> GroupAction:
     start_up = IncludeLaunchDescription(
         PythonLaunchDescriptionSource(str(file)), launch_arguments=arguments.items()
     )
-    # In a group, lest the arguments of one side be the other's too.
+    # The group limits the scope of the arguments to one side.
     return GroupAction([start_up])
