@@ -36,10 +36,11 @@ def _among_temporary_files() -> list[Path]:
 
 
 def _is_ours_alone(folder: Path) -> bool:
-    """Return whether no other user can write there, or replace the folder.
+    """Return whether only this user can write to the folder or replace it.
 
-    The content of the folder is trusted. Links were resolved before; each part must still be a
-    folder, so no link has replaced one. Windows keeps a user's folder for caches from others.
+    The content of the folder is trusted. Links were resolved before. Each part of the path must
+    still be a folder: otherwise a link may have replaced it. On Windows, other users have no access
+    to a user's folder for caches.
     """
     if os.name != "posix":
         return os.access(folder, os.W_OK)

@@ -28,12 +28,12 @@ class SafeGroup(TyperGroup):
     """
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:
-        """Make errors visible in Typer's method."""
+        """Call Typer's method, with control characters removed from its errors."""
         with _visible_errors():
             return super().make_context(*arguments, **more)
 
     def invoke(self, ctx: Any) -> Any:
-        """Make errors visible in Typer's method."""
+        """Call Typer's method, with control characters removed from its errors."""
         with _visible_errors():
             return super().invoke(ctx)
 

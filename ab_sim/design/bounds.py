@@ -44,7 +44,7 @@ class Bound(NamedTuple):
 
     @property
     def is_number(self) -> bool:
-        """Flag of a metric that is a number instead of true or false."""
+        """True if the metric is a number, not true or false."""
         (metric,) = metrics_named([self.metric])
         return metric.kind is MetricKind.NUMBER
 
@@ -57,7 +57,7 @@ class Bound(NamedTuple):
 
     @property
     def upper(self) -> bool:
-        """Flag of an upper bound."""
+        """True for an upper bound."""
         return self.op.startswith("<")
 
     def holds(self, values: Any) -> np.ndarray:

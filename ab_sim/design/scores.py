@@ -45,7 +45,7 @@ class Scores(NamedTuple):
     aims: np.ndarray
     """Value that the required fraction of a candidate's drives reaches; NaN if too few settle."""
     within: np.ndarray
-    """Flag of a candidate whose required fraction settles within all bounds."""
+    """True for each candidate whose required fraction of drives settles within all bounds."""
     costs: np.ndarray
     """Costs to be minimised.
 

@@ -64,7 +64,7 @@ class DesignDifference(NamedTuple):
     runs: Sweep
     """Runs of the other scene."""
     balanced: np.ndarray
-    """Flag of each balanced run, shape (runs,)."""
+    """True for each run that is balanced, shape (runs,)."""
     share: ShareBalanced
     paired: PairedShares
     """Comparison of shares: first scene minus the other one."""
@@ -100,7 +100,7 @@ class Spread(Presented):
     """Bounds that a settled run must satisfy to count as balanced."""
     seed: int
     balanced: np.ndarray
-    """Flag of each balanced run, shape (runs,)."""
+    """True for each run that is balanced, shape (runs,)."""
     share: ShareBalanced
     """Share of balanced runs with its interval."""
     quantiles: Mapping[str, tuple[QuantileOfMetric, ...]]

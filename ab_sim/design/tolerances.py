@@ -48,7 +48,7 @@ class Tolerance(NamedTuple):
     values: tuple[Any, ...] = ()
     """Values of a discrete distribution."""
     per_ball: bool = False
-    """Flag of separate draws per ball; otherwise all balls share one."""
+    """True if each ball has its own draw; otherwise all balls share one."""
     group: str | None = None
     """Name of the group; tolerances in a group share a draw, so that they are all high or all
     low."""

@@ -155,7 +155,7 @@ class Tuning(Presented):
 
     @property
     def is_better(self) -> bool:
-        """Flag of an improvement over the original scene, or of an original outside the bounds."""
+        """True if the best beats the original scene, or if only the best is within the bounds."""
         return self.best is not None and AS_IT_IS not in self.as_good
 
     @property

@@ -28,9 +28,9 @@ class Range(NamedTuple):
     low: float
     high: float
     log: bool = False
-    """Flag of logarithmic spacing."""
+    """True if values are spaced logarithmically."""
     whole: bool = False
-    """Flag of a key with whole numbers only."""
+    """True if the key takes whole numbers only."""
 
     def at(self, shares: np.ndarray) -> np.ndarray:
         """Return values at fractions of the range.
@@ -62,7 +62,7 @@ class ListedValues(NamedTuple):
     values: tuple[Any, ...]
     """Numbers, or other values that the key accepts."""
     log: bool = False
-    """Flag of a logarithmic axis in pictures."""
+    """True if pictures show the key on a logarithmic axis."""
 
 
 Variable = Range | ListedValues

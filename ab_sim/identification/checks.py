@@ -29,9 +29,9 @@ A larger ratio means clipping.
 STAYS = 2.0
 """Number of spindle revolutions for which a reading may be constant away from its mean."""
 OFF_MEAN = 0.1
-"""Distance from the mean, relative to the signal's r.m.s., within which a reading may be constant.
+"""Largest distance from the mean, relative to the r.m.s., of a constant reading that is accepted.
 
-A quiet deck's reading stays near its mean.
+The reading of a deck at rest is constant near the mean.
 """
 PARTS, APART = 20, 0.02
 """Number of parts of a recording, and tolerance between speed and angle in each of them.

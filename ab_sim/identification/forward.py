@@ -98,7 +98,7 @@ class RecordedDrive:
 
     @property
     def side_by_side(self) -> bool:
-        """Flag of runs that can be computed side by side."""
+        """True if the runs can be computed side by side."""
         return self._runs.first.fits_lane
 
     def scene_with(self, values: Values) -> Scene:

@@ -52,11 +52,11 @@ class Estimate(NamedTuple):
     start: float
     """Value in the scene."""
     own: bool
-    """Flag of a parameter that belongs to a single recording."""
+    """True if the parameter belongs to a single recording."""
 
     @property
     def bounded(self) -> bool:
-        """Flag of an interval that is finite, and whose lower end is not 0."""
+        """True if the interval is finite, and its lower end is not 0."""
         return bool(np.isfinite(self.low) and np.isfinite(self.high)) and self.low != 0.0
 
     def report(self) -> dict[str, Any]:

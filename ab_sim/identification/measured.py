@@ -35,7 +35,7 @@ class Measured:
     schedule: SpeedSchedule
     """Recorded motion of the spindle."""
     angle_known: bool
-    """Flag of a recorded angle; otherwise only the speed was recorded."""
+    """True if the angle was recorded; otherwise only the speed was."""
     with_balls: bool
     sensor: Sampled | None = None
     """Sensor whose low-pass the signals passed; None if there was none."""
@@ -46,7 +46,7 @@ class Measured:
     free: tuple[str, ...] = ()
     """Names in ``NUISANCES`` that are unknown."""
     at_rest: bool = True
-    """Flag of deck and balls at rest at the start."""
+    """True if deck and balls are at rest at the start."""
     trial_mass: float = 0.0
     """Mass clamped to the deck for this recording [kg]."""
     doubt: str = ""

@@ -242,7 +242,7 @@ def _with_effect(scene: Scene, name: str, parameters: dict[str, float]) -> Scene
 
 
 def _size(problem: Problem, values: np.ndarray, key: str, least: float) -> float:
-    """Return the size at which signals change by about their noise; 0 if there is none."""
+    """Return the parameter value that changes the signals by about their noise; 0 if none does."""
     best, nearest = 0.0, math.inf
     bare = [problem.simulated(k, values) for k in range(len(problem.recordings))]
     for size in SIZES[SIZES >= least].tolist():

@@ -65,7 +65,7 @@ class FitParameter(NamedTuple):
 
     @property
     def is_own_angle(self) -> bool:
-        """Flag of an angle of a single recording, which is periodic."""
+        """True for an angle of a single recording, which is periodic."""
         return self.recording is not None and self.unit == "rad"
 
 

@@ -44,7 +44,7 @@ class Whiteness(NamedTuple):
     frequency_p: float
     """Probability of the cumulative periodogram's distance from a straight line among them."""
     judged: bool
-    """Flag of sufficient noise for a test."""
+    """True if there is enough noise for a test."""
     turning_z: float = 0.0
     """Normal quantile of the part that turns with the spindle.
 
@@ -55,7 +55,7 @@ class Whiteness(NamedTuple):
 
     @property
     def white(self) -> bool:
-        """Flag of residuals without evidence against noise."""
+        """True if no test rejects that the residuals are noise."""
         return not self.judged or self.worst <= FLAGGED
 
     @property

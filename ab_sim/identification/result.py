@@ -30,7 +30,7 @@ class RecordingFit(NamedTuple):
     simulated: np.ndarray
     """Simulated signals, same shape as the recorded ones."""
     held_out: bool
-    """Flag of a recording whose own parameters only were fitted."""
+    """True if only the recording's own parameters were fitted."""
 
     @property
     def residuals(self) -> np.ndarray:
@@ -76,7 +76,7 @@ class HeldOut(NamedTuple):
 
     @property
     def better(self) -> bool:
-        """Flag of an improvement by the fit."""
+        """True if the fitted scene predicts them better than the original one."""
         return self.after < self.before
 
 
@@ -131,7 +131,7 @@ class Identification(Presented):
     whiteness: tuple[Whiteness, ...]
     comparisons: tuple[RecordingFit, ...]
     tried: tuple[TriedEffect, ...]
-    """Trials made because something is missing, the best first."""
+    """Trials of effects that the scene may lack, the best first."""
     held_out: HeldOut | None
     proposals: tuple[Proposal, ...]
     """Proposals, the best first."""

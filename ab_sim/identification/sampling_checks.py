@@ -51,7 +51,7 @@ class _Repeats(NamedTuple):
     usual: float
     """Median of the lengths."""
     coarse: bool
-    """Flag of a coarse resolution: most changes are of one or two steps."""
+    """True if the resolution is coarse: most changes are of one or two steps."""
 
 
 def _repeats(values: np.ndarray) -> _Repeats | None:

@@ -54,7 +54,7 @@ class Misfit(NamedTuple):
 
     @property
     def off(self) -> bool:
-        """Flag of residuals well above the noise."""
+        """True if the residuals are well above the noise."""
         return self.above_noise > ABOVE_NOISE and self.share > OF_SIGNALS
 
 

@@ -182,7 +182,10 @@ def chosen(bag: Bag, namespace: str | None) -> list[str]:
 
 
 def _profile(name: str, qos: Qos | None) -> QoSProfile:
-    """Return the recorded quality of service where it matters to subscribers, or the contract's."""
+    """Return the QoS of a topic's publisher: as recorded, else as in the contract.
+
+    Only the policies that decide whether subscribers match are copied.
+    """
     if qos is None:
         topic = topic_by_name(name)
         return topic.qos.profile if topic else QoSProfile(depth=10)

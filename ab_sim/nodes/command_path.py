@@ -71,7 +71,7 @@ class TrajectoryOrder(NamedTuple):
 
     speeds: TimedSpeeds
     acceleration: float
-    """Largest acceleration on the way to its first point [rad/s^2]."""
+    """Largest acceleration on the way to the trajectory's first point [rad/s^2]."""
 
 
 class CommandOnBus(NamedTuple):

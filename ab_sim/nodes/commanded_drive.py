@@ -10,7 +10,7 @@ from ab_sim.drive.trajectory import Trajectory
 from ab_sim.nodes.command_path import CommandPath, TrajectoryOrder
 
 SLICE = 1000
-"""Most steps between two looks at the orders: an emergency stop may come meanwhile."""
+"""Largest number of steps between two checks for orders, such as an emergency stop."""
 
 
 class CommandedDrive:

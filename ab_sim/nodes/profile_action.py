@@ -118,14 +118,14 @@ class ProfileAction:
 
 
 class _Server(_AnyActionServer):
-    """Action server for goals that execute before there is a callback for their result."""
+    """Action server whose goals can start to execute before a result callback exists."""
 
     def notify_execute(
         self, goal_handle: Goal, execute_callback: Callable[[Goal], Any] | None
     ) -> None:
-        """Schedule the callback as rclpy does; without a callback do nothing.
+        """Schedule the callback as rclpy does; without a callback, do nothing.
 
-        ``Goal.execute`` calls this.
+        ``Goal.execute`` calls this method.
         """
         if execute_callback is not None:
             super().notify_execute(goal_handle, execute_callback)

@@ -32,9 +32,9 @@ from ab_sim.nodes.timed_run import TimedRun
 from ab_sim.scene.profile_file import load_profile
 
 REPORT_PERIOD = 1.0
-"""s between two diagnostics."""
+"""Time between two diagnostics messages [s]."""
 GLANCE = 0.05
-"""s between two looks at listeners and status."""
+"""Time between two checks of subscribers and status [s]."""
 RECORDER = "recorder"
 """Name of the node that subscribes to commands without obeying them."""
 LATE = 5

@@ -12,13 +12,13 @@ from ab_sim.base import interruption
 from ab_sim.nodes.leaving import leave_graph
 
 GLANCE = 0.1
-"""s between two looks at the loop."""
+"""Time between two checks of the loop [s]."""
 STALLED = 0.5
-"""s; a round of the loop that takes longer counts as stalled."""
+"""Duration of an iteration of the loop above which the loop counts as stalled [s]."""
 GRACE = 2.0
-"""s that a stalled loop has for its end after a signal."""
+"""Time that a stalled loop has to end after a signal [s]."""
 LEAVING = 2.0
-"""s for the node to leave the graph in that case."""
+"""Time that the node of a stalled loop has to leave the graph [s]."""
 
 
 class StallGuard:

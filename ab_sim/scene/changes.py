@@ -14,7 +14,7 @@ REMOVED: Any = object()
 
 
 AXES = 3
-"""Numbers of a mount's stiffness and damping."""
+"""Number of values of a mount's stiffness or damping, one per axis."""
 ZERO = {"start.ball_rates": 0.0, "race.height": 0.0, "balls.race": 0}
 """Keys with a number in each entry that is 0 by default."""
 NAMED = ("sensors", "probes")

@@ -77,7 +77,7 @@ class CirculatingBunch:
 
     @property
     def known(self) -> bool:
-        """Flag of swings small enough for the closed form."""
+        """True if swings are small enough for the closed form."""
         return max(self.bunch_swing, self.resting_swing) <= MOST_SWING
 
     @cached_property
@@ -96,7 +96,7 @@ class CirculatingBunch:
 
     @property
     def stable(self) -> bool:
-        """Flag of a bunch for which small disturbances decay, by the averaged equations."""
+        """True if small disturbances decay, by the averaged equations."""
         return self.lambda_max < 0.0
 
     def report(self) -> dict[str, object]:

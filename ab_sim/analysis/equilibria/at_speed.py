@@ -34,7 +34,7 @@ class Equilibria(Presented):
     left_out: tuple[str, ...]
     """Effects of the scene that are left out because they are set-valued where balls rest."""
     by_numbers: bool = False
-    """Flag of a numerical search from many starts, which may miss states.
+    """True if states were searched numerically from many starts, which may miss some.
 
     False for the closed forms, which give all states.
     """

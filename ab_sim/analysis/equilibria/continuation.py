@@ -34,7 +34,7 @@ class CurvePoint(NamedTuple):
     """Speed [rad/s]."""
     state: np.ndarray
     fold: bool = False
-    """Flag of a fold, where the speed reverses along the curve."""
+    """True at a fold, where the speed reverses along the curve."""
 
 
 class EquilibriumCurve:

@@ -26,7 +26,7 @@ class Crossing(NamedTuple):
     frequency: float
     """Imaginary part of the crossing eigenvalue [rad/s]; 0 if it is real."""
     gains: bool
-    """Flag of a state that is stable above the speed."""
+    """True if the state is stable above the speed."""
 
     @property
     def kind(self) -> str:

@@ -1,4 +1,4 @@
-"""Equations of resting states: a scene without friction and contact."""
+"""Equations of resting states, for scenes without friction and contact."""
 
 from typing import Any, NamedTuple
 

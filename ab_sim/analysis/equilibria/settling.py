@@ -47,7 +47,7 @@ class DisturbanceOutcome(NamedTuple):
 
     @property
     def returned(self) -> bool:
-        """Flag of a motion that has returned or is still approaching."""
+        """True if the motion has returned or is still approaching."""
         nearer = self.rest <= NEARER * self.start and self.rest < self.middle
         return nearer or self.rest <= BACK
 
@@ -59,7 +59,7 @@ class Settling(NamedTuple):
 
     @property
     def stable(self) -> bool:
-        """Flag of a state to which all disturbances return."""
+        """True if the motion returns after each disturbance."""
         return all(outcome.returned for outcome in self.outcomes)
 
 

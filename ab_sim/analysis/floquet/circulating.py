@@ -68,7 +68,7 @@ class CirculatingSolution:
 
     @property
     def stable(self) -> bool | None:
-        """Flag of decaying small disturbances; None if the linear test is undecided."""
+        """True if small disturbances decay; None if the linear test is undecided."""
         return None if abs(self.largest - 1.0) <= UNDECIDED else self.largest < 1.0
 
     @property

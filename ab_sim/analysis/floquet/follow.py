@@ -34,7 +34,7 @@ class FollowedPoint(NamedTuple):
     found: Solution | None
     """Periodic solution; None if none was found."""
     new: bool
-    """Flag of a solution from a new search instead of the previous point."""
+    """True if the solution is from a new search, not continued from the previous point."""
 
     def report(self) -> dict[str, Any]:
         """Return the point as JSON-able values."""
@@ -57,7 +57,7 @@ class Border(NamedTuple):
     multiplier: complex
     """Multiplier that crosses the unit circle; one of two conjugates."""
     stable_below: bool
-    """Flag of a solution that is stable at smaller values."""
+    """True if the solution is stable at smaller values."""
 
     def report(self) -> dict[str, Any]:
         """Return the border as JSON-able values."""

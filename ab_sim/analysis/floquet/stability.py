@@ -46,7 +46,7 @@ class Stability:
     difference: float
     """Largest change of a multiplier when the step was halved."""
     balanced: bool
-    """Flag of a deck that stays at its rest position."""
+    """True if the deck stays at its rest position."""
     structural: int
     """Number of multipliers that are 1 because the balanced positions form a manifold.
 
@@ -68,7 +68,7 @@ class Stability:
 
     @property
     def stable(self) -> bool | None:
-        """Flag of decaying small disturbances; None if the linear test is undecided."""
+        """True if small disturbances decay; None if the linear test is undecided."""
         if abs(self.largest - 1.0) <= max(UNDECIDED, self.difference):
             return None
         return self.largest < 1.0

@@ -128,7 +128,7 @@ class FinalWhirlAccumulator:
 
     @cached_property
     def settled(self) -> np.ndarray:
-        """Flag of a whirl that no longer changes, or is negligible.
+        """True for each run whose whirl no longer changes, or is negligible.
 
         The second condition is needed because a decaying whirl changes by a tenth of itself however
         small it is.
@@ -231,7 +231,7 @@ class ResidualAccumulator:
 
     @property
     def rises(self) -> np.ndarray:
-        """Flag of a residual unbalance that rises by a significant part of its limit."""
+        """True for each run whose residual unbalance rises by a significant part of its limit."""
         return np.asarray(self._trends.found(CHANGE * self._most) > 0)
 
     @property
@@ -396,7 +396,7 @@ class FinalCirculationAccumulator:
 
     @property
     def any_ball(self) -> list[bool | None]:
-        """Flag of at least one circulating ball; None without balls."""
+        """True for each run with a circulating ball; None without balls."""
         return [bunch is not None if self._balls else None for bunch in self.found]
 
 

@@ -106,4 +106,4 @@ class VerdictConclusion:
             name in BALANCED if has_unbalance else None
             for name, has_unbalance in zip(self.found, unbalanced.tolist(), strict=True)
         ]
-        """Flag of a balanced rotor; None without an unbalance."""
+        """True for each run with a balanced rotor; None without an unbalance."""

@@ -42,7 +42,7 @@ class SingleAccumulator(Protocol):
         """Prepare for a run."""
 
     def take(self, samples: Trajectory, late: int) -> None:
-        """Process the next samples; the final ``late`` of them are in the last stretch."""
+        """Process the next samples, of which the final ``late`` lie in the last stretch."""
 
 
 Single = TypeVar("Single", bound=SingleAccumulator)

@@ -87,7 +87,7 @@ class Row(NamedTuple):
     """Condition on a scene for the row in the terminal; None shows it if any cell has content."""
     place: Place = Place.AMOUNT
     in_reports: bool = True
-    """Flag of a row in reports of recordings; they leave out rows without content."""
+    """True if reports of recordings have the row; they leave out rows without content."""
     note: str = ""
     """Explanation of the row, printed below the terminal's table."""
     caution: str = ""
@@ -162,11 +162,11 @@ class Metric(Generic[T]):
     """Function that makes the value JSON-able."""
     relative: Relative | None = None
     reported: bool = True
-    """Flag of a metric in reports; others are used in texts and pictures."""
+    """True if reports have the metric; others are used in texts and pictures."""
     stepwise: bool = False
-    """Flag of a sample time, which changes in steps."""
+    """True if the value is the time of a sample, which changes in steps."""
     of_balanced: bool = False
-    """Flag of a metric that is only meaningful to compare among balanced runs."""
+    """True if the metric can be compared among balanced runs only."""
 
     def __set_name__(self, owner: type[Any], name: str) -> None:
         register(self)
@@ -187,7 +187,7 @@ class Metric(Generic[T]):
 
     @property
     def scalar(self) -> bool:
-        """Flag of a value that can be compared by size: a number, true or false, or null."""
+        """True if values can be compared by size: numbers, true or false, or null."""
         return self.kind in (MetricKind.NUMBER, MetricKind.TRUTH)
 
     @property

@@ -20,7 +20,7 @@ class Residuals:
     def __init__(self, parts: np.ndarray, wholes: np.ndarray) -> None:
         self._has = np.asarray(wholes) != 0.0
         self.any = bool(self._has.any())
-        """Flag of at least one run with a nonzero whole."""
+        """True if the whole of at least one run is not 0."""
         shares = parts / np.where(self._has, wholes, 1.0)[:, None]
         self._own = self._has.astype(float)[:, None]
         self._real, self._imaginary = shares.real.copy(), shares.imag.copy()

@@ -55,7 +55,7 @@ class RecoveryOverDrag(Presented):
     """Half-width of the band around the steady whirl [m]."""
     balls: int
     together: bool
-    """Flag of balls that start at one angle, where equal balls stay together."""
+    """True if balls start at one angle, where equal balls stay together."""
     drag: float
     """Drag of the scene [N s/m]."""
     own: Recovery

@@ -68,7 +68,7 @@ class Recovery(NamedTuple):
     verdict: str | None
     """Verdict of lambda_Rmax: stable, unstable or undecided."""
     rested_before: bool
-    """Flag of a whirl within the band over the last tenth of the time before the change."""
+    """True if the whirl was within the band over the last tenth of the time before the change."""
     duration: float
     """Duration of the run [s]."""
 

@@ -37,7 +37,7 @@ class JudgedPart(NamedTuple):
     aborts: list[str]
     """Reason of each run's abort to standstill; empty if not aborted."""
     in_lanes: bool
-    """Flag of runs computed in lanes."""
+    """True if the runs were computed in lanes."""
     seconds: float
     """CPU time of the steps [s]."""
 
@@ -77,11 +77,11 @@ class _PreparedGroup:
 def judged_parts(
     split: Split | None, prepared: Mapping[int, PreparedRun], keys: Sequence[str]
 ) -> Iterator[JudgedPart]:
-    """Run and evaluate runs, part by part.
+    """Run the simulations, and yield their metrics in parts.
 
     Args:
-        split: runs in columns.
-        prepared: other runs by number.
+        split: runs whose values are stored by column; None if there are none.
+        prepared: all other runs, by number.
         keys: keys of the metrics.
     """
     if split is not None:
@@ -238,7 +238,7 @@ def _reported(
     samples: np.ndarray,
     whirl: np.ndarray | None = None,
 ) -> dict[str, list[Any]]:
-    """Return metrics as in reports."""
+    """Return metrics by key, in the units of reports."""
     if not len(runs):
         return {key: [] for key in keys}
     metrics = metrics_of_runs(runs, channels, samples, keys, whirl)

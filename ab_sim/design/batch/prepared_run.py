@@ -62,7 +62,7 @@ class _Asked:
     """Request for the choice of a stepper, comparable with other requests."""
 
     by: Any
-    """Inputs that determine the choice."""
+    """Numbers and settings that determine the choice; the only ones that are compared."""
     scene: Scene = field(compare=False)
     system: System = field(compare=False)
 

@@ -29,11 +29,11 @@ from ab_sim.scene.model import Scene
 LEAST, MOST = 1e-5, 1e-2
 """Step h, as a share of ``scale_of`` the key."""
 FACTORS = (1.0, 1 / 8, 8.0)
-"""Steps that are tried one after the other while a derivative is not certain enough."""
+"""Factors of the step, tried one after the other until a derivative is certain enough."""
 ENOUGH = 1e-4
-"""Uncertainty with which no further step is tried, as a share of the derivative."""
+"""Uncertainty below which no further step is tried, as a fraction of the derivative."""
 NO_INFLUENCE = 1e-7
-"""Further such uncertainty, as a share of the result for a change of the key by ``scale_of``."""
+"""Same limit for keys with little influence: fraction of the result, per ``scale_of`` the key."""
 NEARBY = 1e-10
 """Distance of the runs that measure rounding, as a share of ``scale_of``."""
 ROUNDING, ONE_SIDED = 4.0, 10.0
@@ -93,7 +93,7 @@ def differentiated(
 
 
 def with_stepper(scene: Scene) -> Scene:
-    """Return the scene with the solver that runs it, so that all moved runs take the same one.
+    """Return the scene with its stepper named, so that runs with changed keys use the same one.
 
     Raises:
         SceneError: a controller decides the speed while it runs.

@@ -68,7 +68,7 @@ class Sizing(Presented):
 
     @property
     def found(self) -> bool:
-        """Flag of a successful sizing."""
+        """True if a balancer fits."""
         return self.chosen is not None
 
     def predicted(self) -> tuple[np.ndarray, np.ndarray]:

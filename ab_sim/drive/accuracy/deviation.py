@@ -26,9 +26,9 @@ class Samples(NamedTuple):
         """Return copies of a trajectory's samples, so that the rest can be released."""
         return cls(trajectory.position.copy(), trajectory.ball_angles.copy())
 
-    def every(self, so_many: int) -> "Samples":
-        """Return the last sample of every ``so_many``."""
-        return Samples(self.position[so_many - 1 :: so_many], self.angles[so_many - 1 :: so_many])
+    def every(self, n: int) -> "Samples":
+        """Return every ``n``-th sample, beginning with the ``n``-th."""
+        return Samples(self.position[n - 1 :: n], self.angles[n - 1 :: n])
 
 
 class Deviation(NamedTuple):

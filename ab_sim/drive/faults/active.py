@@ -23,7 +23,7 @@ class SensorReadings(NamedTuple):
     """Readings of a drive's sensors, with the effect of faults."""
 
     present: Trajectory
-    """A sample with the readings, and with angles from the hub's mark of the unbalance."""
+    """Sample with the readings; angles count from the mark of the unbalance on the hub."""
     silent: Set[str]
     """Sensors that report nothing this time."""
 

@@ -1,4 +1,4 @@
-"""Equations of a kind of scene as expressions, from which all functions are emitted."""
+"""Symbolic equations of scenes with the same structure; all compiled functions follow from them."""
 
 import functools
 from collections.abc import Sequence

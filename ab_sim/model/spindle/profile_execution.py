@@ -6,15 +6,15 @@ from typing import Any, NamedTuple, Protocol
 
 
 class ProfileInputs(NamedTuple):
-    """The topics that a profile needs."""
+    """Topics that a profile needs."""
 
     vibration: bool = False
     sensor: str | None = None
-    """Name of the sensor of which it needs every sample, with the spindle's angle."""
+    """Sensor whose samples the profile needs all, each with the spindle's angle; None: none."""
     first_sensor: bool = True
-    """True if that sensor is the drive's first accelerometer, or its first probe."""
+    """True if ``sensor`` is the drive's first accelerometer, or its first probe."""
     probe: bool = False
-    """True if that sensor is a proximity probe."""
+    """True if ``sensor`` is a proximity probe."""
 
 
 class DriveEstimates(NamedTuple):

@@ -20,7 +20,7 @@ Parts = Iterator[tuple[str, Any]]  # entities and their data
 
 @dataclass(frozen=True)
 class Drawing:
-    """The drive in pictures; lengths in mm."""
+    """Dimensions of the drive for pictures [mm], and its views."""
 
     race: float  # radius of the circle on which the balls' centres run
     eccentricity: float

@@ -1,4 +1,4 @@
-"""The text next to the pictures."""
+"""Text next to the pictures of a recording."""
 
 from __future__ import annotations
 

@@ -127,7 +127,7 @@ def _panels(data: RunData) -> Iterator[Panel]:
 
 
 def whirl_scale(data: RunData) -> tuple[str, str, float]:
-    """Return name and unit of the whirl, and the factor from m."""
+    """Return the whirl's name and unit in pictures, and the factor from m to this unit."""
     e = data.eccentricity
     return ("W/e", "1", 1.0 / e) if e > 0 else ("W", "mm", 1e3)
 

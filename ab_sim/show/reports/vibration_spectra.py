@@ -18,7 +18,8 @@ SPEEDS = 80
 class WelchSegments:
     """Sections of consecutive, equidistant samples with a fixed length and spacing.
 
-    Sections across a gap, or with another sample distance than the first, are left out.
+    Sections with a gap, or with a sample spacing that differs from the first section's, are left
+    out.
 
     Args:
         length: samples of each section.
