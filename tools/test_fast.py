@@ -4,6 +4,7 @@ BASE is a commit; without one, what main and this branch have in common, on main
 commit. What is left out is said at the end. It is also the pytest plugin that keeps the time.
 """
 
+import functools
 import os
 import re
 import subprocess
@@ -94,11 +95,15 @@ def _importers(path: Path) -> list[str]:
     named = re.compile(rf"from {re.escape(module)} |import {re.escape(module)}\b")
     # `from package import module`, on one line or several
     inside = re.compile(rf"from {re.escape(package)} import (\([^)]*|[^\n(]*)\b{name}\b")
-    return [
-        str(file.relative_to(ROOT))
-        for file in _test_files(TESTS)
-        if named.search(text := file.read_text(encoding="utf-8")) or inside.search(text)
-    ]
+    texts = _texts_of_tests().items()
+    return [name for name, text in texts if named.search(text) or inside.search(text)]
+
+
+@functools.cache
+def _texts_of_tests() -> dict[str, str]:
+    """Texts of all test files, by their names."""
+    files = _test_files(TESTS)
+    return {str(file.relative_to(ROOT)): file.read_text(encoding="utf-8") for file in files}
 
 
 def _test_files(path: Path) -> list[Path]:

@@ -1,4 +1,4 @@
-"""Drag times 0, 10, 100 and 1000: its rate reaches 7e5 1/s, where explicit steppers blow up.
+"""Drag times 0 to 10,000: its rate reaches 7e6 1/s, where explicit steppers blow up.
 
 A naive fixed-step simulator needs steps of microseconds or is unstable, and one that treats drag
 by plain splitting is stable but falls to first order. Asserted: the stepper is chosen for the drag
@@ -18,7 +18,7 @@ from tests.hard_cases.extremes import errors, fast, imbalance, run
 
 @pytest.mark.parametrize(
     ("factor", "stepper"),
-    [(0, "rk8"), (10, "rk8"), (100, "imex8"), (1000, "imex8"), (10_000, "imex8")],
+    [(0, "rk8"), (10, "rk8"), (100, "imex8"), (10_000, "imex8")],
 )
 def test_drag_of_any_size(factor: float, stepper: str) -> None:
     drive = run(fast(effects={"viscous_drag": {"coefficient": float(factor)}}), 0.1)

@@ -49,6 +49,8 @@ def recorded(path: Path, *faults: str, at: int = AT) -> Path:
         samples[np.ix_(silent, columns)] = np.nan
     with ab_sim.Recording(path, description=describe(scene)) as recording:
         recording.block(run.channels, samples)
+        if faults:
+            recording.event(1e-3 * at, f"faults: {', '.join(faults)}", "WARN", "faults")
     return path
 
 
@@ -96,6 +98,7 @@ def test_a_change_on_the_way_is_told_with_its_time(tmp_path: Path, fault: str) -
     (sign,) = (reason for reason in found.reasons if "fits until" in reason)
     until = float(sign.partition("fits until ")[2].split()[0])
     assert found.verdict == OFF and until == pytest.approx(1.0, abs=0.05), sign
+    assert found.notes == (f"run: the recorder noted faults: {fault}, from 1 s on",)
     assert "has something changed or broken then" in sign
 
 

@@ -10,10 +10,8 @@ import pytest
 import ab_sim
 from ab_sim.analysis.comparison import without_balls
 from ab_sim.base.errors import Interrupted
-from ab_sim.drive.description import describe
 from ab_sim.identification.result import FITS, INTERRUPTED, MISSING, NO_BETTER, OFF, OPEN
 from ab_sim.results import Identification
-from ab_sim.scene.load import changed_scene
 from tests.identification import drives
 
 TRUE = {
@@ -180,29 +178,6 @@ def test_a_sensor_that_drifts_is_seen(tmp_path: Path) -> None:
     )  # fmt: skip
     assert found.verdict == OFF
     assert "drifts: axis 2 drifts by 0.0001: does its sensor?" in found.reasons
-
-
-def test_a_fault_on_the_way_is_seen_and_the_recorder_s_word_told(tmp_path: Path) -> None:
-    """The suspension softens after a second, as a live recorder notes it."""
-    bare = without_balls(drives.scene(BARE))
-    drive = ab_sim.Drive(bare)
-    parts = [drive.present(), drive.advance(1000)]
-    softer = changed_scene(bare, {"effects.suspension.stiffness": 800.0}, "fault")
-    faulty = ab_sim.Drive(softer)
-    faulty.restore(drive.snapshot())
-    run = ab_sim.Trajectory.join([*parts, faulty.advance(1000)])
-    numbers = np.random.default_rng(0).standard_normal((len(run), 2))
-    samples = run.samples.copy()
-    for k, name in enumerate("xy"):
-        column = run.channels.index(name)
-        samples[:, column] += 0.01 * float(np.std(run[name])) * numbers[:, k]
-    file = tmp_path / "live.rrd"
-    with ab_sim.Recording(file, description=describe(bare)) as recording:
-        recording.block(run.channels, samples)
-        recording.event(1.0, "faults: suspension softens 0.73", "WARN", "faults")
-    found = ab_sim.identify(file, drives.scene(), DECK, propose=False)
-    assert found.verdict == OFF
-    assert found.notes == ("live: the recorder noted faults: suspension softens 0.73, from 1 s on",)
 
 
 def test_gain_and_eccentricity_cannot_be_told_apart_without_balls(tmp_path: Path) -> None:

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.cli.tool import ab_sim, refused
 from tests.plug_ins.conftest import FILE
 from tests.waiting import PATIENCE
 
@@ -16,7 +17,7 @@ SHARED = Path(__file__).with_name("shared_at_once.py")
 WIND = ("--set", "effects.wind.force=0.01", "--set", "duration=0.05")
 
 
-def ab_sim(
+def from_nothing(
     folder: Path, *arguments: str, path: str = "", program: Path | None = None
 ) -> subprocess.CompletedProcess[str]:
     """Run a command from nothing, in a folder, with a PYTHONPATH and a cache there."""
@@ -45,16 +46,18 @@ def test_effect_metric_and_stepper_are_known(
 ) -> None:
     path, options = ways(request, way)
     stepper = ("--set", "solver.stepper=heun_of_tests", "--set", "solver.step=1e-5")
-    run = ab_sim(
+    run = from_nothing(
         tmp_path, *options, "run", "thesis-hold", *WIND, *stepper, "--json", "-", path=path
     )
     assert run.returncode == 0, run.stderr
     report = json.loads(run.stdout)
     assert report["judged_by"] > 0
     assert "wind" in report["effects"] and report["stepper"].startswith("heun_of_tests")
-    without = ab_sim(tmp_path, "run", "thesis-hold", *WIND)
-    assert without.returncode == 2
-    assert "effects.wind = {'force': 0.01}: no such effect" in without.stderr
+
+
+def test_without_the_plug_in_its_effect_is_unknown() -> None:
+    error = refused("run", "thesis-hold", *WIND)
+    assert "effects.wind = {'force': 0.01}: no such effect" in error
 
 
 @pytest.mark.parametrize("way", ["installed", "loaded"])
@@ -62,7 +65,7 @@ def test_workers_of_a_sweep_know_them(
     way: str, request: pytest.FixtureRequest, tmp_path: Path
 ) -> None:
     path, options = ways(request, way)
-    done = ab_sim(
+    done = from_nothing(
         tmp_path,
         *(*options, "sweep", "thesis-hold", "--over", "effects.wind.force=0..0.01:400"),
         *("--set", "duration=0.05", "--metrics", "judged_by", "--workers", "2", "--json", "-"),
@@ -76,9 +79,9 @@ def test_workers_of_a_sweep_know_them(
 
 
 def test_its_keys_and_meaning_are_listed(tmp_path: Path) -> None:
-    keys = ab_sim(tmp_path, "--load", str(FILE), "keys", "effects.wind")
+    keys = ab_sim("--load", str(FILE), "keys", "effects.wind", cwd=tmp_path)
     assert "effects.wind.force" in keys.stdout, keys.stderr
-    effect = ab_sim(tmp_path, "--load", str(FILE), "effects", "wind")
+    effect = ab_sim("--load", str(FILE), "effects", "wind", cwd=tmp_path)
     assert "Constant force on the deck" in effect.stdout, effect.stderr
 
 
@@ -94,7 +97,7 @@ def test_its_keys_and_meaning_are_listed(tmp_path: Path) -> None:
 )
 def test_a_file_that_cannot_be_loaded(name: str, text: str, words: str, tmp_path: Path) -> None:
     (tmp_path / name).write_text(text)
-    done = ab_sim(tmp_path, "--load", name, "scenes")
+    done = ab_sim("--load", name, "scenes", cwd=tmp_path)
     assert done.returncode == 2 and not done.stdout
     assert done.stderr.startswith(f"ab-sim: --load {words}")
 
@@ -103,19 +106,19 @@ def test_a_package_that_cannot_be_loaded(installed: Path, tmp_path: Path) -> Non
     """Every use of a registry says so, and what does not need one works."""
     shutil.copytree(installed, tmp_path / "site")
     (tmp_path / "site/ab_sim_wind.py").write_text("import ab_sim\nab_sim.register_all()")
-    done = ab_sim(tmp_path, "run", "thesis-hold", path=str(tmp_path / "site"))
+    done = from_nothing(tmp_path, "run", "thesis-hold", path=str(tmp_path / "site"))
     assert done.returncode == 2
     assert done.stderr.startswith(
         "ab-sim: plug-in wind (ab_sim_wind) of the installed package ab-sim-wind: cannot be "
         "loaded: AttributeError: module 'ab_sim' has no attribute 'register_all'"
     )
     assert done.stderr.endswith("; update or uninstall the package\n")
-    assert ab_sim(tmp_path, "--version", path=str(tmp_path / "site")).returncode == 0
+    assert from_nothing(tmp_path, "--version", path=str(tmp_path / "site")).returncode == 0
 
 
 def test_a_scheduler_s_workers_do_not_have_the_file(tmp_path: Path) -> None:
     over = ("--over", "effects.wind.force=0..0.01:4", "--scheduler", "localhost:1")
-    done = ab_sim(tmp_path, "--load", str(FILE), "sweep", "thesis-hold", *over)
+    done = ab_sim("--load", str(FILE), "sweep", "thesis-hold", *over, cwd=tmp_path)
     assert done.returncode == 2
     assert "workers of a scheduler do not have the file; install a package" in done.stderr
 
@@ -124,5 +127,5 @@ def test_a_scene_cannot_load_a_file(tmp_path: Path) -> None:
     shutil.copy(FILE, tmp_path)
     scene = f"load: [{FILE.name}]\n{Path('config/scenes/thesis-hold.yaml').read_text()}"
     (tmp_path / "scene.yaml").write_text(scene)
-    done = ab_sim(tmp_path, "run", "scene.yaml")
+    done = ab_sim("run", "scene.yaml", cwd=tmp_path)
     assert done.returncode == 2 and "load" in done.stderr
