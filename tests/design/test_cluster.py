@@ -37,7 +37,7 @@ OVER = {
 @pytest.fixture(scope="module")
 def cluster(tmp_path_factory: pytest.TempPathFactory) -> Iterator[DaskCluster]:
     """Of two workers, one of which has an older processor, as far as our code can tell."""
-    with DaskCluster(tmp_path_factory.mktemp("cluster"), 1) as found:
+    with DaskCluster(tmp_path_factory.mktemp("cluster"), 1, ALLOWED_FAILURES="1") as found:
         found.add_worker(AB_SIM_CPU_FEATURES="-avx512f")
         until(lambda: found.said().count("Registered to:") == 2, "both are there", PATIENCE)
         yield found
@@ -126,48 +126,6 @@ def without_ab_sim(folder: Path) -> str:
     return str(folder)
 
 
-def test_workers_and_a_scheduler_that_are_lost(
-    tmp_path: Path, capfd: pytest.CaptureFixture[str]
-) -> None:
-    said: list[str | None] = []
-    with DaskCluster(tmp_path, 2, ALLOWED_FAILURES="1") as small:
-        with Cluster(small.address) as each:
-            results = each.each(functools.partial(calls.slow, 0.05), range(60))
-            found = [next(results)]
-            small.kill_worker()
-            found += results
-            assert found == list(range(60)), "the other one has made up for it"
-
-            def add(what: str | None) -> None:
-                if what and not said:
-                    said.append(what)
-                    small.add_worker()
-
-            each.waiting = add
-            with pytest.raises(WorkerLost, match="the same call has ended 2 workers"):
-                list(each.each(calls.killed, range(30, 31)))
-            assert said == [f"waiting for workers at {small.address}"]
-
-            small.add_worker()
-
-            def stop(what: str | None) -> None:
-                if what is None:  # workers are at work; on a busy machine not at once
-                    raise KeyboardInterrupt
-
-            each.waiting = stop
-            with pytest.raises(KeyboardInterrupt):
-                list(each.each(functools.partial(calls.slow, 2.0), range(200)))
-        capfd.readouterr()
-        small.add_worker()
-        with pytest.raises(WorkerLost, match="is gone; what is done is kept"):
-            with Cluster(small.address) as each:
-                results = each.each(functools.partial(calls.slow, 0.1), range(200))
-                next(results)
-                small.kill_scheduler()
-                list(results)
-    assert capfd.readouterr() == ("", ""), "Dask is silent"
-
-
 @pytest.mark.parametrize(
     "address", ["", "nonsense", "host:", "host:0", "host:x", "host:99999", "http://a:1", "a:1/x"]
 )
@@ -246,3 +204,45 @@ def test_ordinary_sweeps_do_not_import_dask(tmp_path: Path) -> None:
     )
     environment = {**os.environ, "XDG_CACHE_HOME": str(tmp_path), "PYTHONPATH": str(ROOT)}
     subprocess.run([sys.executable, "-c", program], env=environment, check=True)
+
+
+def test_workers_and_a_scheduler_that_are_lost(
+    cluster: DaskCluster, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """The last test of this cluster: nothing is left of it."""
+    said: list[str | None] = []
+    with Cluster(cluster.address) as each:
+        results = each.each(functools.partial(calls.slow, 0.05), range(60))
+        found = [next(results)]
+        cluster.kill_worker()
+        found += results
+        assert found == list(range(60)), "the other one has made up for it"
+
+        def add(what: str | None) -> None:
+            if what and not said:
+                said.append(what)
+                cluster.add_worker()
+
+        each.waiting = add
+        with pytest.raises(WorkerLost, match="the same call has ended 2 workers"):
+            list(each.each(calls.killed, range(30, 31)))
+        assert said == [f"waiting for workers at {cluster.address}"]
+
+        cluster.add_worker()
+
+        def stop(what: str | None) -> None:
+            if what is None:  # workers are at work; on a busy machine not at once
+                raise KeyboardInterrupt
+
+        each.waiting = stop
+        with pytest.raises(KeyboardInterrupt):
+            list(each.each(functools.partial(calls.slow, 2.0), range(200)))
+    capfd.readouterr()
+    cluster.add_worker()
+    with pytest.raises(WorkerLost, match="is gone; what is done is kept"):
+        with Cluster(cluster.address) as each:
+            results = each.each(functools.partial(calls.slow, 0.1), range(200))
+            next(results)
+            cluster.kill_scheduler()
+            list(results)
+    assert capfd.readouterr() == ("", ""), "Dask is silent"

@@ -33,7 +33,7 @@ def test_a_drive_goes_on_when_its_kind_is_forgotten(
     one, other = drive_of(2, stepper), drive_of(2, stepper)
     whole = other.advance(40).samples.tobytes()
     first = one.advance(20).samples.tobytes()
-    for balls in (1, 3, 4):
+    for balls in (1, 3):
         drive_of(balls, stepper).advance(1)
         gc.collect()
     assert len(code._codes) == 2
@@ -56,7 +56,7 @@ def test_a_forgotten_kind_that_nothing_runs_is_freed(
 
 EFFECTS = ([], [TILT := "effects.gravity.tilt=0.3"], [TILT, "effects.spindle_acceleration="])
 KINDS = [(balls, effects) for balls in range(1, 9) for effects in EFFECTS]
-AGAIN = 40
+AGAIN = 20
 
 
 def memory() -> list[float]:
