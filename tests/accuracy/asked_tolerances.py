@@ -9,7 +9,6 @@ SHORT = {
     # Through the resonance, from close to it: an independent simulator takes its time.
     "thesis-hold": ["start.speed=80", "duration=0.7"],
     "thesis-baseline": ["start.speed=80", "duration=0.7"],
-    "thesis-half-acceleration": ["start.speed=80", "duration=0.7"],
     "one-ball": ["start.speed=80", "duration=0.7"],
     "no-ball": ["start.speed=80", "duration=0.7"],
     "balanced-start-up": ["start.speed=80", "duration=0.5"],
@@ -23,7 +22,7 @@ SHORT = {
     # With eight balls at rest the reference has 10^7 modes to choose from: see the last of these
     # tests. Three in a row start to slide, meet and part.
     "packed-balls": ["balls.count=3", "duration=0.5"],
-    "feeding-deck": ["duration=0.3"],
+    "feeding-deck": ["start.deck.tilt=[0.01,0.02,0.03]", "race.height=0.01", "duration=0.3"],
     # Through the tilt's critical speed.
     "couple-unbalance": ["start.speed=350", "profile.acceleration=200", "duration=0.2"],
 }

@@ -38,7 +38,8 @@ def truth(name: str) -> tuple[np.ndarray, Samples]:
     if scene.deck is None:
         want = simulate(params_of(scene), angles, times, rtol=1e-12, max_step=longest)
     else:
-        start, still = np.append(np.zeros(6), angles), np.zeros(6 + len(angles))
+        tilt = scene.start.deck.tilt or (0.0, 0.0, 0.0)
+        start, still = [0.0, 0.0, 0.0, *tilt, *angles], np.zeros(6 + len(angles))
         want = simulate_deck(deck_of(scene), start, still, times, rtol=1e-12, max_step=longest)
     if name in EVENTFUL:
         assert EVENTFUL[name][2] <= {event.kind for event in want.events}
@@ -61,8 +62,9 @@ def error_of(drive: Drive, name: str) -> Deviation:
 
 
 def test_all_scenes_are_here() -> None:
-    """But for one whose speed is decided while it runs: its motion is another scene's."""
-    assert set(SHORT) == set(scene_names()) - {"adaptive-start-up"}
+    """But for those whose motion, as far as it is looked at here, is another scene's."""
+    decided_while_it_runs, as_thesis_baseline = "adaptive-start-up", "thesis-half-acceleration"
+    assert set(SHORT) == set(scene_names()) - {decided_while_it_runs, as_thesis_baseline}
 
 
 @pytest.mark.parametrize("name", [*SHORT, *EVENTFUL, "new"])
@@ -81,6 +83,7 @@ def test_the_error_asked_for_is_met(name: str) -> None:
             assert SAFETY * measured <= asked, (tolerance, work_precision.reason)
             assert true <= asked / SAFETY * 1.1 + DOUBT, (tolerance, work_precision.reason)
             assert true <= 1.5 * measured + DOUBT, "what was measured flatters nobody"
+            assert true >= 0.25 * measured - DOUBT, "nor does it alarm"
 
 
 @pytest.mark.parametrize("name", ["packed-balls", "nsc-case-1"])

@@ -1,14 +1,11 @@
-"""Batches of decks, the price of an accuracy, and live checks: what is built on drives."""
+"""Batches of decks, and live checks of a deck: what is built on drives."""
 
-import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.drive.accuracy import SAFETY, resolve_accuracy
-from ab_sim.drive.accuracy.deviation import Samples, deviation
 from ab_sim.drive.accuracy.live_checks import LiveChecks
 from ab_sim.scene import load_scene
 from tests.batch.test_batch import assert_equal_to_drives
@@ -47,27 +44,6 @@ def test_decks_side_by_side() -> None:
         {"mounts": []},
     ]
     assert_equal_to_drives(base, variations)
-
-
-@pytest.mark.parametrize("tolerance", [{"angle": 1e-8}, {"whirl": 1e-6}])
-def test_an_accuracy_is_delivered(tolerance: dict[str, float]) -> None:
-    """Whichever setting is the cheapest here."""
-    changes = ["duration=0.5", "start.deck.tilt=[0.01,0.02,0.03]", "race.height=0.01"]
-    asked = [f"accuracy.{key}={value}" for key, value in tolerance.items()]
-    scene, work_precision = resolve_accuracy(load_scene("feeding-deck", [*changes, *asked]))
-    assert work_precision is not None and scene.accuracy is None
-    run = Drive(scene).advance(round(0.5 / work_precision.step))
-    parts = math.ceil(work_precision.step / 1e-4 - 1e-9)
-    fine = ["solver.stepper=rk8", f"solver.step={work_precision.step / parts!r}"]
-    exact = Drive(load_scene("feeding-deck", [*changes, *fine])).advance(parts * len(run))
-    decimated = exact.decimated(parts)
-    assert len(decimated) == len(run)
-    found = deviation(Samples.of(run), Samples.of(decimated), scene.whirl_unit[0])
-    for key, value in tolerance.items():
-        error, measured = getattr(found, key), getattr(work_precision.measured, key)
-        assert error < value and SAFETY * measured <= value
-        # Measured with what the reference may be wrong by.
-        assert 0.25 * measured < error < 2.0 * measured + 1e-12
 
 
 def test_live_checks_see_an_error_along_the_shaft() -> None:
