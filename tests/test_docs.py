@@ -196,7 +196,7 @@ def ab_sim_command(words: list[str]) -> str:
     return str(done.stdout)
 
 
-@pytest.mark.parametrize("page", NAMES)
+@pytest.mark.parametrize("page", [*NAMES, "CONTRIBUTING.md", "SECURITY.md"])
 def test_pages_name_files_that_are_there(page: str) -> None:
     text = (ROOT / page).read_text(encoding="utf-8")
     links = re.findall(r"\]\((?!https?:|#)([^)#\s]+)", text)

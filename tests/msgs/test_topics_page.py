@@ -75,8 +75,3 @@ def test_faults() -> None:
     shown = [fault for row in table("fault") for fault in names_in(row[0])]
     assert [fault.text for text in shown for fault in faults_of([text])] == shown
     assert {text.split()[1] for text in shown} == set(KINDS)
-
-
-def test_files_it_links_to_are_there() -> None:
-    for target in re.findall(r"\]\(([^)#:]+)\)", PAGE):
-        assert (ROOT / "docs" / target).exists(), target

@@ -8,7 +8,6 @@ from glob import glob
 from pathlib import Path
 from xml.etree import ElementTree
 
-import pytest
 import yaml
 from catkin_pkg.package import parse_package
 
@@ -137,13 +136,6 @@ def test_hooks_fetch_nothing() -> None:
     for hook in hooks.values():
         assert hook["language"] == "system"
         assert hook["entry"].startswith(".venv/bin/")
-
-
-@pytest.mark.parametrize("page", ["CONTRIBUTING.md", "SECURITY.md"])
-def test_pages_name_files_that_are_there(page: str) -> None:
-    links = re.findall(r"\]\((?!https?:)([^)#]+)", (ROOT / page).read_text())
-    assert links
-    assert [link for link in links if not (ROOT / link).exists()] == []
 
 
 def test_an_image_runs_what_the_readme_names() -> None:
