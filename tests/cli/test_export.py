@@ -189,7 +189,7 @@ def test_a_full_disk_is_said_and_what_was_there_stays(recording: Path, tmp_path:
 
 
 def test_ctrl_c_leaves_nothing(tmp_path: Path) -> None:
-    names, samples = run(200_000)
+    names, samples = run(100_000)
     record(tmp_path / "run.rrd", names, samples, block=10_000)
     with subprocess.Popen(
         [sys.executable, "-m", "ab_sim", "export", "run.rrd", "--csv", "r.csv"],

@@ -38,10 +38,6 @@ class Case(NamedTuple):
 
 CASES = {
     "two races, couple unbalance": Case("plain"),
-    "ball_spin, and a ramp": Case("smooth", {}, RAMP),
-    "gravity": Case("smooth", GRAVITY),
-    "hardening mounts": Case("smooth", HARDENING),
-    "race_runout, and a ramp": Case("smooth", OVAL, RAMP),
     "all that is smooth": Case("smooth", SMOOTH, RAMP),
     "friction and gravity": Case(
         "rubbing", {"race_friction": {"coefficient": 0.2}, **GRAVITY}, SLOW, STOPS, 8

@@ -244,10 +244,10 @@ def test_virtual_work_and_normal_forces() -> None:
 def test_energy_without_losses(spindle: str) -> None:
     driven = spindle == "prescribed"
     p = without_drag(ODD).but(
-        spindle=Spindle(80.0, 0.2, ((0.1, 50.0),) if driven else ()),
+        spindle=Spindle(80.0, 0.2, ((0.05, 50.0),) if driven else ()),
         motor=None if driven else Motor(3e-6),
     )
-    run = simulate_deck(p, STATE, RATES, np.linspace(0.0, 0.2, 6), rtol=1e-11)
+    run = simulate_deck(p, STATE, RATES, np.linspace(0.0, 0.1, 6), rtol=1e-11)
     assert not run.losses.any()
     assert np.abs(run.imbalance()).max() < 1e-10 * np.abs(run.energy()).max()
     if not driven:
