@@ -63,7 +63,7 @@ def formulas(draw: Any) -> list[Expression]:
 
 
 @pytest.mark.parametrize("balls", [1, 2, 3, 5, 8, 9, 11, 16, 21])
-@settings(max_examples=12, suppress_health_check=list(HealthCheck))
+@settings(max_examples=8, suppress_health_check=list(HealthCheck))
 @given(roots=formulas(), seed=st.integers(0, 99))
 def test_all_ways_out_have_the_same_bits(
     balls: int, roots: list[Expression], seed: int, tmp_path_factory: Any

@@ -21,7 +21,7 @@ from ab_sim.model.equations.effects import (
 )
 from tests.analysis.equilibria.drives import altered, base, drive
 
-SETS = 10_000
+SETS = 4000
 
 
 class Stranger(NamedTuple):
@@ -63,8 +63,8 @@ def test_where_friction_holds_balls_is_refused_by_what_moves_them() -> None:
 def test_they_satisfy_the_equations() -> None:
     """To 1e-12 of the largest single term: forces per mass on the deck, and on a ball per m R.
 
-    At 10,000 drives at random, one pattern each, up to ten times the critical speed and either
-    way round; 100 of them balanced as well.
+    At 4000 drives at random, one pattern each, up to ten times the critical speed and either
+    way round; 40 of them balanced as well.
     """
     draw, first = np.random.default_rng(12), base()
     states = worst = 0.0
@@ -100,7 +100,7 @@ def test_they_satisfy_the_equations() -> None:
             states += 1
             worst = max(worst, errors[0] * speed**2 / scale, errors[1] / scale, errors[2] / scale)
     assert states > SETS
-    assert several > 50, "patterns with more than two radii were among them"
+    assert several > 20, "patterns with more than two radii were among them"
     assert worst < 1e-12
 
 
