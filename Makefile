@@ -65,6 +65,8 @@ endif
 REAL_TIME = tests/nodes/test_floods.py
 # Only those of nodes are read for them: all others would take each worker 5 s.
 NODES = $(filter-out $(REAL_TIME),$(sort $(shell grep -rl 'mark\.ros\b' tests --include='test_*.py')))
+# Nor are those of nothing but nodes for tests that compute: they would take each worker 2 s.
+COMPUTING = -m 'not ros' $(addprefix --ignore=,$(shell grep -rl '^pytestmark.*mark\.ros\b' tests --include='test_*.py'))
 
 real-time: $(FOR_TESTS)
 	$(PYTEST) $(REAL_TIME)
@@ -92,7 +94,7 @@ some-nodes: $(VENV)/dev.stamp
 	$(PYTEST) $(SOME_NODES)
 
 computing: $(FOR_TESTS)
-	nice env $(PYTEST) $(SHARED) -m 'not ros'
+	nice env $(PYTEST) $(SHARED) $(COMPUTING)
 
 lint: style types
 
@@ -125,7 +127,7 @@ test-fast: $(VENV)/dev.stamp
 
 # Nodes run in processes that are killed, which leave no figures.
 coverage: $(VENV)/dev.stamp
-	$(PYTEST) $(SHARED) -m 'not ros' --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
+	$(PYTEST) $(SHARED) $(COMPUTING) --cov --cov-report=term:skip-covered --cov-report=html:out/coverage
 
 # Stamps: nothing is installed again until one of the files behind them changes.
 $(VENV)/run.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | $(VENV)/venv.stamp
