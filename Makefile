@@ -85,10 +85,12 @@ nodes: real-time
 jazzy: real-time
 	$(call shown_at_its_end,$(MAKE) --no-print-directory some-nodes ROS=jazzy)
 
-# Drive, controller and recorder together, and what differs between releases: Fast DDS.
+# Drive, controller and recorder together, what differs between releases (Fast DDS), and both of them
+# together.
 SOME_NODES := tests/nodes/test_start_up.py::test_recorded_start_up_equals_an_offline_run \
 	tests/nodes/test_discovery.py::test_the_ros2_command_line_finds_a_drive_at_once \
-	tests/nodes/test_discovery.py::test_what_is_said_is_acknowledged_soon
+	tests/nodes/test_discovery.py::test_what_is_said_is_acknowledged_soon \
+	tests/nodes/test_two_releases.py
 
 some-nodes: $(VENV)/dev.stamp
 	$(PYTEST) $(SOME_NODES)

@@ -2,6 +2,7 @@
 
 import os
 import socket
+import threading
 from pathlib import Path
 
 import pytest
@@ -123,8 +124,11 @@ def test_a_file_on_which_fast_dds_waits_is_named(
         os.utime(tmp_path / f"fastdds_{name}", (0, 0))
     stuck = tmp_path / "fastdds_port11663"
     stuck.touch()
+    filled = threading.Timer(0.2, stuck.write_text, ["x"])
+    filled.start()
     assert stuck_ports() == "", "it is being made"
-    os.utime(stuck, (0, 0))
+    filled.join()
+    stuck.write_text("")  # a moment ago: a program that starts now would wait
     assert f"remove the file by `rm {stuck}`" in stuck_ports()
 
 
