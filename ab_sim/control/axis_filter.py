@@ -146,6 +146,8 @@ class AxisFilter:
         if self._acceleration:
             k0, k1 = u0, u1
             u0, u1, p0, r0, p1, r1 = u0 * K, u1 * K, p0 * K, r0 * K, p1 * K, r1 * K
+        # One step of Heun's method, with the force at both ends: order 2. Its derivatives by the
+        # state are polynomials, written out below instead of a product of 7 x 7 matrices.
         half, square = 0.5 * h, 0.5 * h * h
         start = u0 - K * x - D * v
         x1, v1 = x + h * v + square * start, v + h * start
@@ -179,6 +181,7 @@ class AxisFilter:
         vv = g0 * V0 + g1 * V1 + g2 * V2 + g3 * V3 + g4 * V4 + g5 * V5
         row0[:] = xx, xv, X2, X3, X4, X5, X6
         row1[:] = xv, vv, V2, V3, V4, V5, V6
+        # Process noise of the random walks: q moves as the balls do, in proportion to its size.
         walk = chosen.NET_WALK * chosen.NET_WALK * h * (a * a + b * b)
         walk_K, walk_D = chosen.STIFFNESS_WALK * K, chosen.DAMPING_WALK * D
         row2[0], row2[1], row2[2] = X2, V2, row2[2] + walk
@@ -192,7 +195,12 @@ class AxisFilter:
     def update(self, reading: float, p: float, r: float) -> None:
         """Update the state with a reading.
 
-        P, r: force per mass for a net unbalance of 1 and of i.
+        Parameters
+        ----------
+        reading : float
+            Displacement or acceleration, as the sensor reports it [m or m/s^2].
+        p, r : float
+            Force per mass for a net unbalance of 1 and of i.
         """
         P, state = self.covariance, self.state
         noise = self.variance + chosen.SCALE_ERROR * chosen.SCALE_ERROR * self.size
@@ -214,9 +222,12 @@ class AxisFilter:
         if not S > 0.0:
             self.restart()
             return
+        # With the gain scaled by sqrt(S), the update P - gain gain' keeps P symmetric.
         root = math.sqrt(S)
         gain = [value / root for value in g]
         surprise = innovation / root
+        # A reading far from its prediction is a spike: its weight is cut, as in Huber's loss. Many
+        # in a row mean that the filter itself is wrong, so it starts again.
         square = surprise * surprise
         self._wild = self._wild + 1.0 if square > chosen.WILD else 0.0
         if self._wild >= chosen.LOST:
@@ -231,6 +242,7 @@ class AxisFilter:
             row[:] = [c - k * other for c, other in zip(row, gain, strict=True)]
             # Rounding must not make a variance negative.
             row[i] = max(row[i], 1e-6 * before)
+        # In a consistent filter ``square`` is 1 on average; the assumed noise is adjusted to that.
         self.variance *= 1.0 + chosen.NOISE_GAIN * (square - 1.0)
         change = reading - state[6]
         self.size += 0.01 * (change * change - self.size)

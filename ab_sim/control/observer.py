@@ -144,7 +144,7 @@ class Observer:
                 axes[1].collect(second, speed)
 
     def _combine(self, dt: float) -> Reason:
-        """Combine the results of the axes, weighted by their certainty."""
+        """Combine the results of the axes, weighted by the inverses of their variances."""
         weight = re = im = stiff_weight = stiffness = damping = count = 0.0
         for axis in self._axes:
             if axis.known == 1.0:
@@ -168,11 +168,14 @@ class Observer:
         self.critical, self.damping = math.sqrt(stiffness / stiff_weight), damping / count
         self.critical_deviation = 0.5 * math.sqrt(1.0 / stiff_weight) / self.critical
         size = math.sqrt(self.re * self.re + self.im * self.im)
+        # Two low-passes of |q| with different time constants: their difference gives its rate. The
+        # low-pass of q itself tells circulating balls, for which q turns and averages out.
         slow = dt / (dt + chosen.SLOW * self._unit)
         self.fast += (size - self.fast) * (dt / (dt + chosen.FAST * self._unit))
         self.slow += (size - self.slow) * slow
         self.average_re += (self.re - self.average_re) * slow
         self.average_im += (self.im - self.average_im) * slow
+        # All decisions use |q| relative to its largest value, so that the sensor's gain cancels.
         certain = self.critical_deviation < chosen.KNOWN_CRITICAL * self.critical
         if certain and self.deviation < chosen.CERTAIN * size and self.fast > self.scale:
             self.scale = self.fast

@@ -261,6 +261,8 @@ class StartUp:
             self._stagnant += passed
         else:
             self._stagnant = max(self._stagnant - 2.0 * passed, 0.0)
+        # The dwell ends if the balls circulate however far the speed moves away, if q has stopped
+        # falling, if time is over, or if q is small enough.
         net = self._net(seen.fast)
         self._ramp(self._goal(), self.settings.acceleration)
         if (
@@ -275,6 +277,8 @@ class StartUp:
 
     def _to_final(self) -> None:
         settings, seen = self.settings, self.observer
+        # Leave the resonance slowly: the free whirl that a ramp excites grows with the acceleration
+        # over the square of the distance from the critical speed.
         off = self._command - seen.critical
         slope = settings.acceleration
         if off > 0.0:
@@ -291,6 +295,7 @@ class StartUp:
             return
         size = 0.5 * (seen.fast + seen.slow)
         net = self._net(size)
+        # After a retry that gained little, a larger remainder is accepted: friction may hold it.
         good = net < chosen.BALANCED
         if not good and self._retries > 0.0:
             good = net < chosen.ACCEPTED and net > chosen.GAIN * self._before
@@ -302,6 +307,7 @@ class StartUp:
             if self._in_state > chosen.WAIT * self._unit:
                 self._enter(State.GAVE_UP)
             return
+        # q falls exponentially: wait if it will be small enough within WAIT.
         rate = seen.rate
         if rate < -0.01 and math.log(net / chosen.BALANCED) < -(rate * chosen.WAIT):
             return
@@ -336,6 +342,8 @@ class StartUp:
         if self._retries > 0.0:
             largest = chosen.LATER_WHIRL
             lag *= 1.0 + chosen.LAG_STEP * LAGS[(int(self._retries) - 1) % 4]
+        # Two lower limits of the distance: the whirl must not exceed ``largest``, and the lag must
+        # be small, because with a large lag the whirl drives balls in the wrong direction.
         critical = seen.critical
         whirl = 1.0 / (1.0 - min(self._net(seen.fast) / largest, 0.8))
         least = chosen.LEAST_DISTANCE * (2.0 * critical / final)

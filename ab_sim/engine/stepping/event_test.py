@@ -1,8 +1,10 @@
 """Emit a test for possible events in a step of eight runs without ball contact.
 
-``events.event_functions`` and ``events.location`` define events. The emitted test is conservative:
-if it rules out an event, the scalar driver would find none either. Margins cover the difference in
-rounding.
+``events.event_functions`` and ``events.location`` define events. Between both ends
+of a step, a force or a speed is bounded from below by the Bezier ordinates of the cubic through its
+values and rates there, which needs no branch; rates of forces are difference quotients. The emitted
+test is conservative: if it rules out an event, the scalar driver would find none either. Margins
+cover the difference in rounding.
 """
 
 from functools import partial

@@ -1,6 +1,7 @@
 """Step of the generalized-alpha method, solved by Newton's method with exact derivatives.
 
-The stepper gives the method's source. From y_n, and y'_n in its memory, a step of length h solves
+The method is that of Jansen, Whiting and Hulbert (2000), Comput. Methods Appl. Mech. Engrg. 190,
+305-319, for first-order systems. From y_n, and y'_n in its memory, a step of length h solves
 
     y'_{n+am} = f(t + af h, y_{n+af})
     y'_{n+am} = y'_n + am (y'_{n+1} - y'_n),      y_{n+af} = y_n + af (y_{n+1} - y_n)
@@ -76,7 +77,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
 
 
 def differentiate(work: ImplicitWork, run: Run) -> None:
-    """Compute the Jacobian at ``own.at`` and ``own.time``, several columns at once."""
+    """Compute the Jacobian at ``work.at`` and ``work.time``, several columns at once."""
     states, lanes, first = run.state.size, work.along.shape[1], 0
     while first < states:
         for j in range(states + 1):

@@ -1,8 +1,10 @@
 """Fixed steps of eight runs with events, taken together unless a run may have an event.
 
-A run that may have an event in a step takes that step alone, by ``events.location``, and then joins
-the others again. The test for all eight is slightly more cautious than that for one run: a run may
-take a step alone although there is no event in it.
+All eight try each step together, with the branches of its start. A run that may have an event in
+it repeats the step alone, by ``events.location``, and then joins the others again: the code is that
+of a single run, so the results are the same to the bit. The test for all eight is slightly more
+cautious than that for one run. A run may take a step alone although there is no event in it, but
+no event is missed.
 """
 
 from typing import NamedTuple
