@@ -77,7 +77,7 @@ def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> 
 
 
 def differentiate(work: ImplicitWork, run: Run) -> None:
-    """Compute the Jacobian at ``work.at`` and ``work.time``, several columns at once."""
+    """Compute the Jacobian at the trial state and its time, several columns at once."""
     states, lanes, first = run.state.size, work.along.shape[1], 0
     while first < states:
         for j in range(states + 1):
