@@ -106,7 +106,7 @@ class Results:
                 frozenset([self._function.__module__, *effects, *modules])
             )
         except NotOfSources as reason:
-            _say(f"results are not kept: {reason}")
+            _say(f"results are not cached: {reason}")
             return "", None
         content = [what, scene.as_mapping(), numbers, ab_sim.__version__, made_of]
         key = hashlib.sha256(_canonical(content).encode()).hexdigest()
@@ -121,8 +121,8 @@ def results_folder() -> Path | None:
     folder = cache_folder()
     if folder is None:
         _say(
-            "results are not kept: there is no folder that only you can write in; name one in "
-            "the environment variable XDG_CACHE_HOME"
+            "results are not cached: no folder is writable by you alone; name one in the "
+            "environment variable XDG_CACHE_HOME"
         )
     return folder
 

@@ -11,7 +11,7 @@ PARTS = 6
 class Trends:
     """Trend detector that compares the start of each run with its end, sample by sample.
 
-    An oscillation is no trend. Three changes must have the same sign and exceed a threshold: the
+    An oscillation is not a trend. Three changes must have the same sign and exceed a threshold: the
     root mean square between thirds and between halves, and the largest value between thirds. A beat
     whose period fits badly into the thirds fits better into the halves.
     """

@@ -18,7 +18,7 @@ def whole(value: Any, least: int = -MOST_WHOLE, most: int = MOST_WHOLE) -> int:
         ValueError: it is none, or out of bounds.
     """
     if not isinstance(value, int) or isinstance(value, bool) or not least <= value <= most:
-        raise ValueError(f"{short(value)} is no whole number from {least} to {most}")
+        raise ValueError(f"{short(value)} is not a whole number from {least} to {most}")
     return value
 
 
@@ -29,7 +29,7 @@ def finite(value: Any, least: float = -math.inf, most: float = math.inf) -> floa
         ValueError: it is none, or out of bounds.
     """
     if not isinstance(value, int | float) or isinstance(value, bool) or not math.isfinite(value):
-        raise ValueError(f"{short(value)} is no finite number")
+        raise ValueError(f"{short(value)} is not a finite number")
     if not least <= value <= most:
         raise ValueError(f"{short(value)}: must be {least:g} to {most:g}")
     return float(value)

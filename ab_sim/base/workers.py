@@ -27,7 +27,7 @@ AHEAD = 3
 WORTH_IT = 20.0
 """Estimated time above which processes are started, which takes some seconds [s]."""
 
-KEPT = "what is done is kept, the same command goes on"
+KEPT = "finished work is kept, the same command continues it"
 """Text for shared work that ends early: finished work is on disk."""
 
 Item = TypeVar("Item")

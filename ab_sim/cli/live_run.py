@@ -184,7 +184,7 @@ class LiveRun:
                     f"{name} ended with exit code {process.returncode}:\n{self._log_of(name)}"
                 )
         if self._began is not None and time.monotonic() - self._heard > SILENCE:
-            raise AbSimError(f"nothing heard from drive_sim for {SILENCE:g} s; see {self._logs}")
+            raise AbSimError(f"no message from drive_sim for {SILENCE:g} s; see {self._logs}")
 
     def stop_drive(self) -> dict[str, str]:
         """End the drive and its controller; the recorder keeps the run, and its viewer shows it.

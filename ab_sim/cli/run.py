@@ -75,8 +75,8 @@ def run_command(options: RunOptions) -> Command:
             yield _summary(result, report, _display(scene, units))
             if max(times, default=0.0) > scene.duration:
                 yield (
-                    f"--times go beyond duration = {exact(scene.duration)} s: the run, and all "
-                    f"that is said of it, lasts {report['duration']:g} s"
+                    f"--times exceed duration = {exact(scene.duration)} s: the run and its metrics "
+                    f"cover {report['duration']:g} s"
                 )
 
         return Outcome(shown(), lambda: report, draw, {"--rrd": record})

@@ -145,8 +145,8 @@ def circulation_line(stable_map: StabilityMap) -> str:
     all_, beside = (stable_map.circulating == CIRCULATES).mean(), stable_map.coexisting.mean()
     unknown = (stable_map.circulating == NOT_KNOWN).mean()
     sentence = (
-        f"all balls can circulate in one bunch on {100 * all_:.2f} % of the map, beside stable "
-        f"balance on {100 * beside:.2f} %"
+        f"all balls can circulate together on {100 * all_:.2f} % of the map, coexisting with "
+        f"stable balance on {100 * beside:.2f} %"
     )
     more = f"; not known, as swings are too large, on {100 * unknown:.2f} %" if unknown else ""
     return f"{sentence}{more} (closed form: no friction, what turns with the spindle is small)"

@@ -34,8 +34,8 @@ class StartUpSettings(NamedTuple):
     period: float
     """Time between two calls of ``StartUp.command`` [s]."""
     most_retries: int = 8
-    """Largest number of retries after the first passage of the critical speed; then it gives up, at
-    the final speed."""
+    """Largest number of retries after the first passage of the critical speed; after them the
+    start-up ends unbalanced at the final speed."""
     patience: float = 14.5
     """Time after the start beyond which no further retry begins [s]."""
     silence: float = 0.5

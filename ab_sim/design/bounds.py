@@ -124,7 +124,7 @@ def _limit(text: str, metric: Metric[Any], number: str) -> float:
             return in_si(number, metric.unit)
         limit = float(number)
     except ValueError as error:
-        why = error if has_unit(number) else f"is no number; {FORMS}"
+        why = error if has_unit(number) else f"is not a number; {FORMS}"
         raise InputError(f"{place} {why}") from None
     if not math.isfinite(limit):
         raise InputError(f"{place} must be a finite number")

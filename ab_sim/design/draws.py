@@ -155,12 +155,12 @@ class DrawnPoints:
             return
         if nominal is None:
             raise InputError(
-                f"{key}: the scene {self.scene.name} gives none to be about; write its value, "
+                f"{key}: the scene {self.scene.name} has no value to spread around; give one, "
                 f"--set {key}=..., or spread the value itself: normal:MEAN,SD"
             )
         numbers = nominal if isinstance(nominal, list) else [nominal]
         if not all(_is_number(number) for number in numbers):
-            raise InputError(f"{key} = {short(nominal)}: is no number that could be spread")
+            raise InputError(f"{key} = {short(nominal)}: is not a number that could be spread")
         for tolerance in of_key:
             _check_deviation(tolerance, numbers)
         if first.what == FACTOR and not any(numbers):

@@ -144,8 +144,8 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
         if most >= FEW_PAIRS:
             return 1 << (most.bit_length() - 1), ""
         return 0, (
-            f"runs = {question.runs} are too few: {FEW_PAIRS} pairs, from which they can be relied "
-            f"on, take {2 * FEW_PAIRS * factors}; fewer pairs may be asked for (sobol)"
+            f"runs = {question.runs} are too few: reliable indices need {FEW_PAIRS} pairs, which "
+            f"take {2 * FEW_PAIRS * factors} runs; fewer pairs may be requested (sobol)"
         )
     if pairs and (pairs < 2 or pairs.bit_count() != 1):
         raise InputError(f"sobol {pairs}: must be 0, for none, or a power of 2, e.g. 1024")
@@ -154,7 +154,7 @@ def _pairs(drawn: DrawnPoints, question: SpreadQuestion) -> tuple[int, str]:
             f"sobol {pairs}: takes pairs from the {question.runs} runs; must be at most "
             f"{question.runs // 2}, or ask for more runs"
         )
-    return pairs, "" if pairs else "none were asked for"
+    return pairs, "" if pairs else "none were requested"
 
 
 def _job(scene: Scene, drawn: DrawnPoints, question: SpreadQuestion, ranked_by: str) -> Job:

@@ -305,7 +305,7 @@ def run_sweep(
     """Run a scene at points; arguments as for ``rows_of``.
 
     Raises:
-        InputError: a metric is no number, or another process is computing the same sweep.
+        InputError: a metric is not a number, or another process is computing the same sweep.
         SceneError: none of the first points is a valid scene; the message states why.
     """
     wanted = tuple(dict.fromkeys(metrics))
@@ -384,7 +384,7 @@ def _with_values(job: Job, points: Points, rows: pyarrow.Table) -> pyarrow.Table
 
 
 def unit_of(key: str) -> str | None:
-    """Return the unit of a scene's key; None if it is no number."""
+    """Return the unit of a scene's key; None if it is not a number."""
     unit = scene_keys(key)[0].unit
     return None if unit == "-" else unit
 

@@ -101,7 +101,7 @@ def _options(text: str, spread_text: str) -> tuple[str, _Options]:
     while (option := _OPTION.search(spread_text)) is not None:
         name = "per_ball" if option[1] else option[2]
         if name in options_:
-            raise InputError(f"spread {short(text)}: {option[1] or name} stands there twice")
+            raise InputError(f"spread {short(text)}: {option[1] or name} is given twice")
         options_[name] = option[3] if option[2] else True
         spread_text = spread_text[: option.start()].strip()
     options = _Options(
@@ -249,7 +249,7 @@ class _Reader:
         try:
             number = float(text)
         except ValueError:
-            raise self.error(f"{short(text)} is no number; {FORMS}") from None
+            raise self.error(f"{short(text)} is not a number; {FORMS}") from None
         if not math.isfinite(number):
             raise self.error(f"{short(text)} must be a finite number")
         return number

@@ -242,7 +242,7 @@ def run_tuning(
         executor, tell: see ``rows_of``.
 
     Raises:
-        InputError: a metric is no number, nothing varies, or another process is running the same
+        InputError: a metric is not a number, nothing varies, or another process is running the same
             tuning.
         SceneError: the middle of the ranges is no valid scene; the message states why.
     """

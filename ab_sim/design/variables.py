@@ -191,7 +191,7 @@ def _number(text: str, key: str, part: str) -> float:
             return in_si(part, scene_keys(key)[0].unit)
         return float(part)
     except ValueError as error:
-        why = error if has_unit(part) else f"is no number; {FORMS}"
+        why = error if has_unit(part) else f"is not a number; {FORMS}"
         raise InputError(f"{short(text)}: {short(part)} {why}") from None
 
 
@@ -204,7 +204,7 @@ def _plain(key: str, unit: str, value: Any) -> Any:
 
 def _count(text: str, part: str) -> int:
     if not part.strip().isdecimal() or len(part) > 9:
-        raise InputError(f"{short(text)}: {short(part)} is no count of values; {FORMS}")
+        raise InputError(f"{short(text)}: {short(part)} is not a number of values; {FORMS}")
     return int(part)
 
 

@@ -24,9 +24,9 @@ class Template(NamedTuple):
     """Template of messages that differ in stamps and numbers only."""
 
     sample: Any
-    """A sample with arbitrary numbers."""
+    """Sample from which the template is made; its numbers are placeholders."""
     numbers: Sequence[str]
-    """Names of their numbers, in the order of the message's fields."""
+    """Names of the message's numbers, in the order of its fields."""
     sensor: str = ""
     """Sensor that reports it; empty: the true state."""
 

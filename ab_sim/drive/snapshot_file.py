@@ -146,7 +146,7 @@ def _from_values(kept: dict[str, Any]) -> Snapshot:
         raise ValueError("its profile is not one piece after the other")
     steps, state = kept["steps"], np.array(kept["state"], float)
     if not isinstance(steps, int) or not abs(steps) * float(kept["step"]) < MOST_TIME:
-        raise ValueError(f"{short(steps)} is no number of steps")
+        raise ValueError(f"{short(steps)} is not a number of steps")
     if not np.all(np.isfinite(state)):
         raise ValueError("its state is not finite")
     return Snapshot(

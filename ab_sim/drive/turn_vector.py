@@ -16,7 +16,7 @@ SIZE, PHASE = "once_per_turn", "phase"
 COARSEST = 0.25 * TURN
 """Largest angle between samples [rad] that resolves the part once per turn."""
 _FINEST = TURN / 4096
-"""Angle [rad] within which one sample is kept, so that a slow spindle does not fill the memory."""
+"""Spacing of the kept samples [rad], at least; it limits the memory at low spindle speeds."""
 
 
 class TurnVector:

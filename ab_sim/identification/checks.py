@@ -58,7 +58,7 @@ def check_time(time: np.ndarray, name: str) -> None:
         )
     if not np.isfinite(time).all():
         row = int(np.flatnonzero(~np.isfinite(time))[0])
-        raise InputError(f"{name}: time: row {row} is no finite number; remove it")
+        raise InputError(f"{name}: time: row {row} is not a finite number; remove it")
     steps = np.diff(time)
     if (steps == 0.0).all():
         raise InputError(
@@ -69,7 +69,7 @@ def check_time(time: np.ndarray, name: str) -> None:
         raise InputError(
             f"{name}: time: goes back at row {row}, from {exact(float(time[row - 1]))} to "
             f"{exact(float(time[row]))} s; are there two drives or two runs in one file? give "
-            "each a file of its own"
+            "each in a separate file"
         )
     if (steps == 0.0).any():
         row = int(np.flatnonzero(steps == 0.0)[0]) + 1
@@ -83,16 +83,16 @@ def check_time(time: np.ndarray, name: str) -> None:
         else:
             remedy = "keep one sample for each time"
         raise InputError(
-            f"{name}: time: {exact(float(time[row]))} s stands there twice, at row {row}, and "
-            f"{int((repeats > 1).sum())} of {len(repeats)} times more than once; {remedy}"
+            f"{name}: time: {exact(float(time[row]))} s is repeated at row {row}, and "
+            f"{int((repeats > 1).sum())} of {len(repeats)} times occur more than once; {remedy}"
         )
     usual = float(np.median(steps))
     row = int(np.argmax(steps))
     if steps[row] > GAP * usual:
         raise InputError(
             f"{name}: time: no samples for {float(steps[row]):.4g} s after "
-            f"{exact(float(time[row]))} s; what the spindle did there is not known; give the part "
-            "before the gap, or the part behind it, as a file of its own"
+            f"{exact(float(time[row]))} s; the spindle's motion in the gap is unknown; give the "
+            "part before or after the gap in a separate file"
         )
 
 
@@ -105,8 +105,8 @@ def check_finite(time: np.ndarray, values: np.ndarray, what: str, name: str) -> 
     rows = np.flatnonzero(~np.isfinite(values))
     if len(rows):
         raise InputError(
-            f"{name}: {what}: row {rows[0]} is no finite number, at {time[rows[0]]:.4g} "
-            f"s, and so are {len(rows)} of {len(values)}, but runs have to follow the spindle; is "
+            f"{name}: {what}: row {rows[0]} is not a finite number, at {time[rows[0]]:.4g} "
+            f"s, and so are {len(rows)} of {len(values)}, but a run needs the spindle's motion; is "
             "its sensor connected? fill them in, or cut the recording there"
         )
 
@@ -201,10 +201,10 @@ def check_signal(
         starts, ends = _stretches(~there)
         longest = int(np.argmax(ends - starts))
         raise InputError(
-            f"{name}: {what}: {missing} of {len(signal)} samples are no finite numbers, the first "
-            f"at {time[starts[0]]:.4g} s, most in a row, {ends[longest] - starts[longest]}, "
-            f"from {time[starts[longest]]:.4g} s on; at most "
-            f"{100 * MOST_LEFT_OUT:g} % may be; is the sensor connected?"
+            f"{name}: {what}: {missing} of {len(signal)} samples are not finite numbers, the first "
+            f"at {time[starts[0]]:.4g} s, the longest gap, {ends[longest] - starts[longest]} "
+            f"samples, from {time[starts[longest]]:.4g} s on; at most "
+            f"{100 * MOST_LEFT_OUT:g} % may be missing; is the sensor connected?"
         )
     time, angle, values = time[there], angle[there], signal[there]
     low, high = float(values.min()), float(values.max())
@@ -267,8 +267,8 @@ def _check_stays(
             raise InputError(
                 f"{name}: {what}: repeats {exact(float(values[first]))} from "
                 f"{time[first]:.4g} to {time[last]:.4g} s, for {turns:.3g} "
-                "turns of the spindle; has the sensor, or its line, hung? give the part before it, "
-                "or behind it, as a file of its own"
+                "turns of the spindle; did the sensor or its line hang? give the part before or "
+                "after it in a separate file"
             )
 
 

@@ -83,7 +83,7 @@ def measured_of(
             if table.description:
                 raise InputError(f"{path}: {usual}")
             raise InputError(
-                f"{path}: {usual}: it is no recording of ab_sim; say what its columns are by --map"
+                f"{path}: {usual}: it is not a recording of ab_sim; describe its columns by --map"
             )
         mapping = usual
     return _Reader(table, scene, mapping).measured(with_balls)

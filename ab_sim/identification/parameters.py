@@ -24,12 +24,12 @@ POSITION, VELOCITY = "start.deck.position", "start.deck.velocity"
 _REFUSED = {
     "spindle": "the spindle does what was recorded",
     "profile": "the spindle does what was recorded",
-    "start": "each recording has a start of its own, which is fitted by itself",
-    "solver": "it is no property of the drive",
-    "accuracy": "it is no property of the drive",
-    "probes": "what a probe does to a recording is fitted by itself (gain, bias, delay)",
-    "sensors": "what the sensor does to a recording is fitted by itself (gain, bias, delay)",
-    "duration": "it is no property of the drive",
+    "start": "the start of each recording is fitted automatically",
+    "solver": "it is not a property of the drive",
+    "accuracy": "it is not a property of the drive",
+    "probes": "gain, bias and delay of a probe are fitted automatically",
+    "sensors": "gain, bias and delay of a sensor are fitted automatically",
+    "duration": "it is not a property of the drive",
     "effects.motor": "the spindle's speed is as recorded, and no torque was measured",
 }
 
@@ -100,10 +100,12 @@ def _fitted(scene: Scene, key: str, bounds: tuple[float, float] | None) -> FitPa
             raise InputError(f"fit {key}: cannot be fitted: {why}; leave it out")
     if isinstance(now, dict | list) and now:
         names = [f"{key}.{name}" for name in (now if isinstance(now, dict) else range(len(now)))]
-        raise InputError(f"fit {key}: is no number; fit one of {', '.join(names)}")
+        raise InputError(f"fit {key}: is not a number; fit one of {', '.join(names)}")
     row = scene_keys(key.rpartition(".")[0] if place.inside and _is_count(key) else key)[0]
     if row.range.startswith("whole") or row.unit == "-":
-        raise InputError(f"fit {key}: cannot be fitted: it is no continuous number; leave it out")
+        raise InputError(
+            f"fit {key}: cannot be fitted: it is not a continuous number; leave it out"
+        )
     if now is None:
         raise InputError(
             f"fit {key}: the scene {scene.name} gives none to begin with; write it there, or "
@@ -174,7 +176,7 @@ def _limits(
         return low, high
     if start == 0.0:
         raise InputError(
-            f"fit {key}: begins at 0, which says nothing of its size; give --bounds "
+            f"fit {key}: begins at 0, so that its magnitude is unknown; give --bounds "
             f"{key}=LOW..HIGH, or another value in the scene"
         )
     ends = sorted((start / WITHIN, start * WITHIN))

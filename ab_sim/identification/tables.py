@@ -247,7 +247,7 @@ def _of_arrow(read: pa.Table, name: str, notes: tuple[str, ...] = ()) -> Table:
         head = _HEAD.fullmatch(field.name)
         title = head[1] if head else field.name
         if title in columns:
-            raise InputError(f"{name}: has two columns {title!r}; give each a name of its own")
+            raise InputError(f"{name}: has two columns {title!r}; give each a unique name")
         written = (field.metadata or {}).get(b"unit", b"").decode() or None
         units[title] = head[2].strip() if head else written
         columns[title] = _plain(column).to_numpy(zero_copy_only=False)

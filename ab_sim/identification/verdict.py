@@ -143,12 +143,12 @@ def verdict_of(findings: Findings) -> tuple[str, list[str]]:
         ]
         reasons += _effect_words(findings.tried, findings.fit)
         reasons += [
-            f"{change.recording}: its beginning, fitted by itself, fits until {change.time:.3g} s "
-            "and no more from there on: has something changed or broken then, or does the scene "
-            "lack what shows only then?"
+            f"{change.recording}: its beginning, fitted alone, fits until {change.time:.3g} s "
+            "and not afterwards: did something change or break then, or does the scene lack an "
+            "effect that acts only then?"
             for change in findings.changes
         ]
-        reasons.append("intervals are of chance only, and do not count what is missing")
+        reasons.append("intervals include random errors only, not the model's error")
     reasons += [
         f"{misfit.recording}: its signals are {misfit.factor:.3g} times the fitted ones all along: "
         "are their unit and the sensor's gain right? (--free gain)"

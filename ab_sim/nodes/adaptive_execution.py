@@ -13,7 +13,7 @@ from ab_sim.nodes.paired_samples import PairedSamples, Reading, SpindleSample
 SAID_TWICE = State.DONE, State.ABORTING, State.ABORTED
 """States with which the controller's own status text begins."""
 
-SPINDLE_SILENT = f"it is {topics.JOINT_STATES.name} that is silent, the sensor goes on"
+SPINDLE_SILENT = f"{topics.JOINT_STATES.name} is silent, the vibration sensor is not"
 
 
 class AdaptiveExecution:

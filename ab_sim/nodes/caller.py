@@ -125,8 +125,8 @@ class Caller:
                 return future.result()
             if time.monotonic() >= end:
                 raise AbSimError(
-                    f"{client.srv_name} did not answer within {timeout:g} s; it may be busy, and "
-                    "do what it was asked for all the same"
+                    f"{client.srv_name} did not answer within {timeout:g} s; it may be busy and "
+                    "execute the request later"
                 )
 
     def parameters(self, names: Sequence[str] = ()) -> dict[str, Any]:

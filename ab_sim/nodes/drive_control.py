@@ -55,7 +55,7 @@ class DriveControl:
         """Pause or resume; simulated time is stopped in a pause."""
         with self._node.active() as session:
             if not pause and session.mode is TimeMode.LOCK_STEP:
-                return False, "time_mode is lock_step: time goes on by ~/step"
+                return False, "time_mode is lock_step: time advances by ~/step only"
             if pause == session.paused:
                 return True, "paused already" if pause else "running already"
             if not pause and session.trouble:

@@ -68,7 +68,7 @@ class PreparedDrive:
         say: Callable[[str], Any],
     ) -> None:
         if scene.accuracy is not None:
-            say(f"{scene.name}: measuring what delivers the accuracy asked for")
+            say(f"{scene.name}: measuring which solver delivers the requested accuracy")
         period = 1.0 / rates.wake
         self.scene, self.work_precision = resolve_accuracy(scene, period=period, commanded=True)
         self._rates = rates

@@ -344,7 +344,7 @@ class ProfileController(BaseNode):
 
     def _cancel_goal(self) -> bool:
         with self._lock:
-            self._timed.abort(self._now, "canceled by who asked for it on ~/run")
+            self._timed.abort(self._now, "canceled by the client of ~/run")
             return self._timed.run.state in (ProfileState.ABORTING, ProfileState.ABORTED)
 
     def _missing(self, plan: CheckedProfile) -> str:

@@ -334,7 +334,7 @@ def _number(text: str) -> float:
     try:
         return float(text)
     except ValueError as error:
-        raise MalformedMessage(f"/diagnostics: {text!r} is no number") from error
+        raise MalformedMessage(f"/diagnostics: {text!r} is not a number") from error
 
 
 def main() -> None:

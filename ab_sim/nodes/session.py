@@ -314,5 +314,5 @@ class Session:
 
     def _state(self) -> str:
         if self.mode is TimeMode.LOCK_STEP:
-            return "lock-step: time goes on by ~/step"
+            return "lock-step: time advances by ~/step only"
         return self.now.health.state(self.paused)

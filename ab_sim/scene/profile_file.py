@@ -26,7 +26,7 @@ class RequestedProfile(NamedTuple):
     first: float
     """Speed at which the profile begins [rad/s]."""
     scene: Scene | None = None
-    """Scene of the profile; None: it is alone."""
+    """Scene that contains the profile; None if the profile was given without a scene."""
 
 
 def load_profile(source: str, changes: Iterable[str] = ()) -> RequestedProfile:

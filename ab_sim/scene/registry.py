@@ -54,7 +54,7 @@ def register(
             if other_class.__name__ == effect.__name__:
                 raise ValueError(
                     f"effect {name!r}: its class is called {effect.__name__}, as that of the "
-                    f"effect {other!r} is; give it a name of its own"
+                    f"effect {other!r} is; give it a unique name"
                 )
         effect.equation = equation
         effect.source = source

@@ -108,8 +108,8 @@ class Segment(Section):
             raise ValueError(f"acceleration: is missing; {names[0]} needs one [rad/s^2]")
         if names == ["to"] and not self._slope >= 1e-6:
             raise ValueError(
-                f"acceleration = {exact(self._slope)} rad/s^2: must be at least 1e-06; the speed "
-                "to go to says which way"
+                f"acceleration = {exact(self._slope)} rad/s^2: must be at least 1e-06; the "
+                "direction follows from `to`"
             )
         return self
 

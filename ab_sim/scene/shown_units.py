@@ -40,8 +40,8 @@ def shown_units(text: str) -> ShownUnits:
             raise InputError(f"units {short(text)}: need pint: pip install 'pint>=0.24'") from None
         if unit is None:
             raise InputError(
-                f"units {short(text)}: {short(written)} is no unit of a number that is shown; "
-                "give units with commas between, e.g. rpm,g mm,deg, of "
+                f"units {short(text)}: {short(written)} is not a unit of a displayed quantity; "
+                "give units separated by commas, e.g. rpm,g mm,deg, of "
                 + ", ".join(
                     kind.name.removeprefix("a ").removeprefix("an ") for kind in KINDS.values()
                 )

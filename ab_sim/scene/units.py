@@ -102,7 +102,7 @@ def with_last_unit(texts: Sequence[str]) -> list[str]:
     units = [_TEXT.fullmatch(text.strip()) if has_unit(text) else None for text in texts]
     last = units[-1]
     if last is None and any(units):
-        raise ValueError("must have a unit, as another number beside it has one")
+        raise ValueError("must have a unit, because another number of the list has one")
     if last is None or any(units[:-1]):
         return list(texts)
     return [*(f"{text.strip()} {last[2]}" for text in texts[:-1]), texts[-1]]
@@ -141,7 +141,7 @@ def in_si(text: str, unit: str) -> float:
         if wanted is None:  # unit of a user's own effect
             raise ValueError(f"must be a number in {unit}, written without unit")
         if unit_ is None:
-            raise ValueError(f"{short(written)} is no unit that is known; {_must_be(unit)}")
+            raise ValueError(f"{short(written)} is not a known unit; {_must_be(unit)}")
         if _root(unit_) != _root(wanted):
             raise ValueError(_misfit(unit_, unit))
         try:

@@ -77,7 +77,7 @@ class Latex(Notation):
     minus_leads = False
 
     def number(self, value: float) -> PrintedText:
-        """Return a number that is neither negative nor a short fraction."""
+        """Return the LaTeX of a number that is neither negative nor a short fraction."""
         text = f"{value:.12g}"
         if "e" not in text:
             return PrintedText(text, Holds.ATOM)
@@ -85,7 +85,7 @@ class Latex(Notation):
         return PrintedText(rf"{digits} \cdot 10^{{{int(power)}}}", Holds.PRODUCT)
 
     def fraction(self, top: int, bottom: int) -> PrintedText:
-        """Return a number that is a short fraction."""
+        """Return the LaTeX of a short fraction."""
         return PrintedText(rf"\frac{{{top}}}{{{bottom}}}", Holds.ATOM)
 
     def indexed(self, symbol: str, index: str) -> str:

@@ -41,7 +41,7 @@ WORDS = {
     "source": "where its numbers are from",
     "assumed": "what the source does not say and the scene assumes, one text each",
     "effects": "what acts; a list of names, each with its parameters: [effects](effects.md)",
-    "sensors": "accelerometers, each by a name of its own: [sensors](sensors.md)",
+    "sensors": "accelerometers, each by its name: [sensors](sensors.md)",
     "kind": "which profile it is",
     "segments": "one after the other, [below](#profile-segments)",
 }

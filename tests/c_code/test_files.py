@@ -250,7 +250,7 @@ def test_a_disk_that_is_full_leaves_what_was_there(
         ((), "nothing to write: name a folder with --out, or an FMU with --fmu"),
         (("--fmu", "drive.zip"), "--fmu drive.zip: must end in .fmu"),
         (("--fmu", "no/drive.fmu"), "there is no folder no"),
-        (("--out", "file/drive"), "file is no folder"),
+        (("--out", "file/drive"), "file is not a folder"),
         (("--set", "balls.mas=1", "--out", "o"), "did you mean"),
     ],
 )

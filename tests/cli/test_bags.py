@@ -68,7 +68,7 @@ def test_what_cannot_be_imported_or_replayed(here: Path) -> None:
     export_of(here / "bag", describe(), names, samples)
     for bag, out, match in (
         ("no", None, "no such folder or file"),
-        ("run.rrd", None, "must be a folder that rosbag2 has made"),
+        ("run.rrd", None, "must be a folder written by rosbag2"),
         ("bag", Path("out.mcap"), "--out out.mcap: must end in .rrd"),
         ("bag", Path("no/out.rrd"), "there is no folder no"),
     ):

@@ -71,7 +71,7 @@ def test_a_table_is_in_the_chosen_units() -> None:
     assert rows["final speed"] == f"{plain['final_speed'] * 60 / (2 * np.pi):.4g} rpm"
     assert rows["balance grade G [m/s]"] == f"{1e-3 * plain['balance_grade']:.3g}"
     assert rows["final ball angles"].endswith(" rad")
-    assert "'sheep' is no unit" in refused("run", "thesis-hold", "--units", "sheep")
+    assert "'sheep' is not a unit" in refused("run", "thesis-hold", "--units", "sheep")
 
 
 def test_json_to_standard_output_is_only_json() -> None:

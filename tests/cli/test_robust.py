@@ -61,7 +61,7 @@ def test_until_goes_on_and_more_runs_find_those_that_are_done(tmp_path: Path) ->
     report = json.loads((tmp_path / "s.json").read_text())
     share = report["share"]
     assert (share["high"] - share["low"]) / 2 <= 0.09
-    assert "no Sobol indices: none were asked for\n" in done.stdout
+    assert "no Sobol indices: none were requested\n" in done.stdout
     more = ab_sim(*words, "--runs", "300", "--json", "m.json", cwd=tmp_path)
     assert more.returncode == 0, more.stderr
     other = json.loads((tmp_path / "m.json").read_text())["runs"]
@@ -96,7 +96,7 @@ def test_every_kind_of_spread_has_a_picture(words: tuple[str, ...], tmp_path: Pa
             ("--spread", "balls.mass=1"),
             "is 1000 times the value, balls.mass = 0.001",
         ),
-        (("--spread", "balls.mass=five"), "'five' is no number"),
+        (("--spread", "balls.mass=five"), "'five' is not a number"),
         ((*SPREAD, "--balanced", "residual<1"), "no such metric"),
         ((*SPREAD, "--balanced", "final_tilt"), "say what it must be"),
         ((*SPREAD, "--metrics", "final"), "no such metric"),
@@ -128,7 +128,7 @@ def test_two_scenes_of_one_name_are_told_apart_by_their_files(tmp_path: Path) ->
     assert done.returncode == 0, done.stderr
     assert "share of" in (tmp_path / "p.svg").read_text()
     said = " ".join(done.stdout.split())
-    assert "no Sobol indices: there is one factor only " in said and "asked for" not in said
+    assert "no Sobol indices: there is one factor only " in said and "requested" not in said
     assert "thesis-hold (my.yaml --set duration=0.4 " in said
     assert "against thesis-hold (thesis-hold) in the same draws" in said
 
@@ -140,6 +140,6 @@ def test_few_runs_have_no_sobol_indices_unless_asked_for(tmp_path: Path) -> None
     assert done.returncode == 0, done.stderr
     said = " ".join(done.stdout.split())
     assert "; settled or ringing down, and balanced and settled and peak_whirl_over_e<0.03 " in said
-    few = "runs = 40 are too few: 128 pairs, from which they can be relied on, take 512; fewer"
-    assert f"no Sobol indices: {few} pairs may be asked for (sobol)" in said
+    few = "runs = 40 are too few: reliable indices need 128 pairs, which take 512 runs; fewer"
+    assert f"no Sobol indices: {few} pairs may be requested (sobol)" in said
     assert "with others" not in said

@@ -43,7 +43,7 @@ def test_an_unsettled_run_is_said() -> None:
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
-        (("--of", "balanced"), "metric 'balanced': is no number"),
+        (("--of", "balanced"), "metric 'balanced': is not a number"),
         (("--of", "final_whirl"), "did you mean"),
         (("--of", "final_speed,"), "must be names with commas between"),
         (("--to", "balls.mass,balls.mass"), "must be names with commas between, each once"),

@@ -36,7 +36,7 @@ def test_a_map_against_another_number_of_balls(tmp_path: Path) -> None:
     for words in (
         "nsc-case-3, 2 balls: 9 by 5 points", "nothing stable", "at every position", "only for 3",
         "islands of fewer than 4 by 4 points may have been missed",
-        "all balls can circulate in one bunch on",
+        "all balls can circulate together on",
     ):  # fmt: skip
         assert words in done.stdout, words
     assert (tmp_path / "m.png").read_bytes().startswith(PNG)
@@ -133,7 +133,7 @@ def test_signals_on_a_terminal_end_all_processes_and_keep_what_is_done(
     code, said = program.interrupted(number, its_children=True)
     assert code == 130
     *progress, last = said.strip().splitlines()
-    assert last == "ab-sim: interrupted; what is done is kept, the same command goes on"
+    assert last == "ab-sim: interrupted; finished work is kept, the same command continues it"
     assert all(line.startswith("nsc-case-3: ") for line in progress), said
     until(
         lambda: not any(Path(f"/proc/{number}").exists() for number in started),

@@ -26,7 +26,7 @@ def clip(value: float, most: float) -> float:
 
 ABORTS: dict[str, tuple[int, Any, str]] = {
     "drops out": (1, lambda s: [s] if s[0] < 1.0 else [], "no good sample"),
-    "is no number": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.nan), "no good sample"),
+    "is not a number": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.nan), "no good sample"),
     "is infinite": (1, lambda s: put(s, x=s[3] if s[0] < 1.0 else math.inf), "no good sample"),
     "is reset": (1, lambda s: put(s, time=s[0] % 1.0), "time went back"),
     "is dead": (1, lambda s: put(s, x=0.0), "same again and again"),

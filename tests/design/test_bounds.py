@@ -39,7 +39,7 @@ def test_bounds_as_they_are_written(text: str, bound: Bound) -> None:
         ("residual_unbalance!=0.1", "must be METRIC<NUMBER"),
         ("residual_unbalanc<0.1", "did you mean 'residual_unbalance'"),
         ("not residual_unbalanc", "did you mean 'residual_unbalance'"),
-        ("residual_unbalance<a lot", "'a lot' is no number"),
+        ("residual_unbalance<a lot", "'a lot' is not a number"),
         ("residual_unbalance<nan", "must be a finite number"),
         ("residual_unbalance<0.1 mm", "must be a number without unit"),
         ("final_whirl_over_e<0.1 e", "must be a number in e, without unit"),

@@ -177,8 +177,8 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
         said = first.communicate(timeout=PATIENCE)[1]
         assert first.returncode == 1, said
         assert lines_but_progress(said) == [
-            f"ab-sim: the scheduler at {small.address} is gone; what is done is kept, the same "
-            "command goes on"
+            f"ab-sim: the scheduler at {small.address} is gone; finished work is kept, the same "
+            "command continues it"
         ]
         before = len(work.parts())
         small.begin()
@@ -188,7 +188,7 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
         said = second.communicate(timeout=PATIENCE)[1]
         assert second.returncode == 130, said
         assert lines_but_progress(said) == [
-            "ab-sim: interrupted; what is done is kept, the same command goes on"
+            "ab-sim: interrupted; finished work is kept, the same command continues it"
         ]
         assert len(work.parts()) >= before + 1
         done = work.whole()

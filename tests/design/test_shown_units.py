@@ -25,11 +25,11 @@ def test_units_turn_si_numbers_into_theirs() -> None:
 @pytest.mark.parametrize(
     ("text", "said"),
     [
-        ("rpm,foo", "foo' is no unit of a number that is shown"),
-        ("rpm,,deg", " is no unit"),
+        ("rpm,foo", "foo' is not a unit of a displayed quantity"),
+        ("rpm,,deg", " is not a unit"),
         ("rpm,rev/s", "rpm and rev/s both show an angular speed"),
-        ("K", "K' is no unit"),
-        ("x" * 1000, "is no unit"),
+        ("K", "K' is not a unit"),
+        ("x" * 1000, "is not a unit"),
     ],
 )
 def test_other_units_are_refused(text: str, said: str) -> None:

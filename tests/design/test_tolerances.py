@@ -72,7 +72,7 @@ def test_options_stand_behind(text: str) -> None:
         ("balls.mass", "must be KEY=5%"),
         ("balls.mass=", "must be KEY=5%"),
         ("balls.mas=5%", "did you mean 'balls.mass'"),
-        ("balls.mass=five%", "'five' is no number"),
+        ("balls.mass=five%", "'five' is not a number"),
         ("balls.mass=0%", "'0%' must be above 0"),
         ("balls.mass=-5%", "'-5%' must be above 0"),
         ("balls.mass=nan%", "must be a finite number"),
@@ -97,7 +97,7 @@ def test_options_stand_behind(text: str) -> None:
         ("balls.mass=5%, low=-1e-4", "limit the deviation here, e.g. low=-10%"),
         ("balls.mass=5%, low=1%, high=-1%", "low must be below high"),
         ("balls.mass=5%, low=50%", "of the distribution; must be at least 1e-06"),
-        ("balls.mass=5%, low=1%, low=2%", "low stands there twice"),
+        ("balls.mass=5%, low=1%, low=2%", "low is given twice"),
         ("balls.mass=5%, group=a b", "must be a name of letters"),
     ],
 )

@@ -90,8 +90,8 @@ def test_what_does_not_fit_is_refused(
     ("change", "words"),
     [
         ({"steps": 10**400}, "OverflowError"),
-        ({"steps": 10**18}, "is no number of steps"),
-        ({"steps": "many"}, "is no number of steps"),
+        ({"steps": 10**18}, "is not a number of steps"),
+        ({"steps": "many"}, "is not a number of steps"),
         ({"state": [[1.0], []]}, "ValueError"),
         ({"state": [float("nan")]}, "its state is not finite"),
         ({"modes": [10**30]}, "OverflowError"),

@@ -171,7 +171,7 @@ def test_keys_schema_and_check_know_it(tmp_path: Path) -> None:
 
 def test_what_it_does_not_say_is_refused_where_it_is_asked_for() -> None:
     scene = ab_sim.load_scene(SCENE, [f"deck_model={NAME}"])
-    with pytest.raises(SceneError, match="deck_model: OnFixedAxes does not say how it moves"):
+    with pytest.raises(SceneError, match="deck_model: OnFixedAxes does not define its free motion"):
         ab_sim.modes(scene)
 
 

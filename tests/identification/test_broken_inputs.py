@@ -73,7 +73,7 @@ def too_slow(table: dict[str, Any]) -> None:
 
 TABLES: list[tuple[str, Break, str]] = [
     ("gap", cut(slice(800, 1100)), "time: no samples for 0.301 s after 0.799 s"),
-    ("no time", set_at("t", 700, np.nan), "time: row 700 is no finite number"),
+    ("no time", set_at("t", 700, np.nan), "time: row 700 is not a finite number"),
     ("time goes back", edited("t", lambda t: np.concatenate([t[:500], t[400:-100]])), "goes back"),
     ("two runs in one file", two_drives, "goes back at row 2001.*two drives or two runs"),
     ("two drives in one file", two_drives_interleaved, "at row 1, .*two drives in one file"),
@@ -81,9 +81,9 @@ TABLES: list[tuple[str, Break, str]] = [
     ("time in the wrong unit", edited("t", lambda t: 1000 * t), "samples in a turn; must be"),
     ("sampled too slowly", too_slow, "samples in a turn; must be at least 4"),
     ("wrong clock", edited("t", lambda t: 2.0 * t), "angle grows 0.5 times as much as its speed"),
-    ("no speed", set_at("rpm", slice(900, 910), np.nan), "speed: row 900 is no finite number"),
+    ("no speed", set_at("rpm", slice(900, 910), np.nan), "speed: row 900 is not a finite number"),
     ("spindle stands", edited("rpm", lambda w: 0 * w), "the spindle makes 0 turns"),
-    ("angle lost", set_at("encoder", 5, np.inf), "angle: row .* is no finite number"),
+    ("angle lost", set_at("encoder", 5, np.inf), "angle: row .* is not a finite number"),
     ("missing signal", set_at("ch1", slice(0, 400), np.nan), "signals.0 .ch1.: 400 of 2001 sam"),
     ("infinite signal", set_at("ch2", slice(0, 400), np.inf), "signals.1 .ch2.: 400 of 2001 sam"),
     ("constant", edited("ch2", lambda y: 0 * y + 0.3), r"\(ch2\): is 0.0003 all the time"),

@@ -68,7 +68,7 @@ def test_a_wrong_word_is_told_in_one_line(folder: Path) -> None:
     for words, says in (
         (("--fit", "rotor.eccentricit"), "a scene has no such key; did you mean"),
         (("--fit", "spindle.max_speed"), "the spindle does what was recorded"),
-        (("--fit", "balls.count"), "it is no continuous number"),
+        (("--fit", "balls.count"), "it is not a continuous number"),
         (("--fit", "effects.motor.torque_limit"), "no torque was measured"),
         (("--fit", FIT[0], "--bounds", f"{FIT[0]}=2000..3000"), "1000 lies outside"),
         (("--fit", FIT[0], "--bounds", f"{FIT[1]}=1..3"), "is not fitted; add it to --fit"),

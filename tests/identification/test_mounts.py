@@ -74,11 +74,11 @@ def test_places_that_nothing_tells_are_named_and_held(recording: Path) -> None:
     [
         ("mounts.4.damping", "mounts has 4 entries, mounts.0 to mounts.3"),
         ("mounts.0.stiffness.2", "mounts.0.stiffness is one number; fit that, or give a list"),
-        ("mounts.1.stiffness", "is no number; fit one of mounts.1.stiffness.0, mounts.1."),
+        ("mounts.1.stiffness", "is not a number; fit one of mounts.1.stiffness.0, mounts.1."),
         ("mounts.0", "fit one of mounts.0.position, mounts.0.stiffness, mounts.0.damping"),
-        ("mounts.0.position.2", "begins at 0, which says nothing of its size; give --bounds"),
+        ("mounts.0.position.2", "begins at 0, so that its magnitude is unknown; give --bounds"),
         ("mounts.0.stifness", "mounts.0 has no stifness; it has position, stiffness"),
-        ("effects.viscous_drag", "is no number; fit one of effects.viscous_drag.coefficient"),
+        ("effects.viscous_drag", "is not a number; fit one of effects.viscous_drag.coefficient"),
     ],
 )
 def test_keys_that_are_no_number_are_refused(key: str, said: str) -> None:

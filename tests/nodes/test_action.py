@@ -171,7 +171,7 @@ def test_a_canceled_goal_ramps_down_first(session: Session) -> None:
     assert len(canceled.result().goals_canceling) == 1
     status, result = session.result(goal)
     assert status == CANCELED and result.speed == 0.0
-    assert result.message == "aborted: canceled by who asked for it on ~/run"
+    assert result.message == "aborted: canceled by the client of ~/run"
     assert {"running", "aborting"} <= {each.status.partition(":")[0] for each in session.feedback}
     session.until(lambda: session.speed == 0.0, "it stands still")
 

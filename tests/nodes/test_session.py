@@ -46,7 +46,7 @@ def test_lock_step(fleet: Fleet, tmp_path: Path) -> None:
         realtime_priority=3, command_delay=0.002, snapshot=tmp_path / "kept.json",
     )  # fmt: skip
     assert step(fleet) == (WAKE_NS, 1, 0)
-    refused(fleet.call("drive_sim/pause", False), "time goes on by ~/step")
+    refused(fleet.call("drive_sim/pause", False), "time advances by ~/step only")
     fleet.until(
         lambda: "garbage by hand" in fleet.value("drive_sim", "scheduling"), "it says what it has"
     )

@@ -200,7 +200,7 @@ def test_a_recording_of_an_earlier_ab_sim_is_said_to_be_one(tmp_path: Path) -> N
     rr.log("/clock/time", rr.Scalars(0.001), recording=stream)
     stream.flush(timeout_sec=5)
     stream.disconnect()
-    with pytest.raises(RecordingError, match=r"old\.rrd was written by an earlier ab_sim"):
+    with pytest.raises(RecordingError, match=r"old\.rrd was written by an earlier version"):
         read_recording(tmp_path / "old.rrd")
 
 

@@ -272,7 +272,7 @@ def test_pictures_do_not_depend_on_how_samples_come_in(
                 one, other = numbers(one), numbers(other)
                 np.testing.assert_allclose(one, other, rtol=0, atol=1e-7 * max(map(abs, other)))
         else:
-            # repr: what is no number is not equal to itself
+            # repr: what is not a number is not equal to itself
             assert repr(cut[key]) == repr(rows), key
 
 

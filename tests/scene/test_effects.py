@@ -162,8 +162,8 @@ def test_two_effects_whose_classes_have_one_name_are_refused(magnets: None) -> N
         ("deck_force", (1.0, 0.0, 0.0), "Rough.deck_force returns a tuple of 3; must return a tu"),
         ("deck_force", None, "Rough.deck_force returns nothing; must return a tuple of 2"),
         ("ball_drag", (1.0, 0.0), "Rough.ball_drag returns a tuple of 2; must return a number"),
-        ("deck_force", (math.nan, 0.0), "the rate of the deck's whirl .* is no finite number.*Rou"),
-        ("ball_drag", math.inf, "the rate of the race's drag is no finite number; .*Rough"),
+        ("deck_force", (math.nan, 0.0), "the rate of the deck's whirl .* is not a finite.*Rou"),
+        ("ball_drag", math.inf, "the rate of the race's drag is not a finite number; .*Rough"),
     ],
 )
 def test_what_an_effect_returns_is_checked(

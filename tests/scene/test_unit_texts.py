@@ -159,7 +159,7 @@ REFUSED = [
         "balls.mass = '12 mm': is a length [m], must be a mass [kg], e.g. 1 g; m,",
     ),
     ("balls.mass=[1 g, 2 m]", "balls.mass.1 = '2 m': is a length"),
-    ("balls.mass=12 mmm", "'mmm' is no unit that is known"),
+    ("balls.mass=12 mmm", "'mmm' is not a known unit"),
     ("balls.count=2 g", "balls.count = '2 g': must be a whole number"),
     ("accuracy.whirl=1 deg", "accuracy.whirl = '1 deg': must be a number without unit"),
     ("spindle.max_speed=42 Hz", "Hz may mean turns or radians: write rev/s, rpm or rad/s"),

@@ -172,7 +172,7 @@ def test_conditions_have_no_speed_over_time_beforehand(scene: Any) -> None:
         ("{to: 1}", "acceleration: is missing; to needs one"),
         ("{duration: 1}", "acceleration: is missing; duration needs one"),
         ("{to: 1, acceleration: 0}", "acceleration = 0 rad/s^2: must be at least 1e-06"),
-        ("{to: 1, acceleration: -3}", "the speed to go to says which way"),
+        ("{to: 1, acceleration: -3}", "the direction follows from `to`"),
         ("{to: .nan, acceleration: 3}", "0.to = nan: must be a finite number"),
         ("{to: 3, acceleration: .inf}", "0.acceleration = inf: must be a finite number"),
         ("{hold: -1}", "0.hold = -1: must be at least 1e-06; time for which the speed is held [s]"),

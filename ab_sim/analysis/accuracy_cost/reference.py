@@ -80,7 +80,7 @@ def smooth_reference(f: RightHandSide) -> Reference:
             )
     except FailedError as error:
         raise InputError(
-            f"{f.scene.name}: no reference could be made: {error}; try a shorter duration"
+            f"{f.scene.name}: cannot compute a reference: {error}; try a shorter duration"
         ) from error
     judged_by_second = () if steps <= MOST_COLLOCATED else ("Radau",)
     return Reference(
@@ -113,7 +113,7 @@ def event_reference(scene: Scene, sampling: SampleTimes) -> Reference:
             runs_by_name[name] = step, run.samples(run.run())
         except FailedError as error:
             raise InputError(
-                f"{scene.name}: no reference could be made with {name} at {step:g} s: {error}"
+                f"{scene.name}: cannot compute a reference with {name} at {step:g} s: {error}"
             ) from error
     (step, first), (other, second) = runs_by_name[RK8.name], runs_by_name[TSIT5.name]
     text = (
@@ -136,8 +136,8 @@ def _shortest(
             except SceneError as error:
                 refusal = str(error)
     raise InputError(
-        f"{scene.name}: no reference could be made with {stepper} at steps down to {SHORT[-1]:g} s"
-        f" and at most {MOST_STEPS} of them: {refusal or 'the run is too long'}; try a shorter "
+        f"{scene.name}: cannot compute a reference with {stepper}, steps of at least {SHORT[-1]:g} "
+        f"s and at most {MOST_STEPS} steps: {refusal or 'the run is too long'}; try a shorter "
         "duration, or less drag"
     )
 

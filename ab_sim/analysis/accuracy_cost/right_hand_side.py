@@ -36,7 +36,7 @@ class SmoothInterval(NamedTuple):
     start: float
     """Begin of the profile segment [s]: the origin of local time."""
     field: VectorField
-    """Equations in the interval."""
+    """Right-hand side f of y' = f(t, y) within the interval."""
 
     def f(self, t: float, y: np.ndarray) -> np.ndarray:
         """Return the slope as a new array."""

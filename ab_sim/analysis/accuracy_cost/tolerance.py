@@ -1,4 +1,4 @@
-"""Integrators that choose their steps by a tolerance."""
+"""Integrators with step size control, by tolerance."""
 
 from collections.abc import Callable
 from typing import NamedTuple

@@ -94,8 +94,8 @@ def settles(
     if in_all > MOST_STEPS:
         raise InputError(
             f"speed = {speed:g} rad/s: {turns:g} turns from each disturbance would take "
-            f"{in_all:.2g} steps; at most {MOST_STEPS:.0e} are taken. Ask at a higher speed, or "
-            "for fewer turns"
+            f"{in_all:.2g} steps; at most {MOST_STEPS:.0e} are allowed; choose a higher speed or "
+            "fewer turns"
         )
     begin = drive.snapshot()
     outcomes = []

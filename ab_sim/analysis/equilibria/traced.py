@@ -87,7 +87,10 @@ def _fresh(system: System, part: Part, parts: list[Part]) -> bool:
 def _followed(
     system: System, start: CurvePoint, continuum: bool, low: float, high: float
 ) -> Iterator[Part]:
-    """Yield the curve through a point; for a continuum, a sequence of neighbouring states."""
+    """Yield the branch of equilibria through a point, as a sequence of points.
+
+    In a continuum of equilibria, the branch is a sequence of neighbouring states.
+    """
     if continuum:
         yield _natural(system, start, low, high)
         return

@@ -225,7 +225,7 @@ def _check_smooth(scene: Scene, effects: tuple[object, ...]) -> None:
     ]
     out = " ".join(f"--set effects.{name}=" for name in named)
     raise SceneError(
-        f"effects.{named[0]}: at its events the motion has jumps and kinks, which the monodromy "
-        f"matrix would need saltation matrices for, and these are not built; take out what has "
+        f"effects.{named[0]}: causes events, at which the motion has jumps and kinks; the monodromy"
+        " matrix would need saltation matrices, which are not implemented; remove effects with "
         f"events: {out}"
     )

@@ -52,7 +52,7 @@ def members(plane: Plane, key: str, values: tuple[float, ...]) -> list[Plane]:
     """Return one plane per value.
 
     Raises:
-        InputError: the key is on an axis, or is no key of a scene.
+        InputError: the key is on an axis, or is not a key of a scene.
         SceneError: a value is not allowed; the message names it.
     """
     if key in (plane.across.key, plane.up.key, SPEED):

@@ -141,8 +141,8 @@ class Plane(NamedTuple):
         for axis in (self.across, self.up):
             if axis.key.partition(".")[0] in IDLE:
                 raise InputError(
-                    f"--map {axis.key}: says nothing about where balls rest; map a value of "
-                    "rotor, race, balls or effects, or the speed"
+                    f"--map {axis.key}: does not affect where balls rest; map a value of rotor, "
+                    "race, balls or effects, or the speed"
                 )
         for row in (0, -1):
             for column in (0, -1):

@@ -42,7 +42,7 @@ def refined(
         coarse: spacing to begin with, a power of two.
 
     Raises:
-        ValueError: ``coarse`` is no power of two.
+        ValueError: ``coarse`` is not a power of two.
     """
     if coarse < 1 or coarse & (coarse - 1):
         raise ValueError(f"coarse = {coarse!r}: must be a power of two: 1, 2, 4, 8, ...")

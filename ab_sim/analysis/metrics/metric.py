@@ -82,7 +82,7 @@ class Row(NamedTuple):
     label: str
     """Label; ``{W}`` in it stands for the symbol of the whirl."""
     text: Callable[[Any, Display], str]
-    """Function from the run's metrics to the cell."""
+    """Function that returns the cell's text for a run's metrics."""
     applies: Callable[[Scene], bool] | None = None
     """Condition on a scene for the row in the terminal; None shows it if any cell has content."""
     place: Place = Place.AMOUNT
@@ -137,7 +137,8 @@ def _as_it_is(value: Any) -> object:
 class Metric(Generic[T]):
     """Metric of a run.
 
-    As an attribute of a subclass of ``MetricValues`` it is registered, and returns the run's value.
+    A descriptor: assigned in a subclass of ``MetricValues``, it registers the metric, and reading
+    the attribute returns the run's value.
     """
 
     key: str
@@ -206,8 +207,8 @@ class Metric(Generic[T]):
         if self.relative is None:
             return [description]
         meaning = (
-            f"{self.key} in that of the run without balls, which `ab-sim run` makes beside; null "
-            "if that is 0 or cannot run"
+            f"{self.key} relative to the run without balls, which `ab-sim run` also computes; null "
+            "if that value is 0 or the run fails"
         )
         equation = f"{self.key} / {self.key} without balls"
         return [

@@ -105,7 +105,11 @@ def with_stepper(scene: Scene) -> Scene:
 
 
 def prepared_runs(scenes: Sequence[Scene]) -> dict[int, PreparedRun]:
-    """Return runs of scenes by their number, without those that cannot be run with their solver."""
+    """Prepare runs of scenes; leave out scenes that their solver cannot run.
+
+    Returns:
+        Prepared runs by the index of their scene.
+    """
     prepared = {}
     for number, scene in enumerate(scenes):
         try:

@@ -63,7 +63,7 @@ def real_key(scene: Scene, key: str) -> RealKey:
     if value is None and above and (_row(parts) is None or value_at(raw, above) is None):
         raise _unknown(scene, key)
     if type(value) is not float:
-        what = "is not given in this scene" if value is None else "is no real number"
+        what = "is not given in this scene" if value is None else "is not a real number"
         raise InputError(f"key {short(key)}: {what}{_near(scene, key)}")
     return RealKey(key, value, _unit(parts))
 

@@ -159,8 +159,8 @@ def metric_sensitivities(
     Raises
     ------
     InputError
-        There is no such key or metric; it is no real number; a metric has no value in this run, or
-        is the time of a sample.
+        There is no such key or metric; a key is not a real number; a metric has no value in this
+        run, or is the time of a sample.
     SceneError
         The scene is not valid, or cannot be run with its solver.
     DivergedError
@@ -241,7 +241,7 @@ def differentiable_metrics(names: Sequence[str]) -> list[Metric[Any]]:
     metrics = metrics_named(names)
     for metric in metrics:
         if metric.kind is not MetricKind.NUMBER:
-            raise InputError(f"metric {metric.key!r}: is no number, and has no derivative")
+            raise InputError(f"metric {metric.key!r}: is not a number, and has no derivative")
         if metric.stepwise:
             raise InputError(
                 f"metric {metric.key!r}: is the time of a sample, jumps from one to the next, and "

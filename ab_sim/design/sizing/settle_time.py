@@ -30,7 +30,10 @@ from ab_sim.design.sizing.race_fit import FittingBalls
 from ab_sim.design.sizing.specification import DriveSpecification
 
 LEAVING = 1.0
-"""Number of e-folds to leave the unbalance's side, where balls gather below the critical speed."""
+"""Time for balls to leave the unbalance's side, in time constants of their motion.
+
+Below the critical speed balls gather on that side.
+"""
 DRAWS = 64
 """Number of rotors and positions for a share."""
 STEPS = 200

@@ -60,7 +60,7 @@ class Sizing(Presented):
     runs: SpreadRuns | None
     """Runs of that scene over its spread."""
     at_drags: dict[str, DragRuns]
-    """Runs at the lowest and highest drag of its window, and far above it."""
+    """Runs at the lowest and highest drag of the drag window, and far above the window."""
     claims: tuple[SizingClaim, ...]
     """Claims with the results of runs."""
     tried: tuple[tuple[int, SpreadRuns], ...]

@@ -41,7 +41,7 @@ class SpreadRuns(NamedTuple):
 
 
 class Running(NamedTuple):
-    """Settings of runs."""
+    """Number of runs, their seed, and how they are executed."""
 
     runs: int
     seed: int
@@ -50,7 +50,7 @@ class Running(NamedTuple):
     tell: Progress | None
 
     def at_stage(self, name: str) -> "Running":
-        """Return the same, whose progress begins with the name of a stage."""
+        """Return these settings with a stage's name in front of each progress message."""
         tell = self.tell
         if tell is None:
             return self

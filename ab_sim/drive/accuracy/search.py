@@ -115,9 +115,9 @@ class _Search:
         self._trials = Trials(scene, run, longest, period, tell)
         if period is not None and len(self._trials.rungs(self._first)) < FEWEST:
             raise SceneError(
-                f"accuracy: a step has to go into the period of {period:g} s ({1 / period:g} 1/s) "
-                "a whole number of times, be whole nanoseconds and stable, which too few are; a "
-                "rate of 50, 100, 125, 200, 250, 500 or 1000 1/s would do, or a solver of your own"
+                f"accuracy: too few step lengths are stable, whole nanoseconds, and a whole "
+                f"fraction of the period of {period:g} s ({1 / period:g} 1/s); use a rate of 50, "
+                "100, 125, 200, 250, 500 or 1000 1/s, or give a solver"
             )
 
     def choose(self) -> tuple[Scene, WorkPrecision]:

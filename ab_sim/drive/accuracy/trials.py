@@ -179,7 +179,7 @@ class Trials:
     def _afford(self, stepper: Stepper, rung: int) -> None:
         if self._spent + self.expected(stepper, rung, stepper) > MOST_SECONDS:
             raise TooExpensiveError(
-                f"accuracy: finding what delivers it would take more than {MOST_SECONDS:g} s of "
-                f"CPU time, because a run of duration = {self.scene.duration:g} s is an expensive "
-                "one; find a solver with a shorter duration, and name its stepper and step"
+                f"accuracy: the search for a solver would take more than {MOST_SECONDS:g} s of CPU "
+                f"time, because a run of duration = {self.scene.duration:g} s is expensive; search "
+                "with a shorter duration, and give the stepper and step found there"
             )

@@ -217,7 +217,7 @@ class _Entry:
         return block
 
     def wrong(self, others: tuple[Any, ...]) -> TypeError:
-        """Return the error of the first of the other arguments that cannot be packed."""
+        """Return the error of the first argument after the record that cannot be packed."""
         for (*_, put), value in zip(self._others, others, strict=True):
             try:
                 put(value)

@@ -139,11 +139,11 @@ class ImplicitWork(NamedTuple):
     tangent: int
     """Address of the emitted tangent(c, b, t, y, d, out)."""
     mass: float
-    """Weight am: position between a step's ends at which y' is taken."""
+    """Parameter alpha_m of the method: fraction of the step at which y' is evaluated."""
     force: float
-    """Weight af: position between a step's ends at which f is taken."""
+    """Parameter alpha_f of the method: fraction of the step at which f is evaluated."""
     newmark: float
-    """Weight gamma."""
+    """Parameter gamma of the method."""
     time: Floats
     """Time of an evaluation, shape (1,)."""
     at: Floats

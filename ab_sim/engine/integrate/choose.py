@@ -80,9 +80,9 @@ def top_speed(scene: Scene, commanded: bool = False) -> float:
 
     Args:
         scene: scene to run.
-        commanded: True if the run takes commands, which may go up to ``spindle.max_speed``. Else
-            the profile gives the largest speed. With a motor it is ``spindle.max_speed``, too, as
-            the speed need not follow the profile.
+        commanded: True if the run takes commands. The largest speed is then ``spindle.max_speed``,
+            and also with a motor, as its speed need not follow the profile. Otherwise the profile
+            gives the largest speed.
     """
     if commanded or "motor" in scene.effects:
         return scene.spindle.max_speed

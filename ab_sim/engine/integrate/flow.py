@@ -50,9 +50,9 @@ class Flow:
         stepper: Stepper,
     ) -> None:
         if has_events(system.effects):
-            raise ValueError("the system has events, and its flow no derivative without them")
+            raise ValueError("the system has events, so its flow has no smooth derivative")
         if not isinstance(stepper.weights, Tableau):
-            raise ValueError(f"{stepper.name}: is no explicit Runge-Kutta method")
+            raise ValueError(f"{stepper.name}: is not an explicit Runge-Kutta method")
         field = VectorField(system, scheduled, discrete_state)
         self.layout, self.stepper = field.layout, stepper
         self._steps = _Steps(field.emitted, *stepper.weights)

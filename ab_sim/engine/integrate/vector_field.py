@@ -131,5 +131,5 @@ def _shaped(name: str, value: Any, shape: tuple[int, ...], kind: type) -> np.nda
     """Return a copy with the right type and shape, as compiled code does not check its input."""
     array: np.ndarray = np.array(value, kind, order="C")
     if array.shape != shape:
-        raise ValueError(f"{name}: has the shape {array.shape}, must have {shape} here")
+        raise ValueError(f"{name}: has shape {array.shape}; must have shape {shape}")
     return array

@@ -95,9 +95,9 @@ class Code:
         return constants
 
     def put_place(self, constants: np.ndarray, numbers: Sequence[float]) -> None:
-        """Set the place on the speed profile: the segment's numbers, phase, end and angle.
+        """Set the segment of the speed schedule: its law's numbers, phase, end and angle.
 
-        Constants that depend on the place are computed again.
+        Constants that depend on them are computed again.
         """
         constants[self.layout.place : self.layout.place + len(numbers)] = numbers
         called(self.address("prepare"), constants)

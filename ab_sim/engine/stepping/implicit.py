@@ -25,7 +25,10 @@ below ``CLOSE``; below ``SETTLED`` once they no longer shrink, because they are 
 
 
 def implicit_step(work: ImplicitWork, run: Run, begin: float, length: float) -> None:
-    """Take one step from the state, whose slope is known, into ``trial``; local time [s]."""
+    """Take one step and write its result into ``trial``; times are local [s].
+
+    The slope at the beginning must be in ``run.work.slope``.
+    """
     am, af, gamma = work.mass, work.force, work.newmark
     state, past, d, at = run.state, run.work.memory[0], work.change, work.at
     equations, states = work.equations, run.state.size

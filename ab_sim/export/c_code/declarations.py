@@ -98,7 +98,7 @@ def outputs(
     """Yield all outputs."""
     yield Output("angle", "rad", "of the spindle, unwrapped")
     yield Output("speed", "rad/s", "of the spindle")
-    yield Output("command", "rad/s", "asked for")
+    yield Output("command", "rad/s", "commanded speed")
     for name in channels:
         yield Output(name, unit_of(name) or "1", next(CHANNELS[k] for k in CHANNELS if k in name))
     if balls:

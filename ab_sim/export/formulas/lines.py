@@ -95,7 +95,7 @@ def _symbols(
 def _can_go(
     equations: Sequence[Equation], symbols: dict[int, str], number: int, uses: Counter[int]
 ) -> bool:
-    """Return whether a quantity need not be named."""
+    """Return whether the lines stay short enough if a quantity has no name."""
     if uses[number] == 0:
         return True
     fewer = {n: symbol for n, symbol in symbols.items() if n != number}

@@ -24,7 +24,7 @@ class EffectMethod(NamedTuple):
     left: Callable[[Symbols], Sequence[Any]]
     """Left sides of the equations, one for each result."""
     used: Callable[[Any, Symbols], Any] = _unchanged
-    """Function from the method's result to the right sides, where these differ."""
+    """Function that converts the method's result to the equations' right sides."""
 
 
 def _symbols(*names: str) -> Callable[[Symbols], Sequence[Any]]:

@@ -149,8 +149,8 @@ def _check_finite(effects: tuple[object, ...], what: str, numbers: complex | lis
     if not np.isfinite(numbers).all():
         names = ", ".join(type(effect).__name__ for effect in effects)
         raise SceneError(
-            f"effects: the rate of {what} is no finite number; a method of one of them gives "
-            f"numbers that are none: {names}"
+            f"effects: the rate of {what} is not a finite number; a method of one of these "
+            f"effects returns NaN or infinity: {names}"
         )
 
 

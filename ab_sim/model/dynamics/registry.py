@@ -26,8 +26,8 @@ def _no_rates(system: System, top_speed: float) -> dict[str, complex]:
 def _not_known(system: System) -> NoReturn:
     name = type(system.deck_model).__name__
     raise SceneError(
-        f"deck_model: {name} does not say how it moves by itself, which is asked for here; take "
-        "deck_model out of the scene"
+        f"deck_model: {name} does not define its free motion, which is required here; remove "
+        "deck_model from the scene"
     )
 
 

@@ -116,7 +116,7 @@ class SegmentsExecution:
         self._number = whole(state["number"], -1, self._schedule.count)
         self._left = [finite(time, 0.0, MOST_TIME) for time in state["left"]]
         if sorted(self._left) != self._left or len(self._left) > self._schedule.count:
-            raise ValueError("its conditions were not met one after the other")
+            raise ValueError("the times at which its segments ended are not in order")
         for time in self._left:
             self._schedule.leave(time)
         until = self._schedule.until(max(self._number, 0))

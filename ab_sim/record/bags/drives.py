@@ -106,7 +106,9 @@ class BagConverter(IgnoredMessages):
         whole = (counts == np.rint(counts)).all() and (counts >= 0).all()
         if not (whole and (np.diff(counts) >= 0).all() and (every >= 1).all()
                 and (around >= 0).all() and np.isfinite(rule).all()):  # fmt: skip
-            raise ValueError("counts must be whole and grow, every at least 1, around 0 or more")
+            raise ValueError(
+                "must have whole counts that do not decrease, every >= 1 and around >= 0"
+            )
         self._left_out = rule
 
     def _block(self, block: Block) -> None:
@@ -115,7 +117,7 @@ class BagConverter(IgnoredMessages):
             return
         described = self._description.get("channels")
         if described is not None and list(channels) != described:
-            raise ValueError(f"has the channels {channels}, the drive was said to have {described}")
+            raise ValueError(f"has channels {channels}; the drive's description has {described}")
         if self._recording is None or samples[0, 0] <= self._recording.last_step:
             self._close()  # the drive was reset, and a recording's steps only increase
             self._open(channels)

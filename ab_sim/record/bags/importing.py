@@ -107,7 +107,7 @@ def choose_namespace(bag: Bag, wanted: str | None) -> str:
         )
     if wanted is None:
         raise InputError(
-            f"{bag.path} has several drives: choose one by --namespace, of {', '.join(there)}"
+            f"{bag.path} has several drives; choose one with --namespace: {', '.join(there)}"
         )
     raise InputError(
         f"--namespace {wanted}: {bag.path} has no drive there; it has drives in {', '.join(there)}"

@@ -1,4 +1,4 @@
-"""Messages of the contract in CDR, by rosbags, without ROS."""
+"""Conversion of samples to ROS messages in CDR and back, with rosbags instead of ROS."""
 
 from __future__ import annotations
 

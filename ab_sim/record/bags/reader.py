@@ -163,7 +163,7 @@ class Bag:
         if path.is_file():
             if path.suffix not in (".mcap", ".db3"):
                 raise RecordingError(
-                    f"{cannot}must be a folder that rosbag2 has made, or end in .mcap or .db3"
+                    f"{cannot}must be a folder written by rosbag2, or end in .mcap or .db3"
                 )
             return path
         try:

@@ -65,9 +65,8 @@ def repair_bag(
         library = written_by(file)
         if not library.startswith(_LIBRARY):
             raise RecordingError(
-                f"{cannot}it was written by {library[:40]!r} and not by ab-sim, which does not "
-                "know all that others put beside messages; use `mcap recover`, then `ros2 bag "
-                "reindex`"
+                f"{cannot}it was written by {library[:40]!r}, and ab-sim cannot preserve all "
+                "records of other writers; use `mcap recover`, then `ros2 bag reindex`"
             )
         _remove_leftovers(file.parent)
         prefix = f"{_UNFINISHED}{os.getpid()}-"

@@ -1,4 +1,4 @@
-"""Sizes of a drive for its pictures, and the views that show it."""
+"""Dimensions of a drive for drawing it, and the views of the drawing."""
 
 from __future__ import annotations
 

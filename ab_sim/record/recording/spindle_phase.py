@@ -70,7 +70,7 @@ class SpindlePhase:
             )
 
     def of(self, rows: Array) -> Iterator[Sent]:
-        """Yield the phases that the next rows complete."""
+        """Process further rows, and yield the phases that end in them."""
         changes, names, ends, within = [], [], [], []
         for window in self._windows.of(rows):
             if len(window) < 2:

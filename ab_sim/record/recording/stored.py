@@ -155,7 +155,7 @@ class StoredRun:
 
     @property
     def torn(self) -> str | None:
-        """Reason why the end cannot be read, if it cannot; everything before can."""
+        """Reason why the end of the file cannot be read; None if the file is intact."""
         return self._file.torn
 
     def __repr__(self) -> str:
@@ -228,8 +228,8 @@ class StoredRun:
         for chunk in self._chunks(SAMPLES, _FORMER):
             if chunk.entity_path == _FORMER:
                 raise RecordingError(
-                    f"{self.path} was written by an earlier ab_sim, with an entity for each group "
-                    "of channels; export it with that one, or record it again"
+                    f"{self.path} was written by an earlier version of ab_sim, with an entity for "
+                    "each group of channels; export it with that version, or record it again"
                 )
             if chunk.entity_path != SAMPLES:
                 continue

@@ -186,5 +186,5 @@ def _figure(panel: Panel, limits: Limits) -> Any:
 
 
 def _short(values: np.ndarray) -> np.ndarray:
-    """Return values in single precision: half as many bytes, and more digits than a screen has."""
+    """Return values in single precision, which halves the page's size without a visible change."""
     return np.asarray(values, np.float32)

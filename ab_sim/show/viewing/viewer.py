@@ -21,7 +21,7 @@ STARTING = 30.0
 """Time for a viewer to start, on a busy machine with a slow disk [s]."""
 STARTED, SHOWING, CLOSED = "starting", "showing", "closed by its user"
 SETTLED = 2.0
-"""Least uptime [s]; a viewer that ends earlier would only end again."""
+"""Shortest uptime [s] after which a viewer is restarted; an earlier exit would only recur."""
 ENDING = 2.0
 """Time for data in transit to arrive when a viewer is closed, and for the viewer to exit [s]."""
 

@@ -29,10 +29,10 @@ def test_a_key_has_value_and_unit() -> None:
     [
         ("balls.mas", "no such number; did you mean 'balls.mass'?"),
         ("balls.mass.2", "no such number"),
-        ("balls.count", "is no real number"),
+        ("balls.count", "is not a real number"),
         ("start.ball_angles", "has 2 numbers; name one, e.g. start.ball_angles.0"),
         ("rotor.eccentric_mass", "is not given in this scene"),
-        ("rotor", "is no real number"),
+        ("rotor", "is not a real number"),
         ("solver.step", "solver does not act on the motion, or has no derivative"),
         ("duration", "duration does not act on the motion"),
         ("", "no such number"),

@@ -94,7 +94,7 @@ def test_balls_that_cannot_part_leave_no_derivative() -> None:
 @pytest.mark.parametrize(
     ("metric", "problem"),
     [
-        ("balanced", "is no number"),
+        ("balanced", "is not a number"),
         ("start_up_time", "is the time of a sample"),
         ("final_tilt", "has no value in this run"),
         ("final_whirl", "no such metric"),

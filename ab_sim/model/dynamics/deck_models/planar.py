@@ -23,7 +23,7 @@ from ab_sim.scene.model import Scene
 _DIRECTIONS = np.array([[math.cos(a), math.sin(a)] for a in math.pi * np.arange(8) / 8]).T
 """Directions in which the suspension is examined."""
 _AWAY, _PASSING = np.array([[1.0], [-1.0], [0.0]]), np.array([[0.0], [0.0], [1.0]])
-"""Factors of displacement: outwards, the opposite way, and zero with a velocity."""
+"""Test displacements as multiples of a direction: outwards, inwards, and zero with a velocity."""
 
 
 def deck_model_of(scene: Scene, effects: tuple[object, ...]) -> Planar:
