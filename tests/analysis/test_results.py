@@ -132,7 +132,7 @@ def test_without_a_folder_it_goes_on_and_says_so_once(
         results.results_folder.cache_clear()
     assert len(CALLS) == 2
     (record,) = caplog.records
-    assert "no folder that only you can write in" in record.message
+    assert "no folder is writable by you alone" in record.message
 
 
 def test_no_number_is_kept_that_json_does_not_have(kept: Results, tmp_path: Path) -> None:

@@ -185,7 +185,7 @@ def mutated(path: Path, change: Any) -> None:
         ("modes", 0, [7, 0, 0, 0], "modes.0.0 = 7.0: must be -2 to 2"),
         ("pieces", 0, [0.0, float("inf"), 0.0, "Ramp", [float("nan"), 0.0]], "pieces"),
         ("pieces", 0, [float("-inf"), float("inf"), 0.0, "Ramp", [0.0, 0.0]], "pieces"),
-        ("step", None, float("nan"), "no number of steps"),
+        ("step", None, float("nan"), "not a number of steps"),
     ],
 )
 def test_numbers_beyond_all_bounds_are_refused(

@@ -90,7 +90,7 @@ def test_samples_and_rows_that_are_missing_are_counted(tmp_path: Path) -> None:
     file = drives.write(table, tmp_path / "bench.csv")
     found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
     assert found.notes == (
-        "1 of 1999 samples of ch1 missing or no finite numbers, left out",
+        "1 of 1999 samples of ch1 missing or not finite, left out",
         "1 row is missing between 1999: the time jumps there",
     )
 

@@ -109,7 +109,7 @@ def test_an_infinite_sample_is_a_missing_one(tmp_path: Path) -> None:
     file = drives.write(table, tmp_path / "bench.csv")
     found = measured_of(file, drives.scene(), read_mapping_file(drives.mapping(tmp_path)))
     assert np.isfinite(found.rms)
-    assert found.notes == ("1 of 2000 samples of ch1 missing or no finite numbers, left out",)
+    assert found.notes == ("1 of 2000 samples of ch1 missing or not finite, left out",)
 
 
 @pytest.mark.parametrize(
