@@ -247,8 +247,8 @@ class _Reader:
             missing = int((~np.isfinite(column)).sum())
             if missing:
                 notes.append(
-                    f"{missing} of {len(column)} samples of {signal.column} missing or no finite "
-                    "numbers, left out"
+                    f"{missing} of {len(column)} samples of {signal.column} missing or not finite, "
+                    "left out"
                 )
         steps = np.diff(time)
         lost = int(np.sum(np.rint(steps / np.median(steps)) - 1.0))

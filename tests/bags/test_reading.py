@@ -262,7 +262,7 @@ def test_of_several_drives_one_must_be_chosen(tmp_path: Path) -> None:
         for name, time, data in [described(), *blocks(100 if side == "/left" else 200)]
     ]
     bag = bag_of(tmp_path / "bag", both)
-    with pytest.raises(InputError, match=r"several drives.*--namespace, of /left, /right"):
+    with pytest.raises(InputError, match=r"several drives.*--namespace: /left, /right"):
         import_bag(bag, tmp_path / "r.rrd")
     with pytest.raises(InputError, match=r"--namespace middle.*drives in /left, /right"):
         import_bag(bag, tmp_path / "r.rrd", "middle")

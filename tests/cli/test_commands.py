@@ -145,10 +145,10 @@ def test_times_beyond_the_duration_lengthen_the_run_and_that_is_said() -> None:
     done = ab_sim(*run, "0.005,0.03")
     assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["duration"] == 0.03
-    assert "beyond duration = 0.01 s: the run, and all that is said of it, lasts 0.03" in (
+    assert "--times exceed duration = 0.01 s: the run and its metrics cover 0.03" in (
         " ".join(done.stderr.split())
     )
-    assert "beyond duration" not in ab_sim(*run, "0.01").stderr
+    assert "--times exceed" not in ab_sim(*run, "0.01").stderr
 
 
 def test_a_whole_start_up_is_gone_on_with_from_its_recording(tmp_path: Path) -> None:

@@ -239,7 +239,7 @@ def test_workers_and_a_scheduler_that_are_lost(
             list(each.each(functools.partial(calls.slow, 2.0), range(200)))
     capfd.readouterr()
     cluster.add_worker()
-    with pytest.raises(WorkerLost, match="is gone; what is done is kept"):
+    with pytest.raises(WorkerLost, match="is gone; finished work is kept"):
         with Cluster(cluster.address) as each:
             results = each.each(functools.partial(calls.slow, 0.1), range(200))
             next(results)
