@@ -1,9 +1,13 @@
 """Numbers from files, which anybody can have changed: of their kind, and within bounds."""
 
 import math
-from typing import Any
+from collections.abc import Callable, Mapping
+from typing import Any, TypeVar
 
+from ab_sim.base.errors import NOT_AS_WRITTEN
 from ab_sim.base.quoting import short
+
+T = TypeVar("T")
 
 MOST_WHOLE = 2**63 - 1
 """Largest number of steps or nanoseconds."""
@@ -33,3 +37,26 @@ def finite(value: Any, least: float = -math.inf, most: float = math.inf) -> floa
     if not least <= value <= most:
         raise ValueError(f"{short(value)}: must be {least:g} to {most:g}")
     return float(value)
+
+
+def entry(values: Mapping[str, Any], name: str, parse: Callable[[Any], T]) -> T:
+    """Return an entry of a restored state as ``parse`` reads it.
+
+    Raises:
+        ValueError: it is missing, or of another form.
+    """
+    if not isinstance(values, Mapping) or name not in values:
+        raise ValueError(f"{name}: is missing; save it again")
+    try:
+        return parse(values[name])
+    except NOT_AS_WRITTEN as error:
+        raise ValueError(
+            f"{name} = {short(values[name])}: is not in the form that ab_sim writes; save it again"
+        ) from error
+
+
+def reason_of(error: Exception) -> str:
+    """Return the reason why a restored state is refused, for errors in `NOT_AS_WRITTEN`."""
+    if isinstance(error, ValueError):
+        return str(error)
+    return f"it is not in the form that ab_sim writes ({short(error)}); save it again"

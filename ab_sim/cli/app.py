@@ -22,7 +22,7 @@ _UsageError: type[Exception] = typer.BadParameter.__mro__[1]
 
 
 class SafeGroup(TyperGroup):
-    """Group whose usage errors are safe to print.
+    """Group whose usage errors are safe to print, and whose numbers have the digits 0 to 9.
 
     Control characters are removed from words that an error quotes, such as names of files.
     """
@@ -36,6 +36,21 @@ class SafeGroup(TyperGroup):
         """Call Typer's method, with control characters removed from its errors."""
         with _visible_errors():
             return super().invoke(ctx)
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Refuse the digits of other scripts, which Typer's method accepts."""
+        for word in args:
+            if _is_number_of_other_digits(word.rpartition("=")[2]):
+                raise typer.BadParameter(f"{word}: numbers must have the digits 0 to 9")
+        return super().parse_args(ctx, args)
+
+
+def _is_number_of_other_digits(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return not word.isascii()
 
 
 @contextlib.contextmanager

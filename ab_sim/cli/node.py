@@ -12,6 +12,7 @@ from rich.table import Table
 from ab_sim.base.errors import AbSimError, InputError, Interrupted, Refused
 from ab_sim.base.limited_yaml import read_yaml
 from ab_sim.base.quoting import short, visible
+from ab_sim.base.written_numbers import number_in
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.node_commands import CommandOptions, GetOptions, ListOptions, SetOptions
 from ab_sim.cli.node_services import SERVICES, ServiceCommand
@@ -194,7 +195,7 @@ def _speed(text: str) -> float:
     if re.match(r"--?[A-Za-z]", text):
         raise InputError(f"{text}: `ab-sim node command` has no such option")
     try:
-        speed = in_si(text, "rad/s") if has_unit(text) else float(text)
+        speed = in_si(text, "rad/s") if has_unit(text) else number_in(text)
     except ValueError as error:
         must = "must be a number, in rad/s or with a unit, e.g. 150 or '1500 rpm'"
         reason = str(error) if has_unit(text) else must

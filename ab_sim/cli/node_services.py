@@ -5,20 +5,21 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from ab_sim.base.errors import InputError
+from ab_sim.base.written_numbers import number_in, whole_number_in
 
 DRIVE, CONTROLLER = "drive_sim", "profile_controller"
 
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        return number_in(text)
     except ValueError as error:
         raise InputError(f"{text!r}: must be a number") from error
 
 
 def _whole(text: str) -> int:
     try:
-        return int(text)
+        return whole_number_in(text)
     except ValueError as error:
         raise InputError(f"{text!r}: must be a whole number") from error
 

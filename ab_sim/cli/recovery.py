@@ -15,6 +15,7 @@ from ab_sim.analysis.recovery import (
 from ab_sim.analysis.recovery.response import LONGEST
 from ab_sim.base.errors import InputError
 from ab_sim.base.progress import Progress
+from ab_sim.base.written_numbers import number_in, whole_number_in
 from ab_sim.cli.analysis_commands import RecoveryOptions
 from ab_sim.cli.runner import Command, Outcome, picture
 from ab_sim.scene import load_scene
@@ -44,7 +45,7 @@ def drags_of(text: str) -> tuple[float, ...]:
     """
     try:
         first, last, count = text.split(":")
-        low, high, n = float(first), float(last), int(count)
+        low, high, n = number_in(first), number_in(last), whole_number_in(count)
     except ValueError:
         low, high, n = math.nan, math.nan, 0
     if not (0.0 < low < high < math.inf and 2 <= n <= MOST):

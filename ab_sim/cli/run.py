@@ -17,6 +17,7 @@ from ab_sim.base.conventions import ANGLES, LAST, WHIRL
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.output_file import RECORDING
 from ab_sim.base.progress import Progress
+from ab_sim.base.written_numbers import number_in
 from ab_sim.cli.runner import Command, Outcome
 from ab_sim.cli.scene_commands import RunOptions
 from ab_sim.drive import Drive
@@ -93,7 +94,7 @@ def parse_times(text: str | None) -> list[float]:
     if text is None:
         return []
     try:
-        return [float(part) for part in text.split(",")]
+        return [number_in(part) for part in text.split(",")]
     except ValueError as error:
         raise InputError(
             f"--times {text}: must be numbers separated by commas, e.g. 2.5,3,6"

@@ -12,6 +12,7 @@ from ab_sim.analysis.metrics.metric import Metric, MetricKind, metrics_named
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.presentation import number
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
 
 FORMS = (
@@ -122,7 +123,7 @@ def _limit(text: str, metric: Metric[Any], number: str) -> float:
                 unit = "in e, " if metric.unit == "e" else ""
                 raise ValueError(f"must be a number {unit}without unit")
             return in_si(number, metric.unit)
-        limit = float(number)
+        limit = number_in(number)
     except ValueError as error:
         why = error if has_unit(number) else f"is not a number; {FORMS}"
         raise InputError(f"{place} {why}") from None

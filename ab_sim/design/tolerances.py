@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.limited_yaml import read_yaml
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in
 from ab_sim.design.distributions import (
     LEAST_LEFT,
     Discrete,
@@ -247,7 +248,7 @@ class _Reader:
 
     def _plain(self, text: str) -> float:
         try:
-            number = float(text)
+            number = number_in(text)
         except ValueError:
             raise self.error(f"{short(text)} is not a number; {FORMS}") from None
         if not math.isfinite(number):

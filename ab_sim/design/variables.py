@@ -10,6 +10,7 @@ import numpy as np
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.limited_yaml import read_yaml
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in
 from ab_sim.scene.keys import scene_keys
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si, with_last_unit
 
@@ -189,7 +190,7 @@ def _number(text: str, key: str, part: str) -> float:
     try:
         if has_unit(part):
             return in_si(part, scene_keys(key)[0].unit)
-        return float(part)
+        return number_in(part)
     except ValueError as error:
         why = error if has_unit(part) else f"is not a number; {FORMS}"
         raise InputError(f"{short(text)}: {short(part)} {why}") from None
@@ -203,7 +204,7 @@ def _plain(key: str, unit: str, value: Any) -> Any:
 
 
 def _count(text: str, part: str) -> int:
-    if not part.strip().isdecimal() or len(part) > 9:
+    if not (part.isascii() and part.strip().isdecimal()) or len(part) > 9:
         raise InputError(f"{short(text)}: {short(part)} is not a number of values; {FORMS}")
     return int(part)
 

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
+from ab_sim.base.stored_numbers import reason_of
 from ab_sim.control import SensorFacts, StartUp, StartUpSettings, State
 from ab_sim.control.settings import Quantity
 from ab_sim.drive.controller import TimedDecision, stamp
@@ -92,7 +93,7 @@ class AdaptiveController:
         try:
             self.start_up.restore(tuple(map(float, state)))
         except NOT_AS_WRITTEN as error:
-            raise ValueError(f"no state of an adaptive start-up: {error}") from error
+            raise ValueError(f"no state of an adaptive start-up: {reason_of(error)}") from error
         self._decided, self.aborted = self.start_up.decision.number, None
 
     def next(self, step: int) -> int:

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
+from ab_sim.base.stored_numbers import reason_of
 from ab_sim.drive.controller import TimedDecision, stamp
 from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
@@ -55,7 +56,7 @@ class SegmentsController:
         try:
             self._run.restore(state, self._execution)
         except NOT_AS_WRITTEN as error:
-            raise ValueError(f"no state of a profile: {error}") from error
+            raise ValueError(f"no state of a profile: {reason_of(error)}") from error
         self.aborted = None
 
     def next(self, step: int) -> int:

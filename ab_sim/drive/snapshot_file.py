@@ -8,10 +8,11 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
 from ab_sim.base.quoting import short, shortened
-from ab_sim.base.stored_numbers import MOST_TIME
+from ab_sim.base.stored_numbers import MOST_TIME, entry, reason_of, whole
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.sensing import PickupState
 from ab_sim.drive.snapshot_bounds import check_bounds
@@ -81,11 +82,11 @@ def read_snapshot(path: Path, scene: Scene, *modules: str) -> tuple[Snapshot, di
         raise InputError(f"snapshot {path}: is damaged: its digest does not fit")
     try:
         kept = json.loads(run)
-        snapshot = _from_values(kept["drive"])
+        snapshot = _from_values(entry(kept, "drive", dict))
         check_bounds(snapshot, scene)
-        return snapshot, dict(kept["beside"])
+        return snapshot, entry(kept, "beside", dict)
     except NOT_AS_WRITTEN as error:
-        reason = short(error)
+        reason = reason_of(error)
         raise InputError(f"snapshot {path}: holds no state of a drive: {reason}") from error
 
 
@@ -127,44 +128,46 @@ def _as_values(snapshot: Snapshot) -> dict[str, Any]:
     }
 
 
-def _from_values(kept: dict[str, Any]) -> Snapshot:
-    shape, numbers = kept["memory"]
-    scheduled_segments = [
-        ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
-        for start, end, angle, kind, parts in kept["pieces"]
-    ]
-    starts, ends = (
-        [scheduled.start for scheduled in scheduled_segments],
-        [scheduled.end for scheduled in scheduled_segments],
-    )
-    if (
-        not scheduled_segments
-        or starts[1:] != ends[:-1]
-        or sorted(starts) != starts
-        or ends[-1] != math.inf
-    ):
-        raise ValueError("its profile is not one piece after the other")
-    steps, state = kept["steps"], np.array(kept["state"], float)
-    if not isinstance(steps, int) or not abs(steps) * float(kept["step"]) < MOST_TIME:
-        raise ValueError(f"{short(steps)} is not a number of steps")
+def _from_values(kept: Mapping[str, Any]) -> Snapshot:
+    steps, step = entry(kept, "steps", whole), entry(kept, "step", float)
+    if not abs(steps) * step < MOST_TIME:
+        raise ValueError(f"steps = {steps}, step = {step}: must be less than {MOST_TIME:g} s")
+    state = entry(kept, "state", _numbers)
     if not np.all(np.isfinite(state)):
-        raise ValueError("its state is not finite")
+        raise ValueError("state: has a number that is not finite")
     return Snapshot(
         steps=steps,
-        step=float(kept["step"]),
+        step=step,
         state=state,
-        discrete_state=np.array(kept["modes"], np.int64),
-        memory=np.array(numbers, float).reshape(shape),
-        profile=SpeedSchedule.of_scheduled(scheduled_segments, kept["variable_speed_period"]),
-        command=None if kept["command"] is None else float(kept["command"]),
-        acceleration=float(kept["acceleration"]),
-        pickups={
-            name: PickupState(
-                np.array([complex(*z) for z in mode]),
-                np.array(force, float),
-                np.array(reading, float),
-            )
-            for name, (mode, force, reading) in kept["pickups"].items()
-        },
-        controller=kept["controller"],
+        discrete_state=entry(kept, "modes", lambda modes: np.array(modes, np.int64)),
+        memory=entry(kept, "memory", lambda memory: _numbers(memory[1]).reshape(memory[0])),
+        profile=SpeedSchedule.of_scheduled(
+            entry(kept, "pieces", _segments), kept.get("variable_speed_period")
+        ),
+        command=entry(kept, "command", lambda command: None if command is None else float(command)),
+        acceleration=entry(kept, "acceleration", float),
+        pickups=entry(kept, "pickups", _pickups),
+        controller=kept.get("controller"),
     )
+
+
+def _numbers(values: Any) -> NDArray[np.float64]:
+    return np.array(values, float)
+
+
+def _segments(pieces: Any) -> list[ScheduledSegment]:
+    segments = [
+        ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
+        for start, end, angle, kind, parts in pieces
+    ]
+    starts, ends = [each.start for each in segments], [each.end for each in segments]
+    if starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
+        raise ValueError("not one segment after the other")
+    return segments
+
+
+def _pickups(values: Any) -> dict[str, PickupState]:
+    return {
+        name: PickupState(np.array([complex(*z) for z in mode]), _numbers(force), _numbers(reading))
+        for name, (mode, force, reading) in values.items()
+    }

@@ -10,6 +10,7 @@ from pydantic import Field, ValidationError, model_validator
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.base.limited_yaml import read_yaml_file
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in
 from ab_sim.identification.measured import ACCELERATION, DISPLACEMENT, UNITS
 from ab_sim.scene.section import Section
 from ab_sim.scene.units import has_unit, in_si
@@ -191,7 +192,7 @@ def sensitivity_factor(sensitivity: str, unit: str | None, si: str, name: str) -
     number, _, output_unit = output.strip().partition(" ")
     place = f"{name}.sensitivity = {short(sensitivity)}"
     try:
-        size = float(number)
+        size = number_in(number)
     except ValueError:
         size = 0.0
     if not slash or not output_unit or not math.isfinite(size) or size == 0.0:
@@ -222,7 +223,7 @@ def number_of(value: str | float, si: str, place: str) -> float:
     """
     if isinstance(value, str):
         try:
-            return in_si(value, si) if has_unit(value) else float(value)
+            return in_si(value, si) if has_unit(value) else number_in(value)
         except ValueError as error:
             why = error if has_unit(value) else f"must be a number, in {si} or with a unit"
             raise InputError(f"{place} = {short(value)}: {why}") from None

@@ -139,7 +139,7 @@ def _entry(key: str, node: Any, part: str, above: str) -> Any:
             raise InputError(
                 f"fit {key}: the scene has no {above}; write them there, or leave it out"
             )
-        if not part.isdecimal() or int(part) >= len(node):
+        if not (part.isascii() and part.isdecimal()) or int(part) >= len(node):
             raise InputError(
                 f"fit {key}: {above} has {len(node)} entries, {above}.0 to {above}.{len(node) - 1}"
             )

@@ -17,6 +17,7 @@ import pyarrow.parquet
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.base.input_file import check_regular
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in
 from ab_sim.drive.units import unit_of
 from ab_sim.record.bags import import_bag
 from ab_sim.record.recording import StoredRun, open_recording
@@ -234,7 +235,7 @@ def _csv_fault(path: Path, encoding: str) -> str:
 
 def _is_number(text: str | bytes) -> bool:
     try:
-        float(text)
+        number_in(text) if isinstance(text, str) else float(text)
     except ValueError:
         return False
     return True

@@ -8,9 +8,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
-from ab_sim.base.quoting import short
-from ab_sim.base.stored_numbers import whole
+from ab_sim.base.errors import InputError
+from ab_sim.base.stored_numbers import entry, whole
 from ab_sim.drive.snapshot_json import check_origin, origin, read_content, write_content
 
 FORMAT = "ab_sim profile snapshot"
@@ -63,13 +62,17 @@ def read_profile_snapshot(path: Path) -> ProfileSnapshot:
     check_origin(path, content, WHO)
     try:
         return ProfileSnapshot(
-            whole(content["time"], 0),
-            whole(content["began"], 0),
-            str(content["source"]),
-            [str(change) for change in content["changes"]],
-            None if content["made_of"] is None else dict(content["made_of"]),
-            dict(content["run"]),
-            None if content["trajectory"] is None else whole(content["trajectory"], 0),
+            entry(content, "time", _time),
+            entry(content, "began", _time),
+            entry(content, "source", str),
+            entry(content, "changes", lambda changes: [str(change) for change in changes]),
+            entry(content, "made_of", lambda values: None if values is None else dict(values)),
+            entry(content, "run", dict),
+            entry(content, "trajectory", lambda start: None if start is None else _time(start)),
         )
-    except NOT_AS_WRITTEN as error:
-        raise InputError(f"snapshot {path}: is damaged: {short(error)}") from error
+    except ValueError as error:
+        raise InputError(f"snapshot {path}: is damaged: {error}") from error
+
+
+def _time(value: Any) -> int:
+    return whole(value, 0)

@@ -16,6 +16,7 @@ from ab_msgs_py import ENDED, Block, Health, Level, MalformedMessage, Task, Topi
 from ab_msgs_py.samples import Event
 from ab_msgs_py.set_points import SetPoints
 from ab_sim.base.errors import InputError, RecordingError
+from ab_sim.base.written_numbers import number_in
 from ab_sim.nodes.bag_recorder import BagRecorder
 from ab_sim.nodes.base_node import BaseNode
 from ab_sim.nodes.diagnostics_publisher import DiagnosticsPublisher
@@ -332,7 +333,7 @@ class Recorder(BaseNode):
 
 def _number(text: str) -> float:
     try:
-        return float(text)
+        return number_in(text)
     except ValueError as error:
         raise MalformedMessage(f"/diagnostics: {text!r} is not a number") from error
 

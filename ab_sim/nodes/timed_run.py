@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, InputError
-from ab_sim.base.quoting import short
+from ab_sim.base.stored_numbers import reason_of
 from ab_sim.model.spindle.profile_execution import ProfileExecution
 from ab_sim.model.spindle.profile_run import ProfileRun, ProfileState
 from ab_sim.nodes.checked_profile import CheckedProfile
@@ -145,7 +145,7 @@ class TimedRun:
         try:
             self.run.restore(snapshot.run, None if plan is None else plan.execution(silence))
         except NOT_AS_WRITTEN as error:
-            raise InputError(f"it holds no state of a profile: {short(error)}") from error
+            raise InputError(f"it holds no state of a profile: {reason_of(error)}") from error
         self._plan, self._now, self._began = plan, snapshot.time, snapshot.began
         self._put_back = now
 

@@ -15,11 +15,12 @@ from decimal import Context, Decimal, localcontext
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in
 
 if TYPE_CHECKING:
     import pint
 
-NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,3})?"
+NUMBER = r"[+-]?(?:[0-9]+\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]{1,3})?"
 NO_UNIT = ("1", "-")
 """Units of keys that have none."""
 MOST = 100
@@ -83,7 +84,7 @@ def has_unit(text: str) -> bool:
     if len(text) > MOST or _TEXT.fullmatch(text.strip()) is None:
         return False
     try:
-        float(text)
+        number_in(text)
     except ValueError:
         return True
     return False  # 1e3 ends like a unit

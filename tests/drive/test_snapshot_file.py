@@ -72,8 +72,14 @@ def test_another_scene_is_refused_by_name(saved: tuple[Scene, Drive, Path], scen
         ({"run": 3}, "its digest does not fit"),
         ({"scene": []}, "another scene, which differs in everything"),
         ({"digest": 3}, "its digest does not fit"),
-        ({"run": "{}", "digest": sha256(b"{}").hexdigest()}, "holds no state of a drive: KeyErr"),
-        ({"run": "[", "digest": sha256(b"[").hexdigest()}, "holds no state of a drive: JSONDec"),
+        (
+            {"run": "{}", "digest": sha256(b"{}").hexdigest()},
+            "drive: drive: is missing",
+        ),
+        (
+            {"run": "[", "digest": sha256(b"[").hexdigest()},
+            "a drive: Expecting value",
+        ),
     ],
 )
 def test_what_does_not_fit_is_refused(
@@ -89,18 +95,18 @@ def test_what_does_not_fit_is_refused(
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        ({"steps": 10**400}, "OverflowError"),
-        ({"steps": 10**18}, "is not a number of steps"),
-        ({"steps": "many"}, "is not a number of steps"),
-        ({"state": [[1.0], []]}, "ValueError"),
-        ({"state": [float("nan")]}, "its state is not finite"),
-        ({"modes": [10**30]}, "OverflowError"),
-        ({"memory": [[10**9, 10**9], [0.0]]}, "ValueError"),
-        ({"pieces": []}, "one piece after the other"),
-        ({"pieces": [[0, 1, 0, "Ramp", [0, 0]], [0, 1, 0, "Ramp", [0, 0]]]}, "one piece after"),
-        ({"pieces": [[0, 1, 0, "exit", []]]}, "KeyError"),
-        ({"command": "fast"}, "ValueError"),
-        ({"pickups": []}, "AttributeError"),
+        ({"steps": 10**400}, "steps = 1000"),
+        ({"steps": 10**18}, "step = 0.001: must be less than"),
+        ({"steps": "many"}, "steps = 'many': is not in the form"),
+        ({"state": [[1.0], []]}, "state = [[1.0], []]: is not in the form"),
+        ({"state": [float("nan")]}, "state: has a number that is not finite"),
+        ({"modes": [10**30]}, "modes = [1000"),
+        ({"memory": [[10**9, 10**9], [0.0]]}, "memory = [[1000"),
+        ({"pieces": []}, "pieces = []: is not in the form"),
+        ({"pieces": [[0, 1, 0, "Ramp", [0, 0]], [0, 1, 0, "Ramp", [0, 0]]]}, "pieces = [[0, 1, 0,"),
+        ({"pieces": [[0, 1, 0, "exit", []]]}, "pieces = [[0, 1, 0, 'exit', []]]: is not in"),
+        ({"command": "fast"}, "command = 'fast': is not in the form"),
+        ({"pickups": []}, "pickups = []: is not in the form"),
     ],
 )
 def test_what_no_drive_keeps_is_refused(
@@ -114,7 +120,7 @@ def test_what_no_drive_keeps_is_refused(
     with pytest.raises(InputError) as refused:
         read_snapshot(path, chosen)
     assert f"snapshot {path}: holds no state of a drive: " in str(refused.value)
-    assert words in str(refused.value)
+    assert words in str(refused.value) and "Error" not in str(refused.value)
 
 
 def test_what_does_not_fit_the_drive_changes_nothing(saved: tuple[Scene, Drive, Path]) -> None:
@@ -185,7 +191,7 @@ def mutated(path: Path, change: Any) -> None:
         ("modes", 0, [7, 0, 0, 0], "modes.0.0 = 7.0: must be -2 to 2"),
         ("pieces", 0, [0.0, float("inf"), 0.0, "Ramp", [float("nan"), 0.0]], "pieces"),
         ("pieces", 0, [float("-inf"), float("inf"), 0.0, "Ramp", [0.0, 0.0]], "pieces"),
-        ("step", None, float("nan"), "not a number of steps"),
+        ("step", None, float("nan"), "step = nan: must be less than"),
     ],
 )
 def test_numbers_beyond_all_bounds_are_refused(

@@ -1,6 +1,7 @@
 """The page answers those who ask for this machine, and no names that others may choose."""
 
 import http.client
+import socket
 from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
@@ -106,9 +107,21 @@ def varint(value: int) -> bytes:
     return bytes([value & 0x7F | 0x80]) + varint(value >> 7) if value > 0x7F else bytes([value])
 
 
+@pytest.mark.parametrize("stated", [None, b"", b"-1", b"1e3", b"\xb2"])
+def test_a_report_without_a_length_is_answered(page: Page, stated: bytes | None) -> None:
+    """Nothing is read then: a browser that waits for the answer sends nothing more."""
+    before = page.opened
+    length = b"" if stated is None else b"Content-Length: " + stated + b"\r\n"
+    with socket.create_connection(("127.0.0.1", page.port), timeout=60.0) as connection:
+        connection.sendall(b"POST /opened HTTP/1.1\r\nHost: localhost\r\n" + length + b"\r\n")
+        assert b" 204 " in connection.recv(100)
+    assert page.opened == before + 1
+
+
 def test_a_batch_waits_for_a_page_that_is_behind(page: Page) -> None:
     assert page.interval("run", []) == UNWATCHED
-    assert posted(page, "/opened") == 204 and page.opened == 1
+    before = page.opened
+    assert posted(page, "/opened") == 204 and page.opened == before + 1
     span = field(2, field(1, b"sim_time") + field(3, field(1, 0) + field(2, 1_500_000_000)))
     state = field(1, b"app") + field(3, field(1, b"Recording:ab_sim:run") + span)
     assert posted(page, "/seen", state, host="evil.example") == 421

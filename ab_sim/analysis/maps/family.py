@@ -7,6 +7,7 @@ from ab_sim.analysis.maps.plane import SPEED, Plane
 from ab_sim.analysis.maps.stability import StabilityMap, stability_map
 from ab_sim.base.errors import InputError
 from ab_sim.base.progress import Progress
+from ab_sim.base.written_numbers import number_in
 from ab_sim.scene.load import changed_scene
 
 MOST = 50
@@ -35,7 +36,7 @@ def values_of(text: str) -> tuple[str, tuple[float, ...]]:
     """
     key, equals, list_ = text.partition("=")
     try:
-        values = tuple(float(value) for value in list_.split(","))
+        values = tuple(number_in(value) for value in list_.split(","))
     except ValueError:
         values = ()
     if not (equals and key.strip() and values and all(map(math.isfinite, values))):

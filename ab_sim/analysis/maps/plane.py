@@ -7,6 +7,7 @@ import numpy as np
 
 from ab_sim.analysis.held_speed import FASTEST
 from ab_sim.base.errors import InputError, exact
+from ab_sim.base.written_numbers import number_in, whole_number_in
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -83,8 +84,8 @@ def _axis_of(text: str) -> Axis:
     if not equals or not key.strip() or len(numbers) not in (2, 3):
         raise wrong
     try:
-        first, last = (float(number) for number in numbers[:2])
-        count = int(numbers[2]) if len(numbers) == 3 else COUNT
+        first, last = (number_in(number) for number in numbers[:2])
+        count = whole_number_in(numbers[2]) if len(numbers) == 3 else COUNT
     except ValueError:
         raise wrong from None
     return axis(key.strip(), first, last, count)

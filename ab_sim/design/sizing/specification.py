@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from ab_sim.base.errors import InputError, exact
 from ab_sim.base.quoting import short
+from ab_sim.base.written_numbers import number_in, whole_number_in
 from ab_sim.scene.units import has_unit, in_si, with_last_unit
 
 Given = str | float
@@ -19,7 +20,7 @@ DAMPING_RATIO, SETTLE, DENSITY, SHARE, RESIDUAL, DRAG_TOLERANCE = 0.05, 3.0, "st
 """Default values."""
 RUN_UP = 1.0
 """Default time to reach the running speed [s]."""
-_GRADE = re.compile(r"\s*[Gg]\s*(\d+\.?\d*|\.\d+)\s*")
+_GRADE = re.compile(r"\s*[Gg]\s*([0-9]+\.?[0-9]*|\.[0-9]+)\s*")
 
 
 class DriveSpecification(NamedTuple):
@@ -218,7 +219,7 @@ def _density(quantity: Given) -> float:
 def _counts(counts: str | Sequence[int]) -> tuple[int, int]:
     parts = counts.split("..") if isinstance(counts, str) else list(counts)
     try:
-        numbers = [int(part) for part in parts]
+        numbers = [whole_number_in(str(part)) for part in parts]
     except ValueError:
         numbers = []
     if len(numbers) not in (1, 2) or not 2 <= numbers[0] <= numbers[-1] <= MOST_BALLS:
@@ -233,7 +234,7 @@ def _number(field: str, quantity: Given, unit: str) -> float:
     try:
         if isinstance(quantity, str) and has_unit(quantity):
             return in_si(quantity, unit)
-        number = float(quantity)
+        number = number_in(quantity) if isinstance(quantity, str) else float(quantity)
     except ValueError as error:
         message = (
             error

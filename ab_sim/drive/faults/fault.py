@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 from ab_sim.base.errors import InputError, exact, nearest
+from ab_sim.base.written_numbers import number_in
 from ab_sim.drive.disc import turns_alike
 from ab_sim.model.dynamics.registry import require_built_in
 from ab_sim.scene.model import Scene
@@ -205,7 +206,7 @@ def _fault(text: str) -> Fault:
             raise InputError(f"faults: {text!r}: needs a number, {kind.size}, {kind.words}")
         return Fault(thing, ails, kind.usual)
     try:
-        size = float(number)
+        size = number_in(number)
     except ValueError:
         size = math.nan
     if not kind.size or not kind.allowed(size):

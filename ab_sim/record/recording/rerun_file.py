@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from ab_sim.base.errors import RecordingError
 from ab_sim.base.input_file import check_regular
+from ab_sim.base.protobuf import fields_of
 
 T = TypeVar("T")
 
@@ -118,8 +119,8 @@ class RerunFile:
         """
 
         def parse(message: bytes) -> tuple[str, pa.Table] | None:
-            fields = _fields(message)
-            if _name_of_recording(fields[1]) != self.recordings[0]:
+            fields = fields_of(message)
+            if _name_of_recording(fields[1][0]) != self.recordings[0]:
                 return None
             with pa.ipc.open_stream(_unpacked(fields)) as stream:
                 entity = str(stream.schema.metadata[b"rerun:entity_path"], "utf-8")
@@ -163,49 +164,22 @@ class RerunFile:
 
 def _recording_in(message: bytes) -> str | None:
     """Return the identifier in a message of kind `_STORE`; None for a blueprint."""
-    return _name_of_recording(_fields(_fields(message)[2])[2])
+    return _name_of_recording(fields_of(fields_of(message)[2][0])[2][0])
 
 
-def _name_of_recording(store: memoryview) -> str | None:
-    fields = _fields(store)
-    return str(fields[2], "utf-8") if fields[1] == _RECORDING else None
+def _name_of_recording(store: bytes) -> str | None:
+    fields = fields_of(store)
+    return str(fields[2][0], "utf-8") if fields[1] == [_RECORDING] else None
 
 
-def _unpacked(fields: dict[int, Any]) -> memoryview | pa.Buffer:
+def _unpacked(fields: dict[int, list[Any]]) -> bytes | pa.Buffer:
     """Return the Arrow stream in a message of kind `_CHUNK`."""
-    size, payload = fields[3], fields[5]
-    if fields.get(2) != _LZ4:
+    size, payload = fields[3][0], fields[5][0]
+    if fields.get(2) != [_LZ4]:
         return payload
     if size > _LARGEST_RATIO * len(payload):
         raise ValueError(f"{size} bytes cannot be compressed to {len(payload)}")
     return pa.decompress(payload, decompressed_size=size, codec="lz4_raw")
-
-
-def _fields(message: bytes | memoryview) -> dict[int, Any]:
-    """Return the fields of a protobuf message by number: integers, or bytes."""
-    view, at = memoryview(message), 0
-    fields: dict[int, Any] = {}
-    while at < len(view):
-        key, at = _varint(view, at)
-        value, at = _varint(view, at)
-        fields[key >> 3] = value
-        if key & 7 == 2 and at + value <= len(view):
-            fields[key >> 3] = view[at : at + value]
-            at += value
-        elif key & 7:
-            raise ValueError("a field of unknown type, or too long")
-    return fields
-
-
-def _varint(view: memoryview, at: int) -> tuple[int, int]:
-    """Return a number of seven bits a byte, the lowest first, and the place after it."""
-    value = 0
-    for shift in range(0, 64, 7):
-        value |= (view[at] & 127) << shift
-        at += 1
-        if view[at - 1] < 128:
-            return value, at
-    raise ValueError("a number of more than 64 bits")
 
 
 @contextmanager

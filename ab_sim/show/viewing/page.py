@@ -137,8 +137,9 @@ class Page:
                 with contextlib.suppress(OSError):
                     if not self._asked_by_this_machine():
                         return
-                    size = self.headers.get("Content-Length", "")
-                    state = self.rfile.read(min(int(size), _LARGEST_STATE) if size.isdigit() else 0)
+                    stated = self.headers.get("Content-Length", "")
+                    size = int(stated) if stated.isdecimal() else 0
+                    state = self.rfile.read(min(size, _LARGEST_STATE))
                     if self.path == _OPENED:
                         page.opened += 1
                     elif self.path == _SEEN:
@@ -186,7 +187,7 @@ class Page:
     def hear(self, state: bytes) -> None:
         """Process a browser's report on its viewer."""
         # from another version of Rerun: then nothing is known
-        with contextlib.suppress(ValueError):
+        with contextlib.suppress(TypeError, ValueError):
             self._seen, self._heard = newest_times(state), time.monotonic()
 
     def interval(self, recording: str, sent: Sequence[float]) -> float:
