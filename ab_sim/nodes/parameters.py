@@ -24,6 +24,7 @@ from ab_sim.base.errors import AbSimError, InputError, nearest
 from ab_sim.base.limited_yaml import read_yaml_file
 from ab_sim.base.output_file import RECORDING, check_ending, check_folder, check_writable
 from ab_sim.base.plug_ins import load_files
+from ab_sim.base.quoting import short
 from ab_sim.scene.units import NO_UNIT
 
 Values = Mapping[str, Any]
@@ -71,7 +72,7 @@ class ParameterSpec(NamedTuple):
         if allowed and self.allowed is not None:
             allowed = self.allowed[0] <= value <= self.allowed[1]
         if not allowed:
-            raise InputError(f"parameter {self.name} = {raw!r}: must be {self.allowed_text}")
+            raise InputError(f"parameter {self.name} = {short(raw)}: must be {self.allowed_text}")
         return value
 
     def declare(self, node: Node) -> Any:
@@ -329,9 +330,9 @@ def _check_override(name: str, value: Any) -> None:
         )
     if allowed := QOS_POLICIES[policy]:
         if value not in allowed:
-            raise InputError(f"parameter {name} = {value!r}: must be {' or '.join(allowed)}")
+            raise InputError(f"parameter {name} = {short(value)}: must be {' or '.join(allowed)}")
     elif not isinstance(value, int) or isinstance(value, bool) or value < 1:
-        raise InputError(f"parameter {name} = {value!r}: must be a whole number from 1")
+        raise InputError(f"parameter {name} = {short(value)}: must be a whole number from 1")
 
 
 def _kind(default: Any) -> str:

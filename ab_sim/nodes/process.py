@@ -10,12 +10,13 @@ from typing import TypeVar
 
 import rclpy
 from rclpy.duration import Duration
+from rclpy.exceptions import ParameterException
 from rclpy.experimental import EventsExecutor
 from rclpy.node import Node
 
 from ab_sim.base import interruption
-from ab_sim.base.errors import AbSimError
-from ab_sim.base.quoting import visible
+from ab_sim.base.errors import AbSimError, InputError
+from ab_sim.base.quoting import shortened, visible
 from ab_sim.nodes.arguments import init_ros
 from ab_sim.nodes.leaving import leave_graph
 
@@ -57,7 +58,7 @@ def run_node(
         # From before the DDS participant exists: a participant that does not leave in order stays
         # in the graph of others until its lease expires, 20 s later.
         with interruption.in_order() as stopping:
-            node = make()
+            node = _made(make)
             try:
                 try:
                     with _answering(node, stopping):
@@ -75,6 +76,18 @@ def run_node(
         if has_left:
             rclpy.try_shutdown()
     interruption.leave(code)
+
+
+def _made(make: Callable[[], SomeNode]) -> SomeNode:
+    """Create a node.
+
+    Raises:
+        InputError: a parameter of ROS's own, such as use_sim_time, has a value of another type.
+    """
+    try:
+        return make()
+    except ParameterException as error:
+        raise InputError(f"a parameter has a wrong value: {shortened(str(error))}") from error
 
 
 def share_heaps() -> None:

@@ -70,6 +70,12 @@ class Started:
         ("drive_sim", ["wake_rate:=fast"], "wake_rate = 'fast': must be a number from 1 to 2000"),
         ("drive_sim", ["block_rate:=60.0"], "a rate of 62.5 1/s would do"),
         ("drive_sim", ["publish_rate:=500.0"], "period of publish_rate: 0.002 s must be a whole"),
+        (
+            "recorder",
+            ["use_sim_time:=1"],
+            "'use_sim_time' to '1' of type 'INTEGER'",
+        ),
+        ("recorder", [f"keep:={5000 * 'a'}"], f"{98 * 'a'} ... {98 * 'a'}"),
         ("drive_sim", [f"{WHIRL}.reliability:=sure"], "must be reliable or best_effort"),
         ("drive_sim", [f"{WHIRL}.durability:=volatile"], "with one of .reliability, "),
         ("drive_sim", [f"{WHIRL}.depth:=0"], "= 0: must be a whole number from 1"),
