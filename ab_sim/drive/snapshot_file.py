@@ -160,7 +160,8 @@ def _segments(pieces: Any) -> list[ScheduledSegment]:
         ScheduledSegment(float(start), float(end), float(angle), SEGMENTS[kind](*map(float, parts)))
         for start, end, angle, kind, parts in pieces
     ]
-    starts, ends = [each.start for each in segments], [each.end for each in segments]
+    starts = [segment.start for segment in segments]
+    ends = [segment.end for segment in segments]
     if starts[1:] != ends[:-1] or sorted(starts) != starts or ends[-1] != math.inf:
         raise ValueError("not one segment after the other")
     return segments
