@@ -15,11 +15,11 @@ def knowledge(report: dict[str, Any]) -> list[str]:
     drives = [drive for each in report["cases"] for drive in each["drives"]]
     right = sum(each["right"] for each in report["cases"])
     return [
-        "## What cannot be known",
-        "Some recordings do not determine all values. Values joined by *with* can change together "
-        "and leave the recordings as they are.",
-        table(["recorded", "cannot be known"], rows),
-        f"Everything requested can be known from: {'; '.join(known)}.",
+        "## Parameters that recordings do not determine",
+        "Some recordings do not determine all fitted parameters. Parameters joined by *with* can "
+        "change together without changing the recordings.",
+        table(["recorded", "not determined"], rows),
+        f"These recordings determine all fitted parameters: {'; '.join(known)}.",
         f"`identify` named the same values as theory for {right} of {len(drives)} random drives "
         "(`python benchmarks/identification_knowledge.py`, "
         "[identification-knowledge.json](identification-knowledge.json), "
@@ -40,15 +40,16 @@ def faults(report: dict[str, Any]) -> list[str]:
         "[identification-faults.json](identification-faults.json), "
         f"{report['conditions']['date'][:10]}).",
         table(["fault", "read from", "outcome", "report"], rows),
-        f"{wrong} of {len(cases)} were wrong: a value more than six standard deviations off, and "
-        "the verdict *fits*.",
+        f"{wrong} of {len(cases)} outcomes were wrong: the verdict *fits* with a value more than "
+        "six standard deviations off.",
     ]
 
 
 def _plain(case: str) -> str:
     """Return the name of a case for the page."""
     case = case.replace("the same, ", "with and without balls, ")
-    return case.replace("asked for", "requested").replace("not known", "unknown")
+    case = case.replace("numbers asked for", "parameters fitted").replace("asked for", "fitted")
+    return case.replace("not known", "unknown")
 
 
 def _told(case: dict[str, Any]) -> str:

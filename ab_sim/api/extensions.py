@@ -119,7 +119,7 @@ def register_stepper(
 
     Notes
     -----
-    Where a scene asks for an accuracy, it is among the methods that are tried.
+    The method is also a candidate for scenes that request an accuracy.
 
     Examples
     --------

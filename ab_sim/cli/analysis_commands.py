@@ -19,13 +19,14 @@ class ModesOptions(NamedTuple):
     from 0 to spindle.max_speed, where gyroscopic moments change them. Rotor and balls are averaged
     over one turn; the balls are spread evenly, and turn with the rotor.
 
-    The JSON has `modes`, by frequency, each with frequency [rad/s], the undamped one |lambda|;
-    damping_ratio, null if the frequency is 0; damped_frequency, 0 if it does not oscillate; shape,
-    real and imaginary part for each of the `coordinates` in their `units`, the largest being 1; its
-    two eigenvalues lambda [1/s], conjugate, or real if overdamped; whirl, from 1 for a circle in
-    the spindle's direction to -1 for one against it; and sense: forward, backward, or null for back
-    and forth. Then `speed`, `rest` (the deck's rest position), and `over_speed`: the same for each
-    branch over `speeds`, and critical_speeds, at which a branch's frequency is the spindle's speed.
+    The JSON has `modes`, by rising frequency. A mode has frequency (undamped, |lambda|) [rad/s];
+    damping_ratio (null if the frequency is 0); damped_frequency [rad/s] (0 if it does not
+    oscillate); and two eigenvalues lambda [1/s], conjugate, or real if overdamped. Its shape has
+    the real and imaginary part of each of the `coordinates` in their `units`; the largest is 1. Its
+    whirl is 1 for a circle in the spindle's direction, and -1 for one against it; sense is forward,
+    backward, or null for back and forth. The JSON also has `speed`, `rest` (the deck's rest
+    position), and `over_speed`: modes of each branch over `speeds`, and critical_speeds, at which
+    a branch's frequency equals the spindle's speed.
 
     Symbols, signs and angles: docs/conventions.md
 
@@ -45,26 +46,28 @@ class ModesOptions(NamedTuple):
 class EquilibriaOptions(NamedTuple):
     """Find resting states at a constant speed, and their stability.
 
-    Prints all resting states at one speed: p+q has p balls on the side of the displacement and q
-    opposite, /1 the larger whirl and /2 the smaller; a sign per ball if balls differ; balanced has
-    no whirl. For speeds up to spindle.max_speed it prints the speeds at which states begin, end
+    Prints all resting states at one speed, by label. A state p+q has p balls on the side of the
+    displacement and q balls on the opposite side; of two such states, /1 has the larger whirl and
+    /2 the smaller. If balls differ, the label has a sign for each ball. The balanced state has no
+    whirl. For speeds up to spindle.max_speed it prints the speeds at which states begin, end
     and become unstable, and the ranges without a stable state. The verdicts neglect friction and
     contact of balls.
 
     The JSON has `branches`, each with label, W and u (on the rotating axes) [m], phase and theta
     [rad], assignments (number of ways to assign the places to the balls, null in a continuum),
     eigenvalues [re, im] [1/s], structural_zeros (number of zero eigenvalues because states form a
-    continuum), lambda_max (the largest real part except these), stable (null: undecided) and
-    verdict; comes_back, whether an undecided state returns after a disturbance of each coordinate;
-    and held_by_friction, for each ball the range [low, high] of theta in which friction holds all
-    balls, the others in place (null without friction). `balanced_positions` are the positions
-    over which worst and best are taken for three and more balls: all, or sampled ones if balls
-    differ. `over_speed` has branches, folds, crossings and ranges [rad/s]. `circulation` has
-    `states`, stable bunches of circulating balls, with their number, speed [rad/s], the state in
-    closed form and its ranges over speed [rad/s] and drag [N s/m], and the exact state of all
-    balls; `elsewhere`, speeds at which all balls could circulate; and `not_looked_for`, the reason
-    if there was no search. `other_motions` names motions that are not searched for. Symbols, signs
-    and angles: docs/conventions.md
+    continuum), lambda_max (the largest real part of the others), stable (null: undecided) and
+    verdict. A branch also has comes_back: whether an undecided state returns after a disturbance of
+    each coordinate. Its held_by_friction (null without friction) has a range [low, high] of theta
+    for each ball: friction holds all balls there, while the others stay in place.
+
+    For three and more balls, `balanced_positions` are the positions among which the worst and the
+    best were chosen: all, or samples if balls differ. `over_speed` has branches, folds, crossings
+    and ranges [rad/s]. `circulation` has `states`: stable bunches of circulating balls, with their
+    number, speed [rad/s], the state in closed form, its ranges over speed [rad/s] and drag [N s/m],
+    and the exact state of all balls. Its `elsewhere` has speeds at which all balls could circulate;
+    `not_looked_for` is the reason if there was no search. `other_motions` names motions that are
+    not searched for. Symbols, signs and angles: docs/conventions.md
 
     Args:
         plot: Draw the branches over speed: .png, .svg or .pdf.
@@ -84,29 +87,31 @@ class StabilityOptions(NamedTuple):
     A map is refined only near borders, and computed points are kept: an interrupted map continues.
     Its JSON has `across` and `up`, each with key and values; `labels`, rows of whole numbers;
     `kinds`, each with label, name and share of the map; the number of `points`, and of `computed`
-    ones; `balanced_positions`, by which of them three and more balls are judged (all, or sampled if
-    balls differ); `circulation`: `labels` of the points at which all balls can circulate in one
-    stable bunch (1; 0: not; 2: not known; -1: not looked for), in closed form, and its shares of
-    the map; with --against, shares that are balanced for both or one of the two. With --each it has
-    key, values, and `maps`, one for each value.
+    ones. For three and more balls, `balanced_positions` are those that decide: all, or samples if
+    balls differ. `circulation` states in closed form whether all balls can circulate in one stable
+    bunch: `labels` of the points (1: yes, 0: no, 2: not known, -1: not searched for), and shares of
+    the map. With --against, there are shares that are balanced for both numbers of balls, or for
+    one. With --each, the JSON has key, values, and `maps`, one for each value.
 
     A basin's JSON has `angles` [rad] of either ball; `labels`, rows by the second ball, -1 for
-    starts that are left out; `kinds` with their shares of the other starts; residual_unbalance and
-    final_whirl [m] of each run, null if unknown. Equal balls that start at one angle never part,
-    and are left out. The scene defines balanced, e.g. `--set balanced.residual_unbalance=0.05`.
+    omitted starts; `kinds` with their shares of the other starts; residual_unbalance and
+    final_whirl [m] of each run, null if unknown. Starts with equal balls at one angle are omitted,
+    because these balls never separate. The scene defines balanced, e.g.
+    `--set balanced.residual_unbalance=0.05`.
 
-    Without --map and --basin, the command is `ab-sim equilibria`.
+    Without --map and --basin, the command does the same as `ab-sim equilibria`.
 
     Symbols, signs and angles: docs/conventions.md
 
     Args:
-        map KEY=RANGE,KEY=RANGE: Map over two keys, across and up. A range is FROM:TO or
-            FROM:TO:COUNT, with 200 values by default; e.g. speed=50:300,balls.mass=0.001:0.004.
-        coarse N: Spacing of the first points of a map, a power of two; islands of fewer than N by
-            N points may be missed; 1 computes every point. Default: 8.
+        map KEY=RANGE,KEY=RANGE: Keys of the map's two axes, horizontal and vertical. A range is
+            FROM:TO or FROM:TO:COUNT, with 200 values by default; e.g.
+            speed=50:300,balls.mass=0.001:0.004.
+        coarse N: Spacing of a map's first points, a power of two. The map may miss islands of fewer
+            than N by N points; 1 computes every point. Default: 8.
         against BALLS: Compare the map with that of another number of balls of the same total mass.
-        each KEY=V,V,...: One map for each of these values of another key, e.g.
-            balls.mass=0.001,0.002,0.004; drawn as borders in one picture.
+        each KEY=V,V,...: Further key, with one map for each of its values, e.g.
+            balls.mass=0.001,0.002,0.004. One picture shows the borders of all maps.
         basin N: Run the scene from N by N start angles of its first two balls.
         plot: Draw the map or the basin: .png, .svg or .pdf.
     """
@@ -127,18 +132,19 @@ class StabilityOptions(NamedTuple):
 class FloquetOptions(NamedTuple):
     """Find motions that repeat each turn, and their stability.
 
-    The speed is constant. Use it for scenes whose equations contain the spindle's angle (a deck in
-    space, unequal suspension, gravity across the shaft); it takes others, too. Newton's method
-    finds a motion; its multipliers over one turn, the eigenvalues of the exact derivative of the
-    steps, decide on stability. Scenes with friction, contact or a motor are refused.
+    The speed is constant. The command is meant for scenes whose equations contain the spindle's
+    angle (a deck in space, unequal suspension, gravity across the shaft), and accepts others.
+    Newton's method finds a periodic motion. Its Floquet multipliers decide on stability: the
+    eigenvalues of the exact derivative of the steps over one turn. Scenes with friction, contact or
+    a motor are refused.
 
-    The JSON has `found`, `multipliers` ([re, im], by modulus), `largest` (their largest modulus
-    except structural_ones), `stable` (null: undecided), `speed`, period, found_from, balanced,
-    whirl_min and whirl_max [m], ball_angles, ball_turns, ball_swing [rad], start (the state at the
-    start of a turn, by state_names), residual (in units of e, rad and speed), iterations, steps,
-    halved_step_difference; `others`, the same for further solutions; and with --over `followed`:
-    `points` over the parameter, and `borders`, where the largest modulus is 1. If there is no
-    solution, found is false.
+    The JSON has `found` (false if there is no solution), `multipliers` ([re, im], by modulus),
+    `largest` (their largest modulus except structural_ones), `stable` (null: undecided), `speed`,
+    period, found_from, balanced, whirl_min and whirl_max [m], ball_angles, ball_turns, ball_swing
+    [rad], start (the state at the start of a turn, by state_names), residual (in units of e, rad
+    and speed), iterations, steps and halved_step_difference. `others` has these entries for further
+    solutions. With --over, `followed` has `points` over the parameter, and `borders`, where the
+    largest modulus is 1.
 
     Symbols, signs and angles: docs/conventions.md
 
@@ -164,17 +170,18 @@ class FloquetOptions(NamedTuple):
 class RecoveryOptions(NamedTuple):
     """Show how a drive recovers from a change of speed.
 
-    Settling time: from the largest whirl after the change of speed has begun, until the whirl stays
-    within 1e-6 mm of its value at the next resting state. Maximum amplitude: that largest whirl.
-    lambda_Rmax: the largest real part of the resting state's eigenvalues. Composite index: settling
-    time + amplitude x mean settling time / mean amplitude, with means over the drags. All are
-    computed with the scene's balls, and with one ball of their total mass.
+    The maximum amplitude is the largest whirl after the change of speed has begun. The settling
+    time is the time from this maximum until the whirl stays within 1e-6 mm of its value at the next
+    resting state. lambda_Rmax is the largest real part of the resting state's eigenvalues. The
+    composite index is settling time + amplitude x mean settling time / mean amplitude, with means
+    over the drags. All are computed with the scene's balls, and with one ball of their total mass.
 
-    The JSON has, at the scene's drag, settling_time [s], null if it does not settle;
+    The JSON has, at the scene's drag, settling_time [s] (null if the whirl does not settle),
     maximum_amplitude [m], peak_time and settled_at [s]; steady_whirl [m], label, lambda_max [1/s]
     and verdict of the resting state; rested_before, whether the drive rested when the change began;
-    and duration of the run. `over_drag` has the same at each drag, with its composite_index [s];
-    then best_drag; and `one_ball`, all of these with one ball. Results are kept in ~/.cache/ab_sim.
+    and duration of the run. `over_drag` has these values at each drag, with their composite_index
+    [s]. best_drag has the smallest index. `one_ball` has all of these with one ball. Results are
+    cached in ~/.cache/ab_sim.
 
     Symbols, signs and angles: docs/conventions.md
 
@@ -194,9 +201,9 @@ class RecoveryOptions(NamedTuple):
 class PaperOptions(NamedTuple):
     """Reproduce a published paper: its figures and numbers.
 
-    Papers come with the sources of ab_sim, in docs/gallery. The command writes NAME.md, a page of
-    Markdown, and its pictures. The JSON has `sections`, each with heading, text, tables (title,
-    columns, rows) and pictures (file, caption).
+    The scripts of the papers are in docs/gallery, in the sources of ab_sim. The command writes
+    NAME.md, a page of Markdown, and its pictures. The JSON has `sections`, each with heading, text,
+    tables (title, columns, rows) and pictures (file, caption).
 
     Args:
         name NAME: Name of the paper. Default: list all papers.

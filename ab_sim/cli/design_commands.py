@@ -27,14 +27,14 @@ class SizeOptions(NamedTuple):
     """Size a balancer: balls, drag and start-up for given limits.
 
     Numbers may have a unit; without one, they are in SI units. For each number of balls, the
-    command looks for the lightest balls with a drag window: enough drag that balls do not
-    circulate, and so little that the required share of drives is balanced in time. It takes the
-    widest window, and runs the start-up over drives that differ in unbalance, start angles and
-    drag. It adds a hold of the speed only if too few drives balance without one.
+    command looks for the lightest balls with a drag window. At its lower end, balls no longer
+    circulate; up to its upper end, the required share of drives is balanced in time. The command
+    chooses the widest window, and simulates the start-up of drives that differ in unbalance, start
+    angles and drag. It adds a hold of the speed only if too few drives balance without one.
 
-    Runs that contradict a prediction are reported. If no balancer fits, the command prints reason
-    and remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims` (claim,
-    predicted, seen, verdict), `at_drags`, `runs` and the `scene`. Finished runs are kept.
+    Runs that contradict a prediction are reported. If no balancer fits, the command prints the
+    reason and a remedy, with exit code 1. The JSON has `candidates`, `chosen`, `hold`, `claims`
+    (claim, predicted, seen, verdict), `at_drags`, `runs` and the `scene`. Finished runs are cached.
 
     Args:
         mass MASS: Mass of everything that moves on the suspension, without balls, e.g. '100 g'.
@@ -42,16 +42,16 @@ class SizeOptions(NamedTuple):
         speed SPEED: Running speed, above the critical speed, e.g. '200 rad/s'.
         race_radius LENGTH: Inner radius of the wall that balls roll on, e.g. '12 mm'.
         race_width LENGTH: Largest diameter of a ball, e.g. '4 mm'.
-        unbalance UNBALANCE: Largest unbalance, e.g. '0.3 g cm'; or LEAST..LARGEST, of which
-            rotors have any value alike.
+        unbalance UNBALANCE: Largest unbalance, e.g. '0.3 g cm'; or LEAST..LARGEST: each
+            value in this range is equally likely.
         grade GRADE: Balance grade of the rotors by ISO 21940-11, e.g. G6.3, instead of
             --unbalance.
         damping_ratio RATIO: Damping ratio of the suspension, c / (2 sqrt(k M)).
         acceleration ACCELERATION: Angular acceleration of the start-up, e.g. '40 rad/s^2'.
             Default: the running speed is reached within 1 s.
         settle TIME: Time limit for balance, from reaching the running speed.
-        density DENSITY: Material of the balls: steel, ceramic, tungsten carbide; or a density,
-            '7.8 g/cm^3'.
+        density DENSITY: Material of the balls: steel, ceramic or tungsten carbide; or their
+            density, e.g. '7.8 g/cm^3'.
         balls FROM..TO: Numbers of balls to try, from 2 to 12.
         share PERCENT: Share of drives that must be balanced in time.
         residual PERCENT: Largest residual unbalance, as a share of the largest unbalance.
@@ -91,15 +91,15 @@ class SizeOptions(NamedTuple):
 class SweepOptions(NamedTuple):
     """Run a scene over ranges of its values, and judge each run.
 
-    Finished runs are kept: after an interruption the same command continues; repeated, it returns
-    immediately. Results do not depend on the number of processes or machines.
+    Finished runs are cached: after an interruption, the same command continues; after a complete
+    sweep, it returns immediately. Results do not depend on the number of processes or machines.
 
     A row has the run's number, the keys' values, the metrics, and `outcome`: settled; still
     changing (the final whirl still rises or falls); circulates (balls go round the race); aborted
     (a start-up ran down to standstill); or failed. Rows of aborted and failed runs have a reason in
-    `failure`, and no metrics; other runs are not affected. Whirls are in e [m] of the run, all else
-    in SI units. The JSON has the rows by column in `runs`, and `units`, `points` (the definition of
-    the values), `outcomes`, and the `scene`.
+    `failure`, and no metrics; other runs are not affected. Whirls are in e [m] of the run; all
+    other values are in SI units. The JSON has the rows by column in `runs`, and `units`, `points`
+    (keys and their values), `outcomes`, and the `scene`.
 
     `ab_sim.open_sweep("FILE.parquet")` reads the result again; pandas, polars and DuckDB read the
     file directly.
@@ -136,23 +136,22 @@ class TuneOptions(NamedTuple):
     """Optimise values of a scene within limits.
 
     Differential evolution searches the whole ranges; the method of Nelder and Mead then searches
-    near the best candidate. Only runs that settled count: not failed, no circulating balls, and a
-    final whirl that neither rises nor falls. If no run has settled and kept all bounds, the command
-    says so, with exit code 1.
+    near the best candidate. Only settled runs count: not failed, no circulating balls, and a final
+    whirl that neither rises nor falls. If no run settles within all bounds, the exit code is 1.
 
-    It prints the best values, and the metric there; for comparison the metric of the unchanged
-    scene, of the scene without its variable-speed period, and with each key 5 % less and more; and
-    the ends of ranges and the bounds that limit the best. With --spread, each candidate is judged
-    by the metric that a share of its drives reaches; all candidates have the same draws, and there
-    are --runs / --draws candidates. The JSON has `found`, `values`, `best`, `active`, `beside`,
-    `before`, the best `scene`, and all `runs` by column.
+    The command prints the best values and their metric. For comparison it prints the metric of the
+    unchanged scene, of the scene without its variable-speed period, and with each key 5 % smaller
+    and larger. It names the ends of ranges and the bounds that limit the best. With --spread, a
+    candidate is judged by the metric that the required share of its drives reaches. All candidates
+    have the same draws; their number is --runs / --draws. The JSON has `found`, `values`, `best`,
+    `active`, `beside`, `before`, the best `scene`, and all `runs` by column.
 
-    The same seed gives the same answer. Finished runs are kept: after an interruption the same
+    The same seed gives the same result. Finished runs are cached: after an interruption, the same
     command continues.
 
     Args:
-        vary KEY=FROM..TO: Key to choose, and its range; KEY=log:FROM..TO over orders of magnitude.
-            Keys with whole numbers, like balls.count, stay whole. Repeatable.
+        vary KEY=FROM..TO: Key to choose, and its range; KEY=log:FROM..TO searches on a
+            logarithmic scale. Keys like balls.count get whole numbers only. Repeatable.
         minimise METRIC: Metric to minimise; `ab-sim metrics` lists metrics.
         maximise METRIC: Metric to maximise, instead of --minimise.
         subject_to BOUND: Bound that must hold, e.g. 'final_whirl_over_e<0.2', balanced,
@@ -188,36 +187,38 @@ class TuneOptions(NamedTuple):
 
 @choose_a_design.declare("ab_sim.cli.robust:robust_command")
 class RobustOptions(NamedTuple):
-    """Estimate the share of drives as built that balance.
+    """Estimate the share of built drives that balance.
 
     Draws random drives, runs them, and reports the share that balances, quantiles of metrics, and
     which tolerance causes most of the variation (Sobol indices). All intervals are 95 % confidence
     intervals: Wilson's for the share, order statistics for quantiles, bootstrap for Sobol indices,
     Newcombe's for paired differences of designs. Errors of the model itself are not included.
 
-    Finished runs are kept: with more --runs, a finer --until, or after an interruption, the command
-    continues. Results do not depend on the number of processes.
+    Finished runs are cached: with more --runs, a finer --until, or after an interruption, the
+    command continues. Results do not depend on the number of processes.
 
     The JSON has `share`, `quantiles` by metric, `sobol`, `worst`, `against`, the rows by column in
-    `runs`, and `balanced` for each. Whirls are in e [m] of the run, all else in SI units.
+    `runs`, and `balanced` for each run. Whirls are in e [m] of the run; all other values are in SI
+    units.
 
     Args:
-        spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% (normal, around the
-            scene's value), '0.1 mm' (the same, with a unit), normal:MEAN,SD,
+        spread KEY=SPREAD: Tolerance of a key, e.g. balls.mass=5%. Forms: 5% (standard
+            deviation of a normal distribution about the scene's value), '0.1 mm' (likewise,
+            absolute), normal:MEAN,SD,
             lognormal:MEDIAN,40%, uniform:LOW,HIGH, uniform:5%, discrete:V,V,...;
             start.ball_angles=random. After a comma: low=NUMBER, high=NUMBER (limits), 'per ball',
             group=NAME (one draw for the group). Repeatable, also for the same key.
         spread_from FILE: Uncertainty of a fitted scene, from the JSON of `ab-sim identify`: its
             values with their correlations, in addition to --spread.
         runs N: Number of drives; with --until, the smallest number.
-        until PERCENT: Continue until the half-width of the share's interval is this, e.g. 0.1%.
+        until PERCENT: Half-width of the share's interval at which to stop, e.g. 0.1%.
         balanced CONDITION: Condition for a balanced drive, in addition to a settled run, e.g.
             'residual_unbalance<=0.1'. Repeatable: all must hold. Default: the metric balanced.
         metrics NAME,NAME,...: Metrics to report quantiles of. Default: those of `ab-sim sweep`.
         against SCENE: Another design to compare with, run with the same draws.
-        sobol N: Number of pairs of drives for the Sobol indices, a power of 2; costs N runs for
-            each spread or group. 0: no Sobol indices. Default: at most half as many extra runs as
-            --runs; no Sobol indices if that allows fewer than 128 pairs.
+        sobol N: Number of pairs of drives for the Sobol indices, a power of 2; each spread or group
+            costs N further runs. 0: no Sobol indices. Default: the largest N for which
+            these are at most half of --runs; no Sobol indices if this N is below 128.
         worst FOLDER: Write the ten worst runs as scenes to a folder.
         plot: Draw distributions of the metrics, and the Sobol indices: .png, .svg or .pdf.
     """

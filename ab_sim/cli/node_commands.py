@@ -55,8 +55,8 @@ for _service in SERVICES:
 class CommandOptions(NamedTuple):
     """Command the spindle's speed, as firmware does, and print the drive's reaction.
 
-    It publishes one message on the drive's topic spindle/command. The drive accelerates at its
-    limit, and holds the speed until another command.
+    Publishes one message on the drive's topic spindle/command. The drive changes its speed with the
+    largest acceleration allowed, and holds the new speed until the next command.
 
     Args:
         speed SPEED: Target speed [rad/s]; or with a unit, e.g. '1500 rpm'.
@@ -100,8 +100,8 @@ class GetOptions(NamedTuple):
 class ListOptions(NamedTuple):
     """List the nodes with their state, and the commands that they offer.
 
-    It waits until all nodes on this machine have reported, which they do once a second. It waits
-    for the whole time only if it cannot know their number.
+    Waits until all nodes on this machine have reported; each reports once a second. If the number
+    of nodes is unknown, it waits for the whole time.
     """
 
     wait: Wait = 4.0

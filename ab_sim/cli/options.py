@@ -64,7 +64,7 @@ Scheduler = Annotated[
 ]
 Repeats = Annotated[int, Option(metavar="N", help="Number of interleaved repeats.")]
 Quartiles = Annotated[
-    bool, Option("--quartiles", help="Show also the quartiles of the times, in a wider table.")
+    bool, Option("--quartiles", help="Also show the quartiles of the times, in a wider table.")
 ]
 View = Annotated[
     str,

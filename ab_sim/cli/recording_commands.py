@@ -82,14 +82,15 @@ class CompareOptions(NamedTuple):
 class IdentifyOptions(NamedTuple):
     """Fit a drive's parameters to recorded vibration and speed.
 
-    Recordings without balls are fitted first, then start angles of the balls from many random
-    starts on a growing part of each recording, then all values together. Every value has a 95 %
+    The fit has three stages: recordings without balls; the balls' start angles, from many random
+    starts on a growing part of each recording; all values together. Every value has a 95 %
     interval. Values that no recording can determine, such as stiffness and mass separately, are
     named, and keep the scene's value. The verdict states whether the scene fits, and otherwise
     names a missing effect that would explain the residuals.
 
-    The same seed gives the same result, with any number of --workers; these are started for long
-    searches only. After Ctrl-C the best values so far are reported, marked as interrupted.
+    The same seed gives the same result with any number of --workers. Worker processes are started
+    for long searches only. After Ctrl-C, the command reports the best values so far, marked as
+    interrupted.
 
     The JSON has `verdict`, `reasons`, `parameters` (name, unit, value, low, high, deviation, how,
     at_bound, start, own; an infinite end is null), `covariance`, `correlation`, `profiles`,
@@ -104,14 +105,14 @@ class IdentifyOptions(NamedTuple):
         scene SCENE: Scene to start from: the drive as far as it is known.
         fit KEY,KEY,...: Keys of the scene to fit, e.g. rotor.eccentricity.
         bounds KEY=LOW..HIGH: Search range of a key. Default: within a factor of 10. Repeatable.
-        without_balls FILE: Further recording, made without balls; recordings of ab_sim say so
-            themselves. Repeatable.
+        without_balls FILE: Further recording, made without balls. Not needed for recordings of
+            ab_sim, which contain this information. Repeatable.
         hold_out FILE: Recording to predict instead of fit. Repeatable.
         map FILE: Meanings of the columns of .csv and .parquet files, as YAML: one file for all
             recordings, or one for each in their order.
         signal displacement|acceleration|SENSOR: Signal of ab_sim's recordings to fit. Default: the
             readings of the first sensor, else the deck's displacement.
-        free gain,bias,delay,disc_angle: Further unknowns of each recording to fit.
+        free gain,bias,delay,disc_angle: Unknowns to fit for each recording, in addition to --fit.
         trial_mass NAME=MASS: Mass clamped to the deck for a recording, e.g. 'run-2=5 g'; it
             determines the deck's mass. Repeatable.
         hold_open: Hold or fit the values that the recordings cannot determine.
@@ -144,17 +145,17 @@ class IdentifyOptions(NamedTuple):
 class ExportOptions(NamedTuple):
     """Convert a recording to Parquet, CSV or a ROS 2 bag.
 
-    Each channel is a column with its unit: in Parquet in the column's metadata, as `unit`; in CSV
+    Each channel is a column. Parquet has the unit in the column's metadata, as `unit`; CSV has it
     in the header, as `x [m]`. The metadata of a Parquet file has the scene as JSON, in `ab_sim`.
-    The column `whirl` [m] is computed: the distance of the deck's centre from its rest position,
+    The computed column `whirl` [m] is the distance of the deck's centre from its rest position,
     across the shaft's axis (frames and signs: docs/conventions.md). Recordings may have any length;
     the readable part of unfinished ones is used.
 
     A bag has the whole recording, as the messages that a live drive publishes, stamped with
     simulated time: every sample in vibration/block, the state in joint_states, vibration, whirl and
     deck_pose, commands, the profile controller's state, events on /rosout. Foxglove and PlotJuggler
-    open the .mcap file in the folder, `ros2 bag` the folder; `ab-sim import` converts it back to
-    the same recording.
+    open the .mcap file in the folder; `ros2 bag` opens the folder. `ab-sim import` converts the bag
+    back to the same recording.
 
     Args:
         parquet FILE: Write an Apache Parquet file: .parquet.
@@ -165,8 +166,8 @@ class ExportOptions(NamedTuple):
         every N: Write only every Nth sample, beginning with the first.
         channels NAME,NAME,...: Channels to write, in this order. Default: all.
         namespace NAME: Namespace of the drive in the bag, e.g. /left. Default: none.
-        rate HZ: Messages of the state in the bag per second; vibration/block has all samples in any
-            case. Default: 250, the rate of a live drive.
+        rate HZ: Rate of the state's messages in the bag [Hz]; vibration/block has all samples at
+            any rate. Default: 250, the rate of a live drive.
     """
 
     recording: Recording
@@ -185,9 +186,10 @@ class ExportOptions(NamedTuple):
 class StateOptions(NamedTuple):
     """Print a recorded state as the section `start` of a scene.
 
-    A run continues from there, also in another scene with the same number of balls:
-    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. A sample does not contain
-    whether friction holds balls, nor the memory of a motor's speed loop and of sensors' filters.
+    A run can continue from this state, also in another scene with the same number of balls:
+    `ab-sim run my-scene.yaml --set "start=$(ab-sim state run.rrd)"`. The state does not contain
+    which balls friction holds, the integral of a motor's speed loop, or the states of sensor
+    filters.
 
     Args:
         time --at T: Time of the state [s]. Default: the end of the recording.
@@ -201,11 +203,12 @@ class StateOptions(NamedTuple):
 class ImportOptions(NamedTuple):
     """Convert a ROS 2 bag to a recording.
 
-    From vibration/block it makes the recording that the recorder would have written, to the bit.
-    Otherwise it uses those of spindle/command, joint_states, vibration, whirl, imu/data_raw and
-    displacement that are in the bag, with a row for each stamp of the sensor with most samples; if
-    positions are unknown there are plots and no drawing. An unfinished bag is read as far as it
-    goes. A drive that was reset gives several recordings: FILE, FILE-2 and so on.
+    If the bag has vibration/block, the recording is bit-identical to the recorder's. Otherwise it
+    is made from spindle/command, joint_states, vibration, whirl, imu/data_raw and displacement,
+    as far as the bag has them. It then has a row for each stamp of the sensor with the most
+    samples; if positions are unknown, it has plots, but no drawing. The readable part of an
+    unfinished bag is used. If the drive was reset, there are several recordings: FILE, FILE-2 and
+    so on.
 
     Args:
         out FILE: Recording to write: .rrd. Default: the bag's name, in this folder.
@@ -221,7 +224,7 @@ class ReplayOptions(NamedTuple):
     """Publish a ROS 2 bag again, with its timing and QoS.
 
     Commands are included: a drive that subscribes to spindle/command obeys them. drive_description
-    comes first; a recorder records the same samples.
+    is published first. A recorder of the replay records the same samples.
 
     Args:
         rate FACTOR: Playback speed factor.
@@ -238,9 +241,9 @@ class ReplayOptions(NamedTuple):
 class RepairOptions(NamedTuple):
     """Repair a ROS 2 bag whose recorder was killed, in place.
 
-    All complete messages are kept, to the bit, and get the index and the counts that other programs
-    need. A new file is written next to the old one, and replaces it when it is complete. A bag that
-    is still being written is refused.
+    All complete messages are kept unchanged. The bag gets the index and the counts that other
+    programs need. A new file is written next to the old one, and replaces it when it is complete. A
+    bag that is still being written is refused.
     """
 
     bag: Bag
@@ -250,8 +253,8 @@ class RepairOptions(NamedTuple):
 class UrdfOptions(NamedTuple):
     """Print a scene as a URDF, for robot_state_publisher.
 
-    `drive_sim` publishes the same on the topic robot_description, for RViz. Joints have the names
-    that they have in joint_states; `drive_sim` publishes the deck's pose on tf.
+    `drive_sim` publishes this text on the topic robot_description, for RViz, and the deck's pose on
+    tf. Joints have the same names as in joint_states.
 
     Args:
         ros2_control: Add limits of the spindle and the block for ros2_control's topic hardware.

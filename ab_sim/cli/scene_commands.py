@@ -46,14 +46,14 @@ class DemoOptions(NamedTuple):
 class RunOptions(NamedTuple):
     """Simulate a scene offline, at full speed, and judge the run.
 
-    The JSON has `samples` (one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl, theta,
-    ball_rate and stuck; motor_torque and readings if the scene has them; for a deck in space also
-    z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes), the number of events
-    and of steps_with_unresolved_events, the scene, and each metric by its name: `ab-sim metrics`
-    lists their units, meanings and equations. Final values are taken over the last stretch of the
-    run, of length final_stretch. The same metrics are given for the run
-    without_variable_speed_period and without_balls. If the scene requests an accuracy, the JSON has
-    the measured error and its cost. Symbols, signs and angles: docs/conventions.md
+    The JSON has `samples`, one per time, each with t, psi, omega, u, v, x, y, vx, vy, whirl, theta,
+    ball_rate and stuck. Samples also have motor_torque and readings if the scene has them, and for
+    a deck in space z, vz, tilt [alpha, beta, gamma] and angular_velocity on inertial axes. The JSON
+    has the number of events and of steps_with_unresolved_events, the scene, and each metric by its
+    name; `ab-sim metrics` lists units, meanings and equations. Final values are taken over the last
+    stretch of the run, of length final_stretch. The JSON has these metrics also for the runs
+    without_variable_speed_period and without_balls. If the scene requests an accuracy, it has the
+    measured error and its cost. Symbols, signs and angles: docs/conventions.md
 
     Exit codes: 0 done, 2 bad input, 3 diverged.
 
@@ -62,7 +62,7 @@ class RunOptions(NamedTuple):
             them. Default: 101 times, evenly spaced over the scene's duration.
         step SECONDS: Step instead of the scene's [s].
         units UNIT,UNIT,...: Units of lengths, speeds, angles and torques in the table, e.g.
-            'um,rpm,deg'; with a unit of length, W is shown in it, not in W/e.
+            'um,rpm,deg'. With a unit of length, the table has W in this unit instead of W/e.
         plot: Draw speed, W/e, driving force, ball angles and motor torque: .png, .svg or .pdf.
         rrd FILE: Write a Rerun recording of every step: .rrd.
         every N: Record only every Nth step, and the steps at which the commanded speed starts or
@@ -90,7 +90,7 @@ class LiveOptions(NamedTuple):
 
     With --view web, the run starts when a browser shows the page, or with Enter; after the run the
     page is served until Ctrl-C. A viewer's window stays until you close it. `ab-sim view FILE`
-    shows a recording again. Ctrl-C ends the run in order; a second Ctrl-C kills it.
+    shows a recording again. Ctrl-C shuts the nodes down in order; a second Ctrl-C kills them.
 
     Args:
         record FILE: Write a Rerun recording: .rrd. An existing file is kept, and a new one with a
@@ -110,12 +110,12 @@ class LiveOptions(NamedTuple):
 class ViewOptions(NamedTuple):
     """Show recordings in Rerun's viewer, side by side.
 
-    A file that is still being recorded is followed. The viewer runs until its window is closed, or
-    until Ctrl-C. It sends nothing to other machines.
+    If a file is still being recorded, the viewer follows it. The viewer runs until its window is
+    closed, or until Ctrl-C. It sends nothing to other machines.
 
     Args:
         files FILE...: Recordings: .rrd.
-        web: Show them in a browser, at the address that is printed.
+        web: Show the recordings in a browser, at the address that is printed.
         port PORT: Port of the page with --web; 0: any free port.
     """
 
@@ -152,9 +152,10 @@ class KeysOptions(NamedTuple):
     """List the keys of a scene: unit, range, default, meaning.
 
     `N` stands for the number of an entry in a list, counted from 0; `NAME` for a name that you
-    choose. A required key is required only if its section is given. `-` means none. `ab-sim
-    effects` and `ab-sim sensors` describe them; `ab-sim run --set KEY=VALUE` changes a key. A
-    number may have any unit of the key's dimension: `12 mm`, `2500 rpm`.
+    choose. A required key is required only if its section is given. `-` means that there is no
+    unit, range or default. `ab-sim effects` and `ab-sim sensors` describe effects and sensors;
+    `ab-sim run --set KEY=VALUE` changes a key. A number may have any unit of the key's dimension:
+    `12 mm`, `2500 rpm`.
 
     Args:
         section SECTION: Beginning of the keys to list, e.g. rotor, effects.motor,
@@ -169,8 +170,8 @@ class KeysOptions(NamedTuple):
 class EffectsOptions(NamedTuple):
     """List the effects that a scene can name, with their equations.
 
-    `ab-sim effects suspension --equation` prints what its code computes: f_1 = -c v_1 - k u_1, the
-    energy and the loss; symbols as in docs/equations.md.
+    `ab-sim effects suspension --equation` prints the formulas in its code: the force
+    f_1 = -c v_1 - k u_1, the energy and the loss; symbols as in docs/equations.md.
 
     Args:
         name NAME: Print this effect only.
@@ -228,9 +229,9 @@ class AccuracyOptions(NamedTuple):
 
     Reports errors in ball angle, whirl and energy balance against a reference with a stated
     uncertainty. For scenes without friction, contact and motor the reference is independent; for
-    others it is ab_sim at short steps. CPU time per simulated second is the share of one core that
-    real time takes. pip install 'ab_sim[peers]' adds SUNDIALS and MuJoCo. It takes minutes; shorten
-    a long scene with --set duration=2.
+    others it is ab_sim at short steps. CPU time per simulated second is the fraction of one core
+    that a run in real time needs. pip install 'ab_sim[peers]' adds SUNDIALS and MuJoCo. The command
+    takes minutes; shorten a long scene with --set duration=2.
 
     Args:
         plot: Draw errors over CPU time: .png, .svg or .pdf.
@@ -251,7 +252,7 @@ class CostOptions(NamedTuple):
     Measures steps without effects, with each effect alone, and with all effects of the scene.
 
     Args:
-        leave_one_out: Measure also all effects of the scene except one, for each of them.
+        leave_one_out: Also measure, for each effect, all effects of the scene except this one.
         plot: Draw the times with their quartiles: .png, .svg or .pdf.
     """
 
@@ -270,9 +271,9 @@ class COptions(NamedTuple):
 
     The code has the scene's equations, steps of fixed length, live commands, the speed profile, and
     accelerometers without noise. Any C99 compiler with IEEE doubles and -ffp-contract=off gives the
-    same bits as `ab-sim run`; a check that is written with the source tests this. Only smooth
-    scenes with an explicit stepper: effects with events (friction, contact, a motor) are refused.
-    With `cc` on PATH the FMU has a binary for this machine, otherwise sources only. See
+    same bits as `ab-sim run`; the source comes with a program that checks this. The scene must be
+    smooth, with an explicit stepper: effects with events (friction, contact, a motor) are refused.
+    With `cc` on PATH, the FMU has a binary for this machine; otherwise it has sources only. See
     docs/howto/c.md
 
     Args:

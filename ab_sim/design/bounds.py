@@ -80,7 +80,7 @@ def bound_of(text: str) -> Bound:
     A metric that is true or false may stand alone, ``balanced``, or after ``not``.
 
     Raises:
-        InputError: the text has another form, the metric is unknown or no number, or the number
+        InputError: the text has another form, the metric is unknown or not a number, or the number
             cannot be read; the message states the allowed forms.
     """
     match = _COMPARISON.fullmatch(text)

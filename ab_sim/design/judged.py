@@ -62,7 +62,7 @@ def metric_columns(keys: Iterable[str]) -> list[Metric[Any]]:
     """Return metrics that can be columns.
 
     Raises:
-        InputError: a metric is unknown or no number; the message names it.
+        InputError: a metric is unknown or not a number; the message names it.
     """
     metrics = metrics_named(keys)
     for metric in metrics:

@@ -20,7 +20,7 @@ class NearMiss(NamedTuple):
     measure: str
     """Metric that measures the distance: the bound's own, or the one that decides a truth value."""
     nearest: float | None
-    """Nearest value of that metric among settled runs; None if there is none, or no number."""
+    """Nearest value of that metric among settled runs; None if there is no number."""
     candidate: int
     """Index of the candidate with that run."""
 

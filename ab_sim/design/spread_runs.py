@@ -32,7 +32,7 @@ from ab_sim.scene.model import Scene
 
 DEFAULT_CRITERION = (bound_of("balanced"),)
 RANKED_BY = "residual_unbalance"
-"""Ranking metric if the criterion bounds no number."""
+"""Metric that ranks the runs if the criterion has no numerical bound."""
 QUANTILES = (0.05, 0.5, 0.95)
 WORST = 10
 Executors = Callable[[], AbstractContextManager[Executor]]

@@ -382,7 +382,7 @@ def aim_of(minimise: str | None, maximise: str | None) -> Aim:
     """Return the aim for one of two metrics.
 
     Raises:
-        InputError: none or both are given, or the metric is unknown or no number.
+        InputError: none or both are given, or the metric is unknown or not a number.
     """
     if (minimise is None) == (maximise is None):
         raise InputError(

@@ -160,8 +160,7 @@ class Drive:
         self.steps = 0
         self._profile, self._step_plan = self._first_profile, self._first_step_plan
         self.controller = controller_of(self.scene, self.faults) if self._controlled else None
-        """Controller of the drive, if its profile decides while it runs; None once a command has
-        come."""
+        """Controller, if the drive's profile has one; None after the first live command."""
         self._command: float | None = None
         self._acceleration = self.servo.max_acceleration
         self._state[:] = start_state(self.scene, self.system)

@@ -62,7 +62,7 @@ def check_time(time: np.ndarray, name: str) -> None:
     steps = np.diff(time)
     if (steps == 0.0).all():
         raise InputError(
-            f"{name}: time: never changes; is it the right column, and has it enough digits?"
+            f"{name}: time: never changes; is it the right column, and does it have enough digits?"
         )
     if (steps < 0.0).any():
         row = int(np.flatnonzero(steps < 0.0)[0]) + 1
@@ -167,8 +167,8 @@ def check_agree(time: np.ndarray, speed: np.ndarray, angle: np.ndarray, name: st
         first = int(np.argmax(np.abs(off) > most))
         raise InputError(
             f"{name}: the spindle's angle and its speed agree until {time[parts[first][0]]:.4g} s, "
-            f"and are up to {np.max(np.abs(off)):.3g} rad/s apart from there on; does the speed's "
-            "sensor drift, saturate or hang? leave out whichever is wrong (--map)"
+            f"and differ by up to {np.max(np.abs(off)):.3g} rad/s afterwards; does the speed "
+            "sensor drift, saturate or freeze? leave out the wrong one (--map)"
         )
     if abs(ratio - 1.0) > TURNS_OFF:
         raise InputError(

@@ -24,10 +24,10 @@ PROMPTLY = 0.2
 
 
 class DriveControl:
-    """Serves the services of a node; all are refused while it is not active.
+    """Services of a drive's node; all are refused while it is not active.
 
     Args:
-        node: the node.
+        node: node that offers the services.
     """
 
     def __init__(self, node: DriveNode) -> None:

@@ -156,11 +156,11 @@ class Pacer:
 
 
 class Ticker:
-    """Says when a tick is due. Ticks stay on their grid; of several that are due, one is made.
+    """Clock of periodic ticks, which stay on their grid; several overdue ticks count as one.
 
     Args:
-        period: between two ticks [s].
-        now: the time [s].
+        period: time between two ticks [s].
+        now: present time [s].
     """
 
     def __init__(self, period: float, now: float) -> None:

@@ -30,16 +30,16 @@ class Sources(NamedTuple):
     def of(
         endpoints: Sequence[Endpoint], heard: Collection[bytes], lately: set[bytes]
     ) -> "Sources":
-        """Count publishers by DDS's list and by who has sent.
+        """Count publishers, by DDS's list and by the messages received.
 
-        A killed process stays in the list for 20 s. It is no source if a process with a node of the
-        same name has sent lately: then it was restarted. A publisher that has sent earlier and not
-        lately may be dead, or may hold its command.
+        A killed process stays in the list for 20 s. It does not count if another process with a
+        node of the same name has sent lately, because the node was then restarted. A publisher
+        without recent messages may be dead, or may hold its command.
 
         Args:
             endpoints: all publishers in DDS's list.
-            heard: identifiers of those that have sent.
-            lately: identifiers of those that have sent lately.
+            heard: identifiers of publishers that have ever sent.
+            lately: identifiers of publishers that have sent lately.
         """
         talking = {
             (endpoint.node, endpoint.gid[:PARTICIPANT])

@@ -12,8 +12,8 @@ from ab_sim.nodes.session import INACTIVE
 
 COUNTS = ("commands accepted", "commands rejected", "commands ignored")
 ROUNDED = 1.0 + 1e-5
-"""Relative margin for limits, which diagnostics give to six digits; the drive judges such
-commands."""
+"""Relative margin of limits, because diagnostics report them to six digits only; within this margin
+the drive decides."""
 
 SPEED_WAIT = 1.0
 """Time to wait for the drive's present speed [s], which is part of the answer."""

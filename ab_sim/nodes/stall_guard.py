@@ -24,12 +24,12 @@ LEAVING = 2.0
 class StallGuard:
     """Answers urgent requests for a stalled main loop, and ends the process for it.
 
-    Machine code runs without Python's lock, so that this thread runs meanwhile.
+    Machine code releases Python's lock, so this thread runs while the loop is in machine code.
 
     Args:
-        node: that leaves the graph with the process.
-        stopping: set when the loop is asked to end.
-        answer: serves urgent requests; called while the loop is stalled.
+        node: node that leaves the graph with the process.
+        stopping: event that is set when the loop is requested to end.
+        answer: function that serves urgent requests; called while the loop is stalled.
     """
 
     def __init__(self, node: Node, stopping: threading.Event, answer: Callable[[], None]) -> None:

@@ -22,7 +22,9 @@ IN_SPACE = ("mount_stiffening",)
 
 
 class Deck(Section):
-    """The deck as a rigid body in space, without rotor and balls; they have the rest of the mass.
+    """The deck as a rigid body in space, without rotor and balls.
+
+    Its mass is the mass on the suspension less `rotor.eccentric_mass` and the balls.
 
     Deck axes x, y, z lie at C, the point of the spindle axis from which heights count; z is the
     spindle axis.
@@ -41,10 +43,10 @@ class Mount(Section):
 
     position: Point = quantity("position of the mount from C, on deck axes", "m")
     stiffness: PerBall[Stiffness] = quantity(
-        "value along the mount's axes: one number, or three", "N/m"
+        "stiffness along the mount's axes: one number for all, or three", "N/m"
     )
     damping: PerBall[Damping] = quantity(
-        "value along the mount's axes: one number, or three", "N s/m"
+        "damping along the mount's axes: one number for all, or three", "N s/m"
     )
     turned: Vector = quantity(
         "rotation vector from the ground's axes to the mount's", "rad", default=(0.0, 0.0, 0.0)

@@ -12,7 +12,7 @@ from ab_sim.scene.segments import KIND, SegmentsProfile
 
 
 class VariableSpeedPeriod(Section):
-    """The period near the critical speed in which the spindle accelerates differently."""
+    """Period near the critical speed with a different acceleration of the spindle."""
 
     start_speed: Number | None = quantity(
         "speed at which the period begins (give this or start_time)", "rad/s", default=None
@@ -41,8 +41,9 @@ class VariableSpeedPeriod(Section):
 class StartUpProfile(RunUp):
     """Constant acceleration to a target, with or without a variable-speed period (thesis 3.1).
 
-    It may begin at any speed. At the target it holds, and above it decelerates at the same rate. A
-    period whose start speed lies below the present speed has passed and is left out.
+    The run may begin at any speed; above the target speed, the spindle decelerates at the same
+    rate. The target speed is held. A variable-speed period is omitted if the run begins above its
+    start speed.
     """
 
     kind: Literal["start_up"] = KIND

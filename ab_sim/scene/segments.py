@@ -19,8 +19,9 @@ Speeds = tuple[float, float]
 class Until(Section):
     """A condition on the measured vibration.
 
-    It refers to the root mean square of the acceleration about its mean, over successive windows,
-    so that gravity and a sensor's offset do not count. Of several sensors the largest value counts.
+    The condition refers to the root mean square of the acceleration about its mean, over successive
+    windows, so that gravity and a sensor's offset do not count. With several sensors, the largest
+    value counts.
     """
 
     vibration_rms_below: Number | None = quantity(

@@ -33,7 +33,7 @@ SECTIONS = (
     "rotor", "race", "balls", "start", "spindle", "profile", "solver", "accuracy", "deck", "mounts",
     "balanced",
 )  # fmt: skip
-"""Of a scene, in the order of the page; effects and sensors have pages of their own."""
+"""Sections of a scene in the order of the page; effects and sensors have their own pages."""
 
 WORDS = {
     "name": "of the scene; one line",
@@ -64,7 +64,7 @@ def _number(value: Any) -> str:
 
 
 def _leaves(field: Schema, definitions: Schema) -> Iterator[Schema]:
-    """What a value may be: schemas that are no unions and no references; None is left out."""
+    """Yield the schemas of a value's possible types, without unions, references and None."""
     if "$ref" in field:
         yield definitions[field["$ref"].rpartition("/")[2]]
         return
@@ -85,7 +85,7 @@ def _elements(leaf: Schema) -> Schema:
 
 
 def _bounds(annotation: Any) -> Schema:
-    """Of the first number in a type that has any; the JSON schema forgets those around a union."""
+    """Return the bounds of the first number in a type; the JSON schema omits those of a union."""
     found: Schema = {}
     for extra in getattr(annotation, "__metadata__", ()):
         for bound in getattr(extra, "metadata", (extra,)):
@@ -105,7 +105,7 @@ def _bound(metadata: Any) -> Schema:
 
 
 def _with_bounds(schema: Schema, models: Iterable[type[BaseModel]]) -> None:
-    """Put into the schemas of these models, and of those in them, what they forget."""
+    """Add the missing bounds to the schemas of these models and of the models in their fields."""
     for model in models:
         of = schema["$defs"].get(model.__name__, schema)
         inner = []
@@ -192,7 +192,7 @@ def _rows(section: Schema, definitions: Schema, at: str) -> list[list[str]]:
     return rows
 
 
-KEYS = ["key", "meaning", "is", "unit", "range", "default"]
+KEYS = ["key", "meaning", "type", "unit", "range", "default"]
 
 
 def _section(head: str, at: str, schema: Schema, definitions: Schema, depth: int) -> list[str]:
@@ -227,7 +227,7 @@ def scene_keys() -> Iterator[str]:
     yield from _table(KEYS, _rows({**schema, "properties": top}, definitions, ""))
     for name in SECTIONS:
         field = schema["properties"][name]
-        required = "" if name in schema["required"] else " (may be left out)"
+        required = "" if name in schema["required"] else " (optional)"
         leaves = [
             inner
             for leaf in _leaves(field, definitions)
@@ -237,14 +237,14 @@ def scene_keys() -> Iterator[str]:
             many = "N." if name == "mounts" else ""
             yield from _section(name + required, f"{name}.{many}", leaves[0], definitions, 2)
             continue
-        yield from [f"## {name}{required}", "", "One of these, told apart by `kind`.", ""]
+        yield from [f"## {name}{required}", "", "One of the following; `kind` selects it.", ""]
         for leaf in leaves:
             kind = leaf["properties"]["kind"]["const"]
             yield from _section(f"{name}: {kind}", f"{name}.", leaf, definitions, 3)
 
 
 def effects() -> Iterator[str]:
-    """Every effect: meaning, equation, source, parameters, and what its code computes."""
+    """Yield meaning, equation, source, parameters and formulas of each effect."""
     from ab_sim.export.formulas.effects import formulas_of
     from ab_sim.export.formulas.page import typeset
     from ab_sim.scene.registry import effect_classes, effect_parameters
@@ -258,8 +258,8 @@ def effects() -> Iterator[str]:
         }
         yield from _parameters(effect, fields, f"effects.{name}.")
         if effect.uses_ball_radius:
-            yield from ["It also uses `balls.radius`.", ""]
-        yield from ["<details><summary>What its code computes</summary>", ""]
+            yield from ["The effect also requires `balls.radius`.", ""]
+        yield from ["<details><summary>Formulas in the code</summary>", ""]
         for formula in formulas_of(effect):
             said = f": {_cell(formula.meaning)}" if formula.meaning else ""
             yield from [f"`{formula.method}`{said}", ""]
@@ -271,7 +271,7 @@ def effects() -> Iterator[str]:
 
 
 def sensors() -> Iterator[str]:
-    """The accelerometer, which all sensors are."""
+    """Yield the page part of the accelerometer, the only kind of sensor."""
     from ab_sim.scene.sensors import Accelerometer
 
     yield from ["## accelerometer", "", _plain(cleandoc(Accelerometer.__doc__ or "")), ""]
@@ -290,7 +290,7 @@ def _parameters(what: type[Any], fields: dict[str, Schema], at: str) -> Iterator
     if fields:
         yield from _table(KEYS, _rows(schema, {}, at))
     else:
-        yield from ["It has no parameters.", ""]
+        yield from ["No parameters.", ""]
 
 
 def metrics() -> Iterator[str]:
@@ -364,7 +364,7 @@ def scenes() -> Iterator[str]:
     for name in scene_names():
         words = " ".join(str(read_scene_file(find_scene(name)).get("description", "")).split())
         rows.append([f"`{name}`", _cell(re.split(r"(?<=\.)\s", words, maxsplit=1)[0])])
-    yield from _table(["scene", "what it is"], rows)
+    yield from _table(["scene", "description"], rows)
 
 
 def guide() -> Iterator[str]:
@@ -388,7 +388,7 @@ def python() -> Iterator[str]:
         value = getattr(ab_sim, name)
         words = "Version of the package." if isinstance(value, str) else getdoc(value) or ""
         rows.append([f"`ab_sim.{name}`", _cell(_plain(words.partition("\n\n")[0]))])
-    yield from _table(["name", "what it is or does"], rows)
+    yield from _table(["name", "meaning"], rows)
 
 
 STORED: dict[str, Callable[[], Iterator[str]]] = {

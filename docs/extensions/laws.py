@@ -16,11 +16,11 @@ LAWS = {
         r"Energy $\frac{1}{2} I \left(\omega - \dot{s}/a\right)^2$, $I = \frac{2}{5} m a^2$:"
         r" inertia $m + I/a^2$ along the race, and the spindle's acceleration spins the ball up"
     ),
-    "g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on all that moves": (
+    "g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on moving parts": (
         "```math\n"
         r"g \left(\sin(\mathrm{tilt})\, \cos(\mathrm{direction}),\; \sin(\mathrm{tilt})\, "
         r"\sin(\mathrm{direction}),\; -\cos(\mathrm{tilt})\right)"
-        "\n```\n\non all that moves"
+        "\n```\n\non moving parts"
     ),
     "f = -k_3 |u|^2 u": r"$f = -k_3 \left|u\right|^2 u$",
     "T = clip(T_a, +-T_max) - b w, T_a = k_p (w_c - w) + k_i z, z' = w_c - w - (T_a - "

@@ -16,7 +16,7 @@ NONE_CIRCULATES = 0
 CIRCULATES = 1
 """Code of a point at which all balls can circulate in a stable bunch."""
 NOT_KNOWN = 2
-"""Code of a point with such a bunch whose swings are too large for the closed form."""
+"""Code of a point with a bunch whose swings are too large for the closed form."""
 NAMES = {
     CIRCULATES: "balls can also circulate",
     NOT_KNOWN: "whether they can is not known",

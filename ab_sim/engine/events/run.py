@@ -41,7 +41,7 @@ class SceneFunctions(NamedTuple):
     """Function apply_impulse(c, b, y, jumps, v), which adds jumps of velocity, in the order of x,
     to the deck's velocities in v, an array with the layout of the state."""
     restitution: int
-    """Function restitution(c, b, out, approach), speed of parting per speed of approach [m/s]."""
+    """Function restitution(c, b, out, approach): separation speed per approach speed [m/s]."""
     c: Floats
     """Constants, including the place on the speed profile."""
 

@@ -62,7 +62,7 @@ class TaylorRuns(NamedTuple):
     nowhere: Floats
     """Memory for samples that are not recorded, so that recording needs no branch."""
     sound: Floats
-    """Line SOUND_STEPS of ``said``."""
+    """Line ``SOUND_STEPS`` of the table ``said``, shape (runs,)."""
 
 
 class TaylorRun(NamedTuple):

@@ -65,28 +65,34 @@ METHODS: dict[str, EffectMethod] = {
         _symbols("g_x", "g_y", "g_z"),
     ),
     "mount_stiffening": EffectMethod(
-        "stiffness that a mount gains [N/m], moved by u", _square, _symbols("k")
+        "additional stiffness of a mount [N/m] at displacement u", _square, _symbols("k")
     ),
-    "mount_energy": EffectMethod("energy that it stores for that [J]", _square, _symbols("E")),
+    "mount_energy": EffectMethod(
+        "energy stored in a mount by this stiffness [J]", _square, _symbols("E")
+    ),
     "ball_inertia": EffectMethod(
-        "inertia of a ball along the race beyond its mass [kg]",
+        "inertia of a ball along the race in addition to its mass [kg]",
         _ball,
         lambda x: [x("I") / (x("a") * x("a"))],
     ),
     "ball_drag": EffectMethod(
-        "force along the race on a ball [N]; s' its speed along it",
+        "force on a ball along the race [N]; s': the ball's speed along the race",
         _ball,
         _symbols("F"),
         lambda result, x: -(result * x("s'")),
     ),
     "friction_coefficient": EffectMethod(
-        "coefficient of friction: |F| <= nu N, N the race's normal force", _ball, _symbols("nu")
+        "coefficient of friction: |F| <= nu N; N: normal force of the race",
+        _ball,
+        _symbols("nu"),
     ),
     "restitution": EffectMethod(
-        "speed of parting per speed of approach u [m/s] of two balls", _symbols("u"), _symbols("e")
+        "ratio of the separation speed of two balls to their approach speed u [m/s]",
+        _symbols("u"),
+        _symbols("e"),
     ),
     "race_shape": EffectMethod(
-        "the race at its normal n = (c, s): h, x, its radius of curvature l [m], and dl/dtheta",
+        "shape of the race at normal n = (c, s): h, x, radius of curvature l [m], and dl/dtheta",
         lambda x: [cos(x("theta")), sin(x("theta"))],
         lambda x: [x("h") - x("R"), x("x"), x("l") - x("R"), x("dl/dtheta")],
     ),
@@ -96,7 +102,7 @@ METHODS: dict[str, EffectMethod] = {
         lambda x: [x("s") - x("R") * x("theta")],
     ),
     "spindle_acceleration": EffectMethod(
-        "the spindle's acceleration that the bodies feel [rad/s^2]",
+        "spindle acceleration in the inertia forces of the bodies [rad/s^2]",
         _symbols("psi''"),
         _symbols("al"),
     ),
@@ -104,18 +110,18 @@ METHODS: dict[str, EffectMethod] = {
         "moment of inertia of the rotor about the shaft [kg m^2]", _symbols(), _symbols("I_r")
     ),
     "loop_torque": EffectMethod(
-        "torque that the speed loop asks for [N m]; w_c the speed commanded",
+        "torque that the speed loop requests [N m]; w_c: commanded speed",
         lambda x: [x("w_c") - x("w"), x("z")],
         _symbols("T_a"),
     ),
     "integral_rate": EffectMethod(
-        "rate of the loop's integral z [rad/s]; clip: to within +-T_max",
+        "rate of the loop's integral z [rad/s]; clip: limit to +-T_max",
         lambda x: [x("w_c") - x("w"), x("T_a") - x("clip(T_a)")],
         _symbols("z'"),
     ),
-    "largest_torque": EffectMethod("the torque's limit [N m]", _symbols(), _symbols("T_max")),
+    "largest_torque": EffectMethod("limit of the torque [N m]", _symbols(), _symbols("T_max")),
     "back_torque": EffectMethod(
-        "what is lost of the torque [N m]: T = clip(T_a) - T_b", _symbols("w"), _symbols("T_b")
+        "loss of torque by back-EMF [N m]: T = clip(T_a) - T_b", _symbols("w"), _symbols("T_b")
     ),
     "deck_energy": EffectMethod("energy stored for deck_force [J]", _turning, _symbols("E")),
     "space_energy": EffectMethod("energy stored for space_force [J]", _fixed, _symbols("E")),

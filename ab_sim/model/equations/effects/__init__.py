@@ -26,7 +26,7 @@ error that explains this. Fields that are not floats, such as counts and choices
     mount_stiffening(self, square) -> N/m
         stiffness that a mount gains by a displacement, from the displacement's square [m^2]
     mount_energy(self, square) -> J
-        energy that a mount stores for that
+        energy stored in a mount by this stiffness
     ball_inertia(self, ball) -> kg
         inertia of a ball along the race in addition to its mass, from its spin
     ball_drag(self, ball) -> N s/m

@@ -21,14 +21,15 @@ if TYPE_CHECKING:
 class BallContact(NamedTuple):
     """Balls have a size: they collide, and can rest against each other in a packed row.
 
-    Impacts are located within a step and pass on momentum, to the deck as well; they never add
-    energy. Newton's law holds for all balls that touch at the instant: a ball that hits a row at
-    rest starts all of it, unlike in Newton's cradle, where elastic waves pass through one after
-    the other.
-    Friction is not part of an impact, and balls do not rub against each other. A push acts along
-    the race: that its line leans outwards, and so presses both balls on the race, is left out. D is
-    the same all along an oval race: where its radius of curvature is l, balls touch too late by
-    some (a_i + a_i+1)^3 (1/l^2 - 1/R^2) / 24, or early by its opposite.
+    Impacts are located within a step. They transfer momentum between balls and deck, and never add
+    energy. Newton's law holds for all balls in contact at the impact: a ball that hits a row at
+    rest sets the whole row in motion. In Newton's cradle, in contrast, elastic waves pass through
+    the balls one after the other.
+
+    Impacts and contacts have no friction. Contact forces act along the race; their component that
+    presses both balls against the race is neglected. D is constant along an oval race. Where its
+    radius of curvature is l, balls therefore touch too late by about
+    (a_i + a_i+1)^3 (1/l^2 - 1/R^2) / 24, or too early if this is negative.
     """
 
     restitution_coefficient: Annotated[

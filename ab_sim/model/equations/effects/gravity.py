@@ -13,15 +13,15 @@ if TYPE_CHECKING:
 
 @register(
     "gravity",
-    equation="g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on all that moves",
+    equation="g (sin(tilt) cos(direction), sin(tilt) sin(direction), -cos(tilt)) on moving parts",
     source="Newton; the equations keep A less gravity, which is what an accelerometer reads",
 )
 class Gravity(NamedTuple):
     """Weight of deck, unbalance and balls in the plane of the disc.
 
-    A deck in the plane feels the weight's part across the shaft only, and displacements count from
-    where it hangs at rest in its suspension. A deck in space feels all of it, along the shaft too,
-    and displacements count from where its mounts are relaxed.
+    On a deck in the plane, only the component across the shaft acts, and displacements count from
+    the position at rest under gravity. On a deck in space, the component along the shaft acts too,
+    and displacements count from the position with relaxed mounts.
     """
 
     tilt: Annotated[

@@ -13,9 +13,9 @@ from ab_sim.scene.registry import register
     source="Duffing's spring, isotropic; Genta, Dynamics of Rotating Systems (2005), ch. 8",
 )
 class HardeningSuspension(NamedTuple):
-    """Cubic spring beside the linear suspension, equal in every direction: rubber mounts.
+    """Cubic spring in parallel with the linear suspension, equal in all directions: rubber mounts.
 
-    In each of the mounts of a deck in space.
+    A deck in space has this spring in each of its mounts.
     """
 
     cubic_stiffness: Annotated[

@@ -16,8 +16,8 @@ from ab_sim.scene.registry import register
 class RaceFriction(NamedTuple):
     """Coulomb friction along the race, for balls that do not roll or are caged.
 
-    Static and sliding coefficient are one. Sticking and reversals as for rolling friction; a scene
-    with both adds their coefficients.
+    The static and the sliding coefficient are equal. Sticking and reversals are treated as for
+    rolling friction; in a scene with both effects, the coefficients add up.
     """
 
     coefficient: Annotated[

@@ -16,13 +16,14 @@ if TYPE_CHECKING:
     equation="X(theta) = d + h n + h' t with h = R + lobe cos 2 (theta - lobe_angle), n = (cos "
     "theta, sin theta)",
     source="support function of a convex curve, Gray, Modern Differential Geometry of Curves and "
-    "Surfaces (1997), 6.8; d and lobe as roundness standards (ISO 12181) measure them",
+    "Surfaces (1997), 6.8; d and lobe as measured by roundness standards (ISO 12181)",
 )
 class RaceRunout(NamedTuple):
-    """The curve of the balls' centres, displaced from the shaft axis by a vector, and two-lobed.
+    """Race that is displaced from the shaft axis by a vector d, and two-lobed (oval).
 
-    theta is the direction of the race's outward normal at the ball: on a round race the ball's
-    direction from the race's centre. The width of the oval across theta is 2 h(theta).
+    X is the curve of the balls' centres. theta is the direction of its outward normal at the ball;
+    on a round race this is the ball's direction from the race's centre. The oval's width in the
+    direction theta is 2 h(theta).
     """
 
     offset_1: Annotated[

@@ -17,7 +17,8 @@ from ab_sim.scene.registry import register
 class RollingFriction(NamedTuple):
     """Friction against rolling, at most (beta_b/a) times the race's normal force on the ball.
 
-    The law is set-valued: a ball at rest on the race sticks while less than that holds it there.
+    The law is set-valued: a ball at rest on the race sticks while the force needed to hold it is
+    below this limit.
     Reversals, sticking, release, and the loss of contact with the race are located within a step.
     The normal force contains the deck's acceleration, so both are solved together.
     """

@@ -1,4 +1,4 @@
-"""The spindle's angular acceleration, as the bodies feel it."""
+"""Inertia forces of the spindle's angular acceleration."""
 
 from typing import NamedTuple
 
@@ -11,9 +11,10 @@ from ab_sim.scene.registry import register
     source="thesis (2-9)..(2-11)",
 )
 class SpindleAcceleration(NamedTuple):
-    """Non-stationary spindle: the terms with psi'' act on unbalance and balls.
+    """Inertia terms with the spindle's acceleration psi'', on unbalance and balls.
 
-    Without it the speed still follows its profile, but as if it changed infinitely slowly.
+    Without this effect, the speed still follows its profile, but these terms are omitted, as if it
+    changed infinitely slowly.
     """
 
     def spindle_acceleration(self, acceleration: float) -> float:
