@@ -22,7 +22,7 @@ unexport PYTHONDONTWRITEBYTECODE
 
 help:
 	@echo 'make demo    run the demonstration'
-	@echo 'make action  build the action ~/run of the profile controller, which takes a C++ compiler'
+	@echo 'make action  build the action ~/run and simulation_interfaces, which takes a C++ compiler'
 	@echo 'make test    lint, check types, run the tests'
 	@echo 'make test LAUNCH=DIR/launch/launch:DIR/launch_ros/launch_ros   also of launch files: DIR, not'
 	@echo '             relative, holds sources of ros2/launch and ros2/launch_ros, of which PyPI has none'
@@ -147,7 +147,7 @@ $(VENV)/docs.stamp: setup.py constraints.txt $(ROS_CONSTRAINTS) tools/install | 
 	@tools/install $(BIN)/python $(ROS_CONSTRAINTS) --editable '.[docs]'
 	@touch $@
 
-$(VENV)/action.stamp: tools/install-action $(wildcard ab_interfaces/*.py ab_interfaces/*/*.action) \
+$(VENV)/action.stamp: tools/install-action $(wildcard ab_interfaces/*.py ab_interfaces/*/*.action ab_interfaces/simulation_interfaces/*/*) \
 		| $(VENV)/run.stamp
 	@tools/install-action $(BIN)/python
 	@touch $@

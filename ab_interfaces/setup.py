@@ -1,8 +1,10 @@
-"""The action's Python classes for ROS 2 from PyPI: `make action` installs them beside the wheels.
+"""Python classes of ROS interfaces for ROS 2 from PyPI: `make action` installs them.
 
-A ROS 2 of a distribution needs no such thing: colcon builds the package by its CMakeLists.txt. PyPI
-lacks some of the packages that those lines ask for, but has ROS's generators, which make the same
-code here. That takes a compiler for C and C++, and the headers of Python (python3-dev).
+These are the action of ab_interfaces, and the part of ROS's simulation_interfaces that drive_sim
+offers. With a ROS 2 of a distribution neither is needed: colcon builds ab_interfaces by its
+CMakeLists.txt, and the distribution has simulation_interfaces. PyPI lacks some of the packages that
+those lines ask for, but has ROS's generators, which make the same code here. That takes a compiler
+for C and C++, and the headers of Python (python3-dev).
 """
 
 import sys
@@ -10,7 +12,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy
-from rosidl_adapter.action import convert_action_to_idl
+from rosidl_adapter import convert_to_idl
 from rosidl_generator_c.cli import GenerateC
 from rosidl_generator_py.cli import GeneratePython
 from rosidl_generator_type_description.cli import HashTypeDescription
@@ -20,12 +22,15 @@ from rosidl_typesupport_introspection_c.cli import GenerateIntrospectionCTypesup
 from setuptools import Extension, setup
 from setuptools.command.build_ext import build_ext
 
-NAME = "ab_interfaces"
-ACTION = Path("action", "RunProfile.action")
+FOLDERS = {"ab_interfaces": Path(), "simulation_interfaces": Path("simulation_interfaces")}
+"""Folder of the definitions of each package."""
 PREFIX = Path(sys.prefix)
 FAST, INTROSPECTION = "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"
-USED = ("action_msgs", "builtin_interfaces", "service_msgs", "unique_identifier_msgs")
-"""Packages whose messages are in each action's own."""
+USED = (
+    *("action_msgs", "builtin_interfaces", "geometry_msgs", "service_msgs", "std_msgs"),
+    "unique_identifier_msgs",
+)
+"""Packages whose messages are in the interfaces."""
 LIBRARIES = [
     *("fastcdr", "rcutils", "rosidl_runtime_c", "rosidl_typesupport_c"),
     *(FAST, FAST.replace("_c", "_cpp"), INTROSPECTION),
@@ -34,29 +39,111 @@ LIBRARIES = [
 ]
 
 
-def generate(package: Path, introspection: Path) -> None:
-    """Write the action's code.
+class Interfaces:
+    """The definitions of a package, and the code that is made of them.
 
     Args:
-        package: folder of the Python package, and of most of what is compiled for it.
-        introspection: folder of a second library, whose files have names of the first's.
+        name: name of the package.
+        folder: folder of its definitions.
     """
-    share = package.parent / "share"
-    convert_action_to_idl(Path.cwd(), NAME, ACTION, share / ACTION.parent)
-    files = [f"{share.absolute()}:{ACTION.with_suffix('.idl')}"]
-    used = [str(PREFIX / "share" / package) for package in USED]
-    hashes = HashTypeDescription("hash").generate_type_hashes(NAME, files, used, package)
-    GenerateC("c").generate(
-        NAME, files, used, package, [str(path) for path in hashes if path.stem == ACTION.stem]
-    )
-    for generator in (
-        GeneratePython("py", typesupport_implementations=["rosidl_typesupport_c"]),
-        GenerateCTypesupport("c", typesupport_implementations=[FAST, INTROSPECTION]),
-        GenerateFastRTPSCTypesupport("fastrtps_c"),
-    ):
-        generator.generate(NAME, files, used, package)
-    GenerateIntrospectionCTypesupport("introspection_c").generate(NAME, files, used, introspection)
-    (package / "__init__.py").touch()
+
+    def __init__(self, name: str, folder: Path) -> None:
+        self.name, self.folder = name, folder
+        self.definitions = sorted(
+            path.relative_to(folder)
+            for kind in ("action", "msg", "srv")
+            for path in folder.glob(f"{kind}/*.{kind}")
+        )
+        self.package = Path("build", "first", name)
+        """Folder of the Python package, and of most of what is compiled for it."""
+        self.introspection = Path("build", "second", name)
+        """Folder of a second library, whose files have names of the first's."""
+
+    def generate(self) -> None:
+        """Write the code."""
+        name, package = self.name, self.package
+        share = package.parent / "share" / name
+        for path in self.definitions:
+            convert_to_idl(self.folder.absolute(), name, path, share)
+        files = [f"{share.absolute()}:{path.with_suffix('.idl')}" for path in self.definitions]
+        used = [str(PREFIX / "share" / package) for package in USED]
+        hashes = HashTypeDescription("hash").generate_type_hashes(name, files, used, package)
+        stems = {path.stem for path in self.definitions}
+        GenerateC("c").generate(
+            name, files, used, package, [str(path) for path in hashes if path.stem in stems]
+        )
+        for generator in (
+            GeneratePython("py", typesupport_implementations=["rosidl_typesupport_c"]),
+            GenerateCTypesupport("c", typesupport_implementations=[FAST, INTROSPECTION]),
+            GenerateFastRTPSCTypesupport("fastrtps_c"),
+        ):
+            generator.generate(name, files, used, package)
+        introspection = GenerateIntrospectionCTypesupport("introspection_c")
+        introspection.generate(name, files, used, self.introspection)
+        (package / "__init__.py").touch()
+
+    def extensions(self) -> list[Extension]:
+        """Return two libraries, and the module that links them."""
+        first, second = f"{self.name}__{FAST}", f"{self.name}__{INTROSPECTION}"
+        kinds = {path.parent.name for path in self.definitions}
+        compiled = [
+            *(path for kind in kinds for path in self.package.glob(f"{kind}/*.cpp")),
+            *(path for kind in kinds for path in self.package.glob(f"{kind}/detail/*.c*")),
+        ]
+        return [
+            self._built(f"lib{first}", compiled),
+            self._built(f"lib{second}", [*self.introspection.rglob("*.c")], first),
+            self._built(
+                f"{self.name}_s__rosidl_typesupport_c",
+                [*self.package.rglob("*_s.*")],
+                *(first, second),
+            ),
+        ]
+
+    def installed(self) -> list[tuple[str, list[str]]]:
+        """Return the data files by which ROS's tools find the interfaces."""
+        index = "share/ament_index/resource_index"
+        share = f"share/{self.name}"
+        return [
+            (f"{index}/packages", [f"resource/{self.name}"]),
+            (f"{index}/rosidl_interfaces", [f"resource/rosidl_interfaces/{self.name}"]),
+            *((f"{share}/{path.parent}", [str(self.folder / path)]) for path in self.definitions),
+        ]
+
+    def _built(self, name: str, sources: list[Path], *beside: str) -> Extension:
+        headers = sorted(path for path in (PREFIX / "include").iterdir() if path.name != "site")
+        return Extension(
+            f"{self.name}.{name}",
+            sources=self._units(name, sources),
+            include_dirs=[
+                str(self.package.parent),
+                str(self.introspection.parent),
+                numpy.get_include(),
+                *map(str, headers),
+            ],
+            libraries=[*beside, *LIBRARIES],
+            define_macros=[("ROS_PACKAGE_NAME", f'"{self.name}"')],
+            extra_compile_args=["-O1", "-g0"],
+            language="c++",
+        )
+
+    def _units(self, name: str, sources: list[Path]) -> list[str]:
+        """Return files that include the sources of one language: ROS's headers are read once.
+
+        Descriptions stay apart, because several define the same names.
+        """
+        apart = [str(path) for path in sources if path.stem.endswith("__description")]
+        for suffix in (".c", ".cpp"):
+            unit = Path("build", f"{name}_{suffix[1:]}{suffix}")
+            unit.write_text(
+                "".join(
+                    f'#include "{path.absolute()}"\n'
+                    for path in sorted(sources)
+                    if path.suffix == suffix and str(path) not in apart
+                )
+            )
+            apart.append(str(unit))
+        return sorted(apart)
 
 
 class Build(build_ext):
@@ -84,50 +171,25 @@ class Build(build_ext):
         return []
 
 
-package, introspection = Path("build", "first", NAME), Path("build", "second", NAME)
-generate(package, introspection)
-headers = sorted(path for path in (PREFIX / "include").iterdir() if path.name != "site")
-
-
-def built(name: str, sources: list[Path], *beside: str) -> Extension:
-    """Return a library, or the module."""
-    return Extension(
-        f"{NAME}.{name}",
-        sources=sorted(str(path) for path in sources),
-        include_dirs=[
-            str(package.parent),
-            str(introspection.parent),
-            numpy.get_include(),
-            *map(str, headers),
-        ],
-        libraries=[*beside, *LIBRARIES],
-        define_macros=[("ROS_PACKAGE_NAME", f'"{NAME}"')],
-        language="c++",
-    )
-
-
-first, second = f"{NAME}__{FAST}", f"{NAME}__{INTROSPECTION}"
+interfaces = [Interfaces(name, folder) for name, folder in FOLDERS.items()]
+for each in interfaces:
+    each.generate()
 ros = ElementTree.parse("package.xml")
 setup(
-    name=NAME,
+    name="ab_interfaces",
     version=ros.findtext("version"),
     description=ros.findtext("description"),
     license=ros.findtext("license"),
-    packages=[NAME, f"{NAME}.action"],
-    package_dir={NAME: str(package)},
-    cmdclass={"build_ext": Build},
-    ext_modules=[
-        built(f"lib{first}", [*package.glob("action/*.cpp"), *package.glob("action/detail/*.c*")]),
-        built(f"lib{second}", [*introspection.rglob("*.c")], first),
-        built(f"{NAME}_s__rosidl_typesupport_c", [*package.rglob("*_s.*")], first, second),
+    packages=[
+        ".".join((each.name, *kind))
+        for each in interfaces
+        for kind in [(), *{(path.parent.name,) for path in each.definitions}]
     ],
+    package_dir={each.name: str(each.package) for each in interfaces},
+    cmdclass={"build_ext": Build},
+    ext_modules=[extension for each in interfaces for extension in each.extensions()],
     data_files=[
-        ("share/ament_index/resource_index/packages", [f"resource/{NAME}"]),
-        (
-            "share/ament_index/resource_index/rosidl_interfaces",
-            [f"resource/rosidl_interfaces/{NAME}"],
-        ),
-        (f"share/{NAME}", ["package.xml"]),
-        (f"share/{NAME}/{ACTION.parent}", [str(ACTION)]),
+        ("share/ab_interfaces", ["package.xml"]),
+        *(entry for each in interfaces for entry in each.installed()),
     ],
 )

@@ -141,14 +141,16 @@ def command(line: str) -> str:
         case ["ros2", "service", "call", service, kind]:
             node, name = service.strip("/").split("/")
             assert re.search(rf"^\| `~/{name}` \| {kind} \| {node} \|", topics(), re.MULTILINE)
+        case ["ros2", "service", "call", service, kind, request]:  # with tests of its own
+            assert f"`~/{service.removeprefix('/drive_sim/')}`" in topics()
+            check_fields(f"ab_interfaces/{kind}.srv", request)
+        case ["ros2", "action", "send_goal", "/drive_sim/simulate_steps", kind, goal, "--feedback"]:
+            check_fields(f"ab_interfaces/{kind}.action", goal)
         case ["ros2", "topic", "pub", "--once", topic, kind, message]:
             assert re.search(rf"^\| `{topic.strip('/')}` \| {kind} \|", topics(), re.MULTILINE)
             assert isinstance(yaml.safe_load(message), dict)
         case ["ros2", "action", "send_goal", "--feedback", "/profile_controller/run", kind, goal]:
-            asked = (ROOT / f"{kind}.action").read_text(encoding="utf-8").partition("\n---\n")[0]
-            assert all(
-                re.search(rf"^string\S* {field}$", asked, re.M) for field in yaml.safe_load(goal)
-            )
+            check_fields(f"{kind}.action", goal)
         case _:
             raise AssertionError("nothing that this test knows")
     return ""
@@ -156,6 +158,11 @@ def command(line: str) -> str:
 
 def topics() -> str:
     return (DOCS / "topics.md").read_text(encoding="utf-8")
+
+
+def check_fields(definition: str, request: str) -> None:
+    asked = (ROOT / definition).read_text(encoding="utf-8").partition("---\n")[0]
+    assert all(re.search(rf"^\S+ {field}\b", asked, re.M) for field in yaml.safe_load(request))
 
 
 def check_node(node: str, arguments: list[str]) -> None:

@@ -65,13 +65,23 @@ class DriveControl:
             session.restart_clock()
             return True, "paused" if pause else "running"
 
-    def step(self) -> Answer:
-        """Take the number of wake-ups in the parameter `steps` while time is paused."""
+    def stop(self) -> Answer:
+        """Pause, and return to t = 0 and the scene's start."""
+
+        def leap(session: Session) -> None:
+            session.commanded.reset()
+            session.paused = session.stopped = True
+
+        return self.leap(leap, "stopped: paused, reset to t = 0")
+
+    def step(self, count: int | None = None) -> Answer:
+        """Take some wake-ups, by default those of the parameter `steps`, while time is paused."""
         node, values = self._node, self._node.settings.values
         if refusal := self._wait_for(values["await_commands"]):
             return False, refusal
+        count = values["steps"] if count is None else count
         wakes = commands = stepped_for = 0
-        while wakes < values["steps"] and not node.stopping.is_set():
+        while wakes < count and not node.stopping.is_set():
             with node.active() as session:
                 if not session.standing:
                     return False, "not paused: pause first"
@@ -92,18 +102,18 @@ class DriveControl:
 
     def reset(self) -> Answer:
         """Return to t = 0 and the scene's start; pending commands are dropped."""
-        return self._leap(lambda session: session.commanded.reset(), "reset to t = 0")
+        return self.leap(lambda session: session.commanded.reset(), "reset to t = 0")
 
     def reset_time(self) -> Answer:
         """Return to t = 0 in the present state."""
-        return self._leap(lambda session: session.commanded.reset_time(), "time reset to t = 0")
+        return self.leap(lambda session: session.commanded.reset_time(), "time reset to t = 0")
 
     def reset_state(self) -> Answer:
         """Return to the scene's start and keep the time; pending commands are dropped."""
-        return self._leap(lambda session: session.commanded.reset_state(), "state reset")
+        return self.leap(lambda session: session.commanded.reset_state(), "state reset")
 
-    def load_scene(self) -> Answer:
-        """Load the scene of the parameters, from t = 0."""
+    def load_scene(self, stopped: bool = False) -> Answer:
+        """Load the scene of the parameters, from t = 0; ``stopped``: and pause there."""
         node, values = self._node, self._node.settings.values
         with node.active() as session:
             asked = session
@@ -113,6 +123,8 @@ class DriveControl:
             _last_words(session)
             session.path.lead(prepared.drive.servo, prepared.drive.step)
             session.trouble = ""
+            if stopped:
+                session.paused = session.stopped = True
             session.begin(prepared)
             session.publish()
             session.restart_clock()
@@ -123,7 +135,7 @@ class DriveControl:
         node, values = self._node, self._node.settings.values
         eccentricity, angle = values["disc_eccentricity"], values["disc_angle"]
         with node.active() as session:
-            asked, before = _sound(session), session.now
+            asked, before = sound(session), session.now
             if eccentricity < 0.0:
                 return False, "the parameter disc_eccentricity was never set: set it first [m]"
             scene, moved = with_disc(before.scene, eccentricity, angle)
@@ -154,7 +166,7 @@ class DriveControl:
         """Save the present state to a file."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
-            _sound(session).catch_up()
+            sound(session).catch_up()
             kept = session.now.drive.snapshot(), session.path.state()
             scene, time_ns = session.now.scene, session.now.time_ns
         write_snapshot(path, scene, *kept, CommandPath.__module__)
@@ -164,7 +176,7 @@ class DriveControl:
         """Return to the state in a file."""
         path = path_of(self._node.settings.values["snapshot"])
         with self._node.active() as session:
-            asked, scene = _sound(session), session.now.scene
+            asked, scene = sound(session), session.now.scene
         kept, commands = read_snapshot(path, scene, CommandPath.__module__)
 
         def leap(session: Session) -> None:
@@ -175,7 +187,7 @@ class DriveControl:
             session.path.restore(commands)  # raises for an invalid state, before anything changes
             session.commanded.restore(kept)
 
-        return self._leap(leap, f"restored {path}", asked)
+        return self.leap(leap, f"restored {path}", asked)
 
     def emergency_stop(self) -> Answer:
         """Decelerate to standstill as fast as the spindle can, regardless of commands."""
@@ -252,9 +264,16 @@ class DriveControl:
                 return f"{came} of {commands} commands came within {PATIENCE:g} s; no step taken"
             time.sleep(2e-4)
 
-    def _leap(
+    def leap(
         self, leap: Callable[[Session], None], text: str, asked: Session | None = None
     ) -> Answer:
+        """Continue from the state into which a function puts a session.
+
+        Args:
+            leap: changes the session, under the node's lock.
+            text: message for the log.
+            asked: the session that is expected; None: any.
+        """
         with self._node.active(asked) as session:
             _leave(session)
             leap(session)
@@ -266,7 +285,7 @@ class DriveControl:
         return True, f"t = {reached * 1e-9:.9g}"
 
 
-def _sound(session: Session) -> Session:
+def sound(session: Session) -> Session:
     """Return the session, if its drive has no faults.
 
     Raises:

@@ -60,6 +60,16 @@ class DriveNode(ManagedNode):
         """Subscriptions that the executor serves: all but commands, which are read at wake-ups."""
         return (s for s in super().subscriptions if s.callback is not not_called)
 
+    @property
+    def session(self) -> Session | None:
+        """The session, or None if no scene is loaded."""
+        return self._session
+
+    @property
+    def is_configuring(self) -> bool:
+        """True while a scene is being loaded for the transition configure."""
+        return bool(self._state_machine.current_state[1] == "configuring")
+
     @contextlib.contextmanager
     def active(
         self, asked: Session | None = None, patience: float = threading.TIMEOUT_MAX

@@ -96,6 +96,12 @@ DRIVE_PARAMETERS = (
         "changes", [""], "changes to the scene, each key=value; they take effect with the scene"
     ),
     ParameterSpec(
+        "worlds",
+        "",
+        "folder of scenes that LoadWorld may load beside those of ab_sim; empty: none",
+        fixed=True,
+    ),
+    ParameterSpec(
         "time_mode",
         "paced",
         "how simulated time advances",

@@ -3,6 +3,7 @@
 from ab_sim.nodes.drive_control import DriveControl
 from ab_sim.nodes.drive_node import DriveNode
 from ab_sim.nodes.process import run_node
+from ab_sim.nodes.simulation_services import SimulationServices
 
 
 class DriveSim(DriveNode):
@@ -10,7 +11,7 @@ class DriveSim(DriveNode):
 
     def serve(self) -> None:
         """Advertise the services."""
-        DriveControl(self)
+        SimulationServices(self, DriveControl(self))
 
 
 def main() -> None:

@@ -6,14 +6,13 @@ import math
 import threading
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
 
-from rclpy.action import ActionServer, CancelResponse
-from rclpy.action.server import ServerGoalHandle
+from rclpy.action import CancelResponse
 from rclpy.node import Node
 
 from ab_msgs_py import actions
 from ab_msgs_py.actions import Asked, Outcome, Progress
+from ab_sim.nodes.goal_server import Goal, GoalServer
 
 FEEDBACK_PERIOD = 0.1
 """Time between two feedback messages without other events [s]."""
@@ -22,22 +21,12 @@ GOODBYE = 1.0
 LINGER = 0.3
 """Time for the last result to arrive [s]."""
 
-if TYPE_CHECKING:
-    Goal = ServerGoalHandle[Any, Any, Any]
-    _AnyActionServer = ActionServer[Any, Any, Any]
-else:  # rclpy 7 of ROS 2 Jazzy does not support subscripts at run time
-    _AnyActionServer = ActionServer
-
 
 class ProfileAction:
     """Serves the action; if its package is not built, there is no action, and the log reports it.
 
     A goal that cannot be run is accepted and aborted at once: ROS's refusal of a goal has no text,
     but a result has one. A goal whose client has vanished is run to its end.
-
-    rclpy executes a goal with a coroutine that polls, so that its ``EventsExecutor`` uses a whole
-    core. Therefore no code of rclpy runs while a goal is executing; its result is set when the
-    profile is over.
 
     Args:
         node: node that offers the action.
@@ -55,14 +44,7 @@ class ProfileAction:
         if (kind := actions.run_profile()) is None:
             node.get_logger().info(actions.NOT_BUILT)
             return
-        self._server = _Server(
-            node,
-            kind,
-            actions.RUN,
-            lambda goal: None,  # each goal has its own callback
-            handle_accepted_callback=self._accepted,
-            cancel_callback=self._asked_to_cancel,
-        )
+        self._server = GoalServer(node, kind, actions.RUN, self._accepted, self._asked_to_cancel)
 
     def tell(self, progress: Callable[[], Progress], status: str) -> None:
         """Send feedback to the goal's client, if it is due or the status is new."""
@@ -105,27 +87,4 @@ class ProfileAction:
         return CancelResponse.ACCEPT if asked and self._cancel() else CancelResponse.REJECT
 
     def _end(self, goal: Goal, well: bool, outcome: Outcome) -> None:
-        def result(goal: Goal) -> Any:
-            if goal.is_cancel_requested:
-                goal.canceled()
-            elif well:
-                goal.succeed()
-            else:
-                goal.abort()
-            return actions.result_of(outcome)
-
-        self._server.notify_execute(goal, result)
-
-
-class _Server(_AnyActionServer):
-    """Action server whose goals can start to execute before a result callback exists."""
-
-    def notify_execute(
-        self, goal_handle: Goal, execute_callback: Callable[[Goal], Any] | None
-    ) -> None:
-        """Schedule the callback as rclpy does; without a callback, do nothing.
-
-        ``Goal.execute`` calls this method.
-        """
-        if execute_callback is not None:
-            super().notify_execute(goal_handle, execute_callback)
+        self._server.end(goal, well, actions.result_of(outcome))

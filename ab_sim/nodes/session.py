@@ -50,6 +50,8 @@ class Session:
         self._real_time, self.paused = real_time_of(values), values["start_paused"]
         self.active = False
         """True if the node is active."""
+        self.stopped = True
+        """True until time advances or is paused, after a start or a stop."""
         self._per_state, self._per_block = rates.per_state, rates.per_block
         self.trouble = ""
         self.pending: list[Trajectory] = []
@@ -166,6 +168,7 @@ class Session:
         Fewer steps are taken when the node is asked to end.
         """
         self._stages.begin()
+        self.stopped = False
         first = len(self.pending)
         try:
             for part in self.commanded.advance(steps):

@@ -25,8 +25,8 @@ ROSDEP = {
 """Keys of ros/rosdistro's rosdep/python.yaml, looked up there in its commit 8468e88ccd."""
 ROS = {
     *("diagnostic_msgs", "geometry_msgs", "lifecycle_msgs", "rcl_interfaces", "rclpy"),
-    *("ros2launch", "rosgraph_msgs", "sensor_msgs", "std_msgs", "std_srvs", "tf2_msgs"),
-    "trajectory_msgs",
+    *("ros2launch", "rosgraph_msgs", "sensor_msgs", "simulation_interfaces", "std_msgs"),
+    *("std_srvs", "tf2_msgs", "trajectory_msgs"),
 }
 """Packages of its jazzy and rolling distributions, looked up likewise."""
 TITLES = {
@@ -61,7 +61,7 @@ def test_the_action_has_a_package_of_the_same_version() -> None:
     assert (package.name, package.version) == ("ab_interfaces", ab_sim.__version__)
     assert package.get_build_type() == "ament_cmake"
     assert [group.name for group in package.member_of_groups] == ["rosidl_interface_packages"]
-    (action,) = folder.rglob("*.action")
+    (action,) = folder.glob("action/*.action")
     listed = (folder / "resource/rosidl_interfaces/ab_interfaces").read_text()
     assert listed.split() == [str(action.relative_to(folder))]
     assert f'"{listed.strip()}"' in (folder / "CMakeLists.txt").read_text()

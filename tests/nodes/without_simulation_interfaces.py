@@ -1,0 +1,11 @@
+"""The node drive_sim where the package simulation_interfaces is not installed."""
+
+import sys
+
+from ab_sim.nodes import drive_sim
+
+
+def main() -> None:
+    """Run the node."""
+    sys.modules["simulation_interfaces.srv"] = None  # type: ignore[assignment]
+    drive_sim.main()
