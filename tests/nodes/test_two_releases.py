@@ -57,8 +57,10 @@ def test_releases_talk_to_each_other(fleet: Fleet, other: str) -> None:
     fleet.until(
         lambda: joints and JointSample.of(joints[-1]).spindle_speed == 200.0, "the final speed"
     )
-    assert fleet.value("drive_sim", "last trajectory") == "followed"
-    assert blocks and fleet.health("profile_controller") is not None
+    fleet.until(
+        lambda: fleet.value("drive_sim", "last trajectory") == "followed", "it is acknowledged"
+    )
+    fleet.until(lambda: blocks and fleet.health("profile_controller"), "blocks and diagnostics")
     assert fleet.set("profile_controller", profile="no-ball")[0]
     assert fleet.stop("profile_controller") == 0  # it would continue to command 200 rad/s
     fleet.command(150.0)
