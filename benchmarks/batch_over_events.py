@@ -33,7 +33,7 @@ from ab_sim.analysis.metrics import metrics_of  # noqa: E402
 from ab_sim.cli.outputs import write_json  # noqa: E402
 from ab_sim.design.batch import Batch, simulate_batch  # noqa: E402
 from ab_sim.design.batch.prepared_run import steps_of  # noqa: E402
-from ab_sim.design.batch.variations import each_run, varied_scene  # noqa: E402
+from ab_sim.design.batch.variations import values_of_runs, varied_scene  # noqa: E402
 from ab_sim.design.sweep import DEFAULT_METRICS  # noqa: E402
 from ab_sim.drive import Drive  # noqa: E402
 from ab_sim.scene import Scene, load_scene  # noqa: E402
@@ -90,7 +90,7 @@ KINDS = [
 def one_by_one(scene: Scene, columns: Columns) -> int:
     """Run and judge one after the other; how many events there were."""
     events = 0
-    for number, variation in enumerate(each_run(columns)):
+    for number, variation in enumerate(values_of_runs(columns)):
         own = varied_scene(scene, variation, number)
         drive = Drive(own)
         metrics_of(drive.advance(steps_of(own)), own, DEFAULT_METRICS).report()

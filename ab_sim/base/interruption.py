@@ -76,7 +76,7 @@ def kept_from_children() -> Iterator[None]:
 
     They inherit the signals that the thread blocks, from their first instruction on. In this
     process another thread takes the signals, so that none is lost. A signal to such a process waits
-    until it calls ``heed``.
+    until it calls ``accept_signals``.
     """
     if not hasattr(signal, "pthread_sigmask"):  # Windows, which has other means
         yield
@@ -88,13 +88,13 @@ def kept_from_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
-def heed() -> None:
+def accept_signals() -> None:
     """Accept the signals that ``kept_from_children`` has blocked for this process."""
     if hasattr(signal, "pthread_sigmask"):
         signal.pthread_sigmask(signal.SIG_UNBLOCK, KEPT)
 
 
-def leave(code: int) -> NoReturn:
+def exit_process(code: int) -> NoReturn:
     """End the process with an exit code, after everything has been cleaned up.
 
     Python itself would first free compiled kernels and modules, which takes half a second, or two
@@ -125,7 +125,7 @@ def left_at_exit() -> Iterator[None]:
             raise
         code = _exit_code_of(error)
     if _leaving:
-        leave(code)
+        exit_process(code)
 
 
 def _exit_code_of(error: BaseException) -> int:

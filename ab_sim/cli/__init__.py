@@ -29,7 +29,7 @@ def main() -> None:
     except AbSimError as error:
         print(f"ab-sim: {visible(str(error))}", file=sys.stderr)
         if isinstance(error, Interrupted):
-            interruption.leave(error.exit_code)
+            interruption.exit_process(error.exit_code)
         sys.exit(error.exit_code)
     except OSError as error:
         if error.errno not in _NO_ROOM or error.filename is not None:

@@ -17,7 +17,7 @@ from ab_sim.base.output_file import (
 )
 from ab_sim.base.progress import Progress
 from ab_sim.cli.checks import check_positive, require_ros
-from ab_sim.cli.outputs import people, results, say_written
+from ab_sim.cli.outputs import people, print_written, results
 from ab_sim.cli.progress import progress_bar
 from ab_sim.cli.recording_commands import (
     ExportOptions,
@@ -86,7 +86,7 @@ def _export_bag(options: ExportOptions, mcap: Path, part: formats.Part) -> None:
     if not run.complete:
         people.print(f"{recording} was not finished; what it holds is exported")
     results.print(f"{run.extent.rows} samples in {messages} messages")
-    say_written([mcap])
+    print_written([mcap])
 
 
 def _table_command(options: ExportOptions, part: formats.Part) -> Command:
@@ -157,7 +157,7 @@ def import_command(options: ImportOptions) -> None:
         f", {import_result.missing} steps missing between them" if import_result.missing else ""
     )
     results.print(f"{import_result.rows} samples{missing}")
-    say_written(import_result.files)
+    print_written(import_result.files)
 
 
 def repair_command(options: RepairOptions) -> None:
@@ -174,7 +174,7 @@ def repair_command(options: RepairOptions) -> None:
         return
     lost = f"; {repaired.lost} bytes at its end were torn and are lost" if repaired.lost else ""
     results.print(f"{repaired.messages} messages{lost}")
-    say_written([bag])
+    print_written([bag])
 
 
 def replay_command(options: ReplayOptions) -> None:

@@ -11,7 +11,7 @@ from ab_sim.base.output_file import check_writable
 from ab_sim.cli.checks import require_ros
 from ab_sim.cli.scene_commands import DemoOptions
 from ab_sim.cli.watching import (
-    check_wish,
+    check_view_option,
     console,
     follow_run,
     recorder_parameters,
@@ -34,7 +34,7 @@ def run_demo(options: DemoOptions) -> None:
         AbSimError: a node failed; the message names its log.
     """
     out, view = options.out, options.view
-    check_wish(view)
+    check_view_option(view)
     require_ros("for a live run")
     from ab_sim.cli.live_run import LiveRun
 

@@ -11,7 +11,7 @@ from rich.text import Text
 from ab_sim.base.errors import InputError, nearest
 from ab_sim.base.output_file import REPORT
 from ab_sim.base.scene_files import find_scene, read_scene_file, scene_names
-from ab_sim.cli.outputs import PlainConsole, check_files, own_command, say_written, write_json
+from ab_sim.cli.outputs import PlainConsole, check_files, own_command, print_written, write_json
 from ab_sim.cli.scene_commands import (
     EffectsOptions,
     KeysOptions,
@@ -91,7 +91,7 @@ def print_schema(options: SchemaOptions) -> None:
     check_files((options.out, REPORT, "--out"))
     write_json(scene_schema(), "-" if options.out is None else str(options.out))
     if options.out is not None:
-        say_written([options.out])
+        print_written([options.out])
 
 
 def print_metrics(options: MetricsOptions) -> None:

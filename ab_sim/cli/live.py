@@ -12,7 +12,7 @@ from ab_sim.cli.checks import require_ros
 from ab_sim.cli.scene_commands import LiveOptions
 from ab_sim.cli.watching import (
     NOWHERE,
-    check_wish,
+    check_view_option,
     console,
     follow_run,
     recorder_parameters,
@@ -36,7 +36,7 @@ def run_live(options: LiveOptions) -> None:
         AbSimError: a node failed; the message has its last output.
     """
     view, record = options.view, options.record
-    check_wish(view)
+    check_view_option(view)
     scene = load_scene(options.scene, options.change)
     duration = scene.duration if options.seconds is None else options.seconds
     if not (math.isfinite(duration) and duration > 0.0):

@@ -62,7 +62,7 @@ def check_files(*outputs: Output) -> None:
             check_writable(path, option)
 
 
-def say_written(files: Iterable[Path]) -> None:
+def print_written(files: Iterable[Path]) -> None:
     """Print the names of the written files."""
     for file in files:
         people.print(f"wrote {file}")

@@ -16,8 +16,8 @@ from ab_sim.cli.outputs import (
     Output,
     check_files,
     people,
+    print_written,
     results,
-    say_written,
     write_json,
 )
 from ab_sim.cli.progress import interruptible, progress_bar
@@ -100,7 +100,7 @@ class Command(NamedTuple):
             console.print(item, soft_wrap=isinstance(item, WholeLine))
         if failures:
             raise failures[0]
-        say_written(written)
+        print_written(written)
         if outcome.failure is not None:
             raise NothingFound(outcome.failure)
 

@@ -29,7 +29,7 @@ GLANCE = 0.1
 """Time between two checks for a page or for Enter [s]."""
 
 
-def check_wish(view: str) -> None:
+def check_view_option(view: str) -> None:
     """Refuse a ``--view`` that cannot show anything.
 
     Raises:

@@ -10,7 +10,7 @@ from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.base.stored_numbers import reason_of
 from ab_sim.control import SensorFacts, StartUp, StartUpSettings, State
 from ab_sim.control.settings import Quantity
-from ab_sim.drive.controller import TimedDecision, stamp
+from ab_sim.drive.controller import TimedDecision, stamped_time
 from ab_sim.drive.faults.fault import SPINDLE, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.sensing import digits, noise_variance
@@ -104,7 +104,7 @@ class AdaptiveController:
         """Return the command of a step; see ``RunController``."""
         if len(newest):
             self._hear(newest)
-        return None if step % self._per_command else self._decide(stamp(step, self._step_ns))
+        return None if step % self._per_command else self._decide(stamped_time(step, self._step_ns))
 
     def _hear(self, run: Trajectory) -> None:
         rows, at = taken(run, self._per_sample), run.channels.index
@@ -115,7 +115,7 @@ class AdaptiveController:
         columns = np.column_stack((rows[:, at("angle")], speed, readings.T))
         for step, row in zip(steps.tolist(), columns.tolist(), strict=True):
             if not self._faults.silent(step) & self._heard:
-                self.start_up.sample(stamp(step, self._step_ns), *row)
+                self.start_up.sample(stamped_time(step, self._step_ns), *row)
 
     def _decide(self, time: float) -> float | None:
         start_up = self.start_up

@@ -49,6 +49,6 @@ class RunController(Protocol):
         """
 
 
-def stamp(step: int, step_ns: int) -> float:
+def stamped_time(step: int, step_ns: int) -> float:
     """Return the time of a step [s], with the bits that a receiver of its stamp [ns] computes."""
     return step * step_ns * 1e-9

@@ -8,7 +8,7 @@ import numpy as np
 
 from ab_sim.base.errors import NOT_AS_WRITTEN, SceneError
 from ab_sim.base.stored_numbers import reason_of
-from ab_sim.drive.controller import TimedDecision, stamp
+from ab_sim.drive.controller import TimedDecision, stamped_time
 from ab_sim.drive.faults.fault import VIBRATION, Fault
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.trajectory import Trajectory, taken
@@ -70,7 +70,7 @@ class SegmentsController:
                 self._hear(newest, name, every)
         if step % self._per_command:
             return None
-        self._time = stamp(step, self._step_ns)
+        self._time = stamped_time(step, self._step_ns)
         if step:
             return self._run.tick(self._time)
         self._run.start(self._time, self._execution, self._deceleration)
@@ -83,7 +83,7 @@ class SegmentsController:
         steps = rows[:, 0].astype(np.int64)
         steps, readings = self._faults.sampled(name, steps, rows[:, columns])
         for step, vector in zip(steps.tolist(), readings.tolist(), strict=True):
-            now = stamp(step, self._step_ns)
+            now = stamped_time(step, self._step_ns)
             self._execution.receive(now, name, step * self._step_ns, vector)
 
     def _say(self, status: str, well: bool) -> None:

@@ -13,6 +13,6 @@ NEEDS_ROS = (
 if sys.argv[0] == "-m":
     # `python -m` is about to start a node, whose imports take seconds.
     interruption.watch()
-    interruption.heed()
+    interruption.accept_signals()
     if importlib.util.find_spec("rclpy") is None:
         sys.exit(NEEDS_ROS)

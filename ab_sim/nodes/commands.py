@@ -40,7 +40,7 @@ WATCHDOG_TEXTS = {
 }
 
 
-def not_called(message: Any) -> None:
+def unused_callback(message: Any) -> None:
     """Do nothing: the subscription is read at wake-ups, and not by the executor."""
 
 
@@ -83,7 +83,9 @@ class PendingCommands:
 
     def listen(self) -> None:
         """Subscribe to the topics."""
-        self._subscriptions = tuple(topic.subscription(self._node, not_called) for topic in TOPICS)
+        self._subscriptions = tuple(
+            topic.subscription(self._node, unused_callback) for topic in TOPICS
+        )
 
     def close(self) -> None:
         """Destroy the subscriptions."""

@@ -15,7 +15,7 @@ from ab_msgs_py.services import EMERGENCY_STOP, answer_waiting
 from ab_sim.base.errors import AbSimError, CommandError, Interrupted
 from ab_sim.base.output_file import REPORT, check_ending
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.nodes.commands import not_called
+from ab_sim.nodes.commands import unused_callback
 from ab_sim.nodes.drive_health import PERIOD
 from ab_sim.nodes.drive_settings import DRIVE_PARAMETERS, rates_of, tolerance_of
 from ab_sim.nodes.fair_lock import FairLock
@@ -58,7 +58,7 @@ class DriveNode(ManagedNode):
     @property
     def subscriptions(self) -> Iterator[Subscription[Any]]:
         """Subscriptions that the executor serves: all but commands, which are read at wake-ups."""
-        return (s for s in super().subscriptions if s.callback is not not_called)
+        return (s for s in super().subscriptions if s.callback is not unused_callback)
 
     @property
     def session(self) -> Session | None:

@@ -41,7 +41,7 @@ def completes(destroy: Callable[[], None], longest: float = LONGEST) -> bool:
 
     Returns:
         True if this is done. If not, ROS must not be called again, and only
-        ``interruption.leave`` ends the process.
+        ``interruption.exit_process`` ends the process.
     """
     failures: list[BaseException] = []
 

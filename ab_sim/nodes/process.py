@@ -75,7 +75,7 @@ def run_node(
     finally:
         if has_left:
             rclpy.try_shutdown()
-    interruption.leave(code)
+    interruption.exit_process(code)
 
 
 def _made(make: Callable[[], SomeNode]) -> SomeNode:

@@ -80,4 +80,4 @@ class StallGuard:
             file=sys.stderr,
         )
         leave_graph(self._node, LEAVING)
-        interruption.leave(1)
+        interruption.exit_process(1)

@@ -41,7 +41,7 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     schema = bare_schema()
     rows = _below("", schema, schema["$defs"])
     wanted = section.split(".") if section else []
-    chosen = [row for row in rows if begins(row.key.split("."), wanted)]
+    chosen = [row for row in rows if key_starts_with(row.key.split("."), wanted)]
     # The entries of a list have a row of their own only where one of them is named.
     depth = len(wanted)
     chosen = [
@@ -52,7 +52,7 @@ def scene_keys(section: str = "") -> list[SceneKey]:
     raise InputError(f"{short(section)}: a scene has no such key{_near(section, rows)}")
 
 
-def begins(key: Sequence[str], wanted: Sequence[str]) -> bool:
+def key_starts_with(key: Sequence[str], wanted: Sequence[str]) -> bool:
     """Return whether the parts of a row's key begin with those of a key in a scene."""
     return len(wanted) <= len(key) and all(
         part == wanted_part or part == NAME or (part == ENTRY and wanted_part.isdecimal())

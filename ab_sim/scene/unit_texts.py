@@ -8,7 +8,7 @@ import functools
 from importlib import import_module
 from typing import Any
 
-from ab_sim.scene.keys import SceneKey, begins, scene_keys
+from ab_sim.scene.keys import SceneKey, key_starts_with, scene_keys
 from ab_sim.scene.registry import effect_classes
 from ab_sim.scene.schema import STEPPERS
 from ab_sim.scene.units import NO_UNIT, has_unit, in_si
@@ -62,7 +62,7 @@ def unit_at(key: Key) -> str:
         units = {
             unit
             for parts, unit in units_of_keys
-            if len(parts) == len(wanted) and begins(parts, wanted)
+            if len(parts) == len(wanted) and key_starts_with(parts, wanted)
         }
         if units:  # two steppers may use one name for numbers with different units
             return units.pop() if len(units) == 1 else "-"

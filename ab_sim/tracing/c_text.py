@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from decimal import Decimal
 from typing import NamedTuple
 
-from ab_sim.tracing.expression import Expression, reached
+from ab_sim.tracing.expression import Expression, reachable_nodes
 from ab_sim.tracing.functions import GROUP
 
 BALLS = "BALLS"
@@ -130,7 +130,7 @@ class _Statements:
         self, stores: Sequence[Store], inputs: Mapping[str, str], known_texts: Mapping[int, str]
     ) -> None:
         self._stores, self._inputs, self._known = stores, inputs, known_texts
-        self._nodes = reached([store.root for store in stores], known_texts)
+        self._nodes = reachable_nodes([store.root for store in stores], known_texts)
         self._round: dict[int, int] = {}
         for x in self._nodes:
             behind = x.op == "total" and x.args[0].each

@@ -6,7 +6,7 @@ from ab_sim.tracing.expression import (
     Expression,
     across,
     is_constant,
-    reached,
+    reachable_nodes,
     rows,
     total,
     where,
@@ -39,7 +39,7 @@ def derivatives(
         if x.op != "input":
             raise ValueError(f"a direction changes inputs; {x} is none")
     rates: dict[int, Expression] = {}
-    for x in reached(roots):
+    for x in reachable_nodes(roots):
         zero = x.graph.constant(0.0)
         changes = [rates[arg.number] for arg in x.args]
         if x in along:

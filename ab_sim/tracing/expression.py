@@ -314,7 +314,9 @@ def rebuilt(x: Expression, args: Iterable[Expression]) -> Expression:
     return REBUILD[x.op](*arguments) if x.op in REBUILD else x.graph.node(x.op, *arguments)
 
 
-def reached(roots: Iterable[Expression], known_numbers: Container[int] = ()) -> list[Expression]:
+def reachable_nodes(
+    roots: Iterable[Expression], known_numbers: Container[int] = ()
+) -> list[Expression]:
     """Return the roots and all nodes on which they depend, arguments first.
 
     Args:

@@ -9,7 +9,7 @@ import struct
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from ab_sim.tracing.expression import ROWS, Expression, reached
+from ab_sim.tracing.expression import ROWS, Expression, reachable_nodes
 from ab_sim.tracing.functions import GROUP, added_up
 
 
@@ -361,7 +361,7 @@ def border(roots: Sequence[Expression], level: int) -> list[Expression]:
     """
     by_number: dict[int, Expression] = {}
     ahead = [root for root in roots if root.level <= level]
-    ahead += [arg for x in reached(roots) if x.level > level for arg in x.args]
+    ahead += [arg for x in reachable_nodes(roots) if x.level > level for arg in x.args]
     while ahead:
         x = ahead.pop()
         if x.level > level or x.op in ("const", "input") or x.number in by_number:

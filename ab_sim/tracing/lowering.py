@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from ab_sim.tracing.cosine import cos_sin
-from ab_sim.tracing.expression import Expression, fma, neg, reached, rebuilt
+from ab_sim.tracing.expression import Expression, fma, neg, reachable_nodes, rebuilt
 
 NOTHING: Mapping[Expression, Expression] = {}
 """Default of ``mapped``: no input is replaced."""
@@ -43,7 +43,7 @@ def fused(roots: Iterable[Expression]) -> list[Expression]:
     levels: one that is known before the run stays a value that can be computed once.
     """
     roots = list(roots)
-    nodes = reached(roots)
+    nodes = reachable_nodes(roots)
     uses = Counter(arg.number for x in nodes for arg in x.args)
     uses.update(root.number for root in roots)
     once = {x.number for x in nodes if x.op == "mul" and uses[x.number] == 1}
@@ -73,6 +73,6 @@ def mapped(
     """
     roots = list(roots)
     new: dict[int, Expression] = {}
-    for x in reached(roots):
+    for x in reachable_nodes(roots):
         new[x.number] = rule(x, [new[arg.number] for arg in x.args]) if x.args else inputs.get(x, x)
     return [new[root.number] for root in roots]

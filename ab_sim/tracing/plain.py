@@ -5,7 +5,7 @@ from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 from typing import Any
 
-from ab_sim.tracing.expression import Expression, reached
+from ab_sim.tracing.expression import Expression, reachable_nodes
 
 _FORMS = {
     "add": "{} + {}",
@@ -49,7 +49,7 @@ def python_function(
 def python_text(roots: Sequence[Expression], names: Mapping[str, str]) -> str:
     """Return the source of ``python_function``'s result."""
     lines, texts = [], {}
-    for x in reached(roots):
+    for x in reachable_nodes(roots):
         if x.op == "const":
             texts[x.number] = f"({x.payload!r})"
         elif x.op == "input":

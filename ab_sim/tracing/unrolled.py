@@ -2,7 +2,16 @@
 
 from collections.abc import Iterable
 
-from ab_sim.tracing.expression import ROWS, Expression, Level, add, fma, mul, reached, rebuilt
+from ab_sim.tracing.expression import (
+    ROWS,
+    Expression,
+    Level,
+    add,
+    fma,
+    mul,
+    reachable_nodes,
+    rebuilt,
+)
 from ab_sim.tracing.functions import added_up
 
 
@@ -24,7 +33,7 @@ def unrolled(roots: Iterable[Expression], balls: int) -> list[list[Expression]]:
     """
     roots = list(roots)
     new: dict[int, list[Expression]] = {}
-    for x in reached(roots):
+    for x in reachable_nodes(roots):
         if x.op == "total":
             of = new[x.args[0].number]
             parts = of if len(of) == balls else of * balls

@@ -8,7 +8,7 @@ import pytest
 
 from ab_sim.drive import Drive
 from ab_sim.drive.faults.fault import faults_of
-from ab_sim.drive.faults.plant import faulty_system, jam
+from ab_sim.drive.faults.plant import faulty_system, stop_held_balls
 from ab_sim.drive.observation import Observation
 from ab_sim.model.dynamics.assemble import system_of
 from ab_sim.model.dynamics.system import DIRECTION, MOBILITY
@@ -300,7 +300,7 @@ def test_a_shock_may_turn_the_way_in_which_other_balls_slide() -> None:
     discrete_state = drive.snapshot().discrete_state.copy()
     held = system._replace(balls=system.balls.copy())
     held.balls[0, MOBILITY] = 0.0
-    jam(held, state, discrete_state, [0], 0.0)
+    stop_held_balls(held, state, discrete_state, [0], 0.0)
     rates = state[layout.rates]
     assert rates[0] == 0.0 and rates[1] < 0.0, "the case that is wanted: a ball that turns round"
     assert discrete_state[:3, DIRECTION].tolist() == np.sign(rates).tolist()

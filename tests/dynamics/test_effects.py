@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from ab_sim.drive import Drive
-from ab_sim.engine.kernels.constants import layout_of_constants, traced
+from ab_sim.engine.kernels.constants import layout_of_constants, replace_floats
 from ab_sim.engine.kernels.emission import Emission
 from ab_sim.engine.kernels.model import Model
 from ab_sim.model.dynamics.assemble import system_of
@@ -21,7 +21,7 @@ from ab_sim.model.spindle import Ramp
 from ab_sim.scene import check_scene
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Expression, Graph, lowered
-from ab_sim.tracing.expression import reached
+from ab_sim.tracing.expression import reachable_nodes
 from ab_sim.tracing.plain import python_function
 from tests.conftest import THESIS, merge
 from tests.effects.parts import NO_LOSSES, scene_of
@@ -114,7 +114,7 @@ def test_an_effect_computes_and_does_nothing_else(name: str) -> None:
         numbers = result if isinstance(result, tuple) else (result,)
         assert {type(number) for number in numbers} == {float}
         given: dict[str, float] = {}
-        this, those = traced((effect, arguments), "x", _input(Graph(), given))
+        this, those = replace_floats((effect, arguments), "x", _input(Graph(), given))
         made = getattr(this, method)(*those)
         roots = [x for x in (made if isinstance(made, tuple) else (made,))]
         inputs = {key: f"v{k}" for k, key in enumerate(given)}
@@ -149,7 +149,7 @@ def emission_of(chosen: dict[str, Any]) -> Emission:
 def parameters_used(emission: Emission) -> set[str]:
     """Inputs that something depends on that is emitted."""
     roots = [x for group in emission.roots.values() for x in group]
-    return {str(x.payload) for x in reached(roots) if x.op == "input"}
+    return {str(x.payload) for x in reachable_nodes(roots) if x.op == "input"}
 
 
 @pytest.mark.parametrize("name", effect_classes())

@@ -17,7 +17,7 @@ from ab_sim.model.equations.race import BallConstants, on_race, relative_load
 from ab_sim.scene.quantities import Number, quantity
 from ab_sim.scene.registry import effect_classes, effect_parameters
 from ab_sim.tracing import Graph, lowered
-from ab_sim.tracing.expression import reached
+from ab_sim.tracing.expression import reachable_nodes
 from ab_sim.tracing.plain import python_function
 from ab_sim.tracing.unrolled import name_of, unrolled
 
@@ -148,7 +148,7 @@ def test_floats_compute_what_the_trace_does(name: str) -> None:
     for formula in formulas_of(effect):
         equations, _, fields = traced_method(effect, formula.method)
         roots = lowered(equation.right for equation in equations)
-        symbols = {node.payload for node in reached(roots) if node.op == "input"}
+        symbols = {node.payload for node in reachable_nodes(roots) if node.op == "input"}
         given = {symbol: float(generator.uniform(0.1, 2.0)) for symbol in sorted(symbols)}
         arguments = {symbol: f"v{k}" for k, symbol in enumerate(given)}
         traced = python_function(roots, arguments)(**{arguments[s]: given[s] for s in given})

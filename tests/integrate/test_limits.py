@@ -11,7 +11,7 @@ import pytest
 
 from ab_sim.base.errors import CommandError, DivergedError, SceneError
 from ab_sim.drive import Drive
-from ab_sim.engine.integrate.choose import choose_stepper, limiting
+from ab_sim.engine.integrate.choose import choose_stepper, step_limiting_rates
 from ab_sim.engine.integrate.limits import largest_step, stability_limit
 from ab_sim.engine.integrate.registry import stepper_named, steppers
 from ab_sim.engine.integrate.vector_field import VectorField
@@ -121,7 +121,7 @@ def test_refusal_names_a_step_that_is_accepted(name: str, balls: int, scene: Any
     assert named is not None
     step = float(named.group(1))
     drive = Drive(scene(balls={"count": balls}, solver={"stepper": name, "step": step}))
-    rates = limiting(stepper_named(name), linear_rates(drive.system, 400.0)).values()
+    rates = step_limiting_rates(stepper_named(name), linear_rates(drive.system, 400.0)).values()
     reach = max(
         abs(rate) * step / stability_limit(stepper_named(name), cmath.rect(1.0, cmath.phase(rate)))
         for rate in rates

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from ab_sim.analysis.floquet import TurnMap, solutions_of
-from ab_sim.analysis.floquet.stability import apart
+from ab_sim.analysis.floquet.stability import multiplier_distance
 from ab_sim.scene import Scene
 from tests.analysis.floquet.scenes import deck, equal, plane
 from tests.reference.cases import LITERATURE, oracle_cases
@@ -48,7 +48,7 @@ def test_multipliers_with_an_unequal_suspension(value: dict[str, Any]) -> None:
     )
     found = solutions_of(scene, value["speed"])[0]
     expected = np.array([complex(*each[:2]) for each in value["multipliers"]])
-    assert apart(found.multipliers, expected) < 1e-12
+    assert multiplier_distance(found.multipliers, expected) < 1e-12
     assert found.largest == pytest.approx(value["max_abs"], abs=1e-12)
     assert found.stable is value["stable"]
     np.testing.assert_allclose(found.orbit.start, value["start"], rtol=1e-9, atol=1e-11)

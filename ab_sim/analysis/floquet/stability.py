@@ -176,7 +176,7 @@ def _same(turn: TurnMap, one: Stability, other: Stability) -> bool:
     """Return whether two solutions are equal up to an exchange of balls."""
     length = turn.scale[0]
     near = np.allclose(one.whirl, other.whirl, rtol=1e-6, atol=STILL * length)
-    return near and apart(one.multipliers, other.multipliers) <= STRUCTURAL
+    return near and multiplier_distance(one.multipliers, other.multipliers) <= STRUCTURAL
 
 
 def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
@@ -196,13 +196,13 @@ def judged(turn: TurnMap, orbit: Orbit, name: str) -> Stability | None:
         if finer is None:
             return None
         before, multipliers = multipliers, multipliers_of(finer)
-        difference = apart(before, multipliers)
+        difference = multiplier_distance(before, multipliers)
         orbit = finer._replace(iterations=orbit.iterations + finer.iterations)
     layout = turn.layout
     angles = orbit.states[:, layout.angles]
     turned = np.round((angles[-1] - angles[0]) / (2.0 * math.pi))
     mean = 2.0 * math.pi * turned * np.linspace(0.0, 1.0, len(angles))[:, None]
-    swings = [between(swing[:-1] - swing[0]).real for swing in (angles - mean).T]
+    swings = [interpolate_periodic(swing[:-1] - swing[0]).real for swing in (angles - mean).T]
     balanced = _keeps_still(turn, orbit)
     return Stability(
         scene=turn.scene.name,
@@ -230,7 +230,7 @@ def multipliers_of(orbit: Orbit) -> np.ndarray:
     ]
 
 
-def apart(ones: np.ndarray, others: np.ndarray) -> float:
+def multiplier_distance(ones: np.ndarray, others: np.ndarray) -> float:
     """Return the distance of two sets of multipliers: the largest in their best matching."""
     distance = np.abs(ones[:, None] - others[None, :])
     return float(distance[linear_sum_assignment(distance)].max(initial=0.0))
@@ -274,11 +274,11 @@ def _whirl(turn: TurnMap, orbit: Orbit) -> tuple[float, float]:
     psi = turn.scene.start.angle + turn.speed * turn.period * np.linspace(0, 1, orbit.steps + 1)
     x, y = deck_model.place(orbit.states[:, deck], psi)[:-1, :2].T
     place = rest_of(turn.scene).place
-    whirl = np.abs(between((x - place[0]) + 1j * (y - place[1])))
+    whirl = np.abs(interpolate_periodic((x - place[0]) + 1j * (y - place[1])))
     return float(whirl.min()), float(whirl.max())
 
 
-def between(values: np.ndarray) -> np.ndarray:
+def interpolate_periodic(values: np.ndarray) -> np.ndarray:
     """Interpolate a periodic function between equidistant samples by its Fourier series.
 
     Args:

@@ -33,7 +33,7 @@ class Residuals:
             angles: ball angles [rad], shape (runs, samples, balls), C-contiguous.
         """
         squares = np.empty(angles.shape[:2])
-        compiled(squares_left)(self._own, self._real, self._imaginary, angles, squares)
+        compiled(residual_squares)(self._own, self._real, self._imaginary, angles, squares)
         self._mean.take_squares(squares)
         return squares
 
@@ -49,7 +49,7 @@ class Residuals:
         return [value if has else None for value, has in values]
 
 
-def squares_left(
+def residual_squares(
     unbalance: Table, real: Table, imaginary: Table, angles: Cube, squares: Table
 ) -> None:
     """Compute abs(o + sum s_i exp(i theta_i))^2 at all samples of runs; to be compiled.

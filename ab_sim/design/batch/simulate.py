@@ -13,7 +13,7 @@ from ab_sim.design.batch.prepared_run import PreparedRun, kernel_stride, steps_o
 from ab_sim.design.batch.result import Batch
 from ab_sim.design.batch.run_columns import split_of
 from ab_sim.design.batch.run_prepared import run_prepared
-from ab_sim.design.batch.variations import Variations, by_key, each_run, varied, varied_scene
+from ab_sim.design.batch.variations import Variations, by_key, values_of_runs, varied, varied_scene
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.engine.stepping.side_by_side import LANES
 from ab_sim.scene import Scene
@@ -91,7 +91,7 @@ def simulate_batch(
     (array([...]), ())
     """
     scene = as_scene(scene)
-    each_variation = each_run(variations)
+    each_variation = values_of_runs(variations)
     keep = metrics is None if samples is None else samples
     keys = [metric.key for metric in metrics_named(metrics or ())]
     _check_every(every, keep)

@@ -14,7 +14,7 @@ Variations = Sequence[Mapping[str, object]] | Mapping[str, Sequence[object] | np
 """Values by dotted key for each run, or values of all runs by dotted key."""
 
 
-def each_run(variations: Variations) -> Sequence[Mapping[str, object]]:
+def values_of_runs(variations: Variations) -> Sequence[Mapping[str, object]]:
     """Return the values of each run.
 
     Raises:

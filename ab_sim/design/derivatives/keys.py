@@ -12,7 +12,7 @@ from ab_sim.base.errors import InputError, SceneError, nearest
 from ab_sim.base.quoting import short
 from ab_sim.model.equations.neighbours import start_angles
 from ab_sim.scene.changes import value_at
-from ab_sim.scene.keys import SceneKey, begins, scene_keys
+from ab_sim.scene.keys import SceneKey, key_starts_with, scene_keys
 from ab_sim.scene.load import changed_scene
 from ab_sim.scene.model import Scene
 from ab_sim.scene.registry import effect_classes
@@ -138,7 +138,9 @@ def _unit(parts: Sequence[str]) -> str:
 
 
 def _row(parts: Sequence[str]) -> SceneKey | None:
-    rows = (row for row in _rows(tuple(effect_classes())) if begins(row.key.split("."), parts))
+    rows = (
+        row for row in _rows(tuple(effect_classes())) if key_starts_with(row.key.split("."), parts)
+    )
     return next((row for row in rows if row.key.count(".") == len(parts) - 1), None)
 
 

@@ -30,7 +30,7 @@ from ab_sim.base.progress import Progress
 from ab_sim.drive.accuracy.deviation import Deviation, deviation, rounding
 from ab_sim.drive.accuracy.trials import Run, Trials, Tried
 from ab_sim.drive.accuracy.work_precision import SAFETY, WorkPrecision, setting, share_of
-from ab_sim.engine.integrate.choose import STIFF, USUAL, limiting, top_speed
+from ab_sim.engine.integrate.choose import STIFF, USUAL, step_limiting_rates, top_speed
 from ab_sim.engine.integrate.limits import largest_step
 from ab_sim.engine.integrate.registry import parameters_of, stepper_named, steppers
 from ab_sim.engine.integrate.stepper import Stepper
@@ -104,7 +104,7 @@ class _Search:
         priced = [s for s in steppers().values() if s.priced and (s.locates_events or not eventful)]
         self._tolerant = [s for s in priced if s.keeps_tolerance]
         by_step = [s for s in priced if not s.keeps_tolerance]
-        longest = {s.name: largest_step(s, limiting(s, rates))[0] for s in by_step}
+        longest = {s.name: largest_step(s, step_limiting_rates(s, rates))[0] for s in by_step}
         self._usual, other = stepper_named(USUAL), stepper_named(STIFF)
         without_drag = largest_step(self._usual, beside_drag)[0]
         stiff = without_drag >= DRAG_RULES * longest[USUAL]

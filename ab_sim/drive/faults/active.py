@@ -9,7 +9,7 @@ import numpy as np
 from ab_sim.drive.disc import on_other_axes
 from ab_sim.drive.drive import Drive
 from ab_sim.drive.faults.fault import SPINDLE, VIBRATION, of_the_plant
-from ab_sim.drive.faults.plant import held_balls, jam
+from ab_sim.drive.faults.plant import held_balls, stop_held_balls
 from ab_sim.drive.faults.sensed import SensedFaults
 from ab_sim.drive.observation import Snapshot
 from ab_sim.drive.trajectory import Trajectory
@@ -120,8 +120,9 @@ def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveF
     """Continue the motion of a drive in another one of the same scene with other faults.
 
     The only jumps are these. A ball that sticks from now on stops at once and passes its momentum
-    to the rest (``plant.jam``); a lost ball takes its momentum along. A ball that was stuck or lost
-    is free from its last position, at the race's speed. A disc that has slipped is put back.
+    to the rest (``plant.stop_held_balls``); a lost ball takes its momentum along. A ball that was
+    stuck or lost is free from its last position, at the race's speed. A disc that has slipped is
+    put back.
 
     Returns:
         The faults of the other drive.
@@ -135,7 +136,7 @@ def transfer_faults(drive: Drive, other: Drive, before: ActiveFaults) -> ActiveF
         psi = kept.profile.angle(kept.steps * kept.step)
         if has_motor(other.system.effects):
             psi = float(state[other.layout.spindle][0])
-        jam(other.system, state, discrete_state, held_balls(other.faults), psi)
+        stop_held_balls(other.system, state, discrete_state, held_balls(other.faults), psi)
         # The stepper's memory belongs to other constants.
         kept = kept._replace(state=state, discrete_state=discrete_state, memory=np.empty(0))
     other.restore(kept)

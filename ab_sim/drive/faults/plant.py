@@ -70,7 +70,7 @@ def held_balls(faults: Iterable[Fault]) -> list[int]:
     return sorted(ball_number(fault) for fault in faults if fault.ails in OF_BALLS)
 
 
-def jam(
+def stop_held_balls(
     system: System,
     state: np.ndarray,
     discrete_state: np.ndarray,

@@ -17,7 +17,7 @@ from ab_sim.engine.events.event_functions import (
     RATE_ROUNDING,
     SLIDE,
     TOUCH,
-    look_at_start,
+    evaluate_at_start,
     motor_functions,
 )
 from ab_sim.engine.events.impact import collide
@@ -94,7 +94,7 @@ def solve_complementarity(run: Run, time: float, slot: int, plastic: bool) -> No
         work.counts[1] += 1
         put_branches(balls)
         evaluate(run, time, run.state, work.slope)
-    look_at_start(run)
+    evaluate_at_start(run)
 
 
 def come_to_rest(balls: BallEvents, state: Floats, stopped: int) -> None:

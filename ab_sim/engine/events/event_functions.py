@@ -71,7 +71,7 @@ def event_functions(
         motor_functions(balls, value, rounding)
 
 
-def look_at_start(run: Run) -> None:
+def evaluate_at_start(run: Run) -> None:
     """Compute all event functions at a step's start, right after ``evaluate`` there.
 
     Rates of forces are marked as not measured.

@@ -15,7 +15,7 @@ error, and counts as *crossed* if g < -2 eps. An event is located where g + 2 ep
 from ab_sim.engine.compiling.kinds import Floats
 from ab_sim.engine.events.complementarity import solve_complementarity
 from ab_sim.engine.events.cubics import crossing, landing, minimum_of_cubic
-from ab_sim.engine.events.event_functions import NEVER, event_functions, look_at_start
+from ab_sim.engine.events.event_functions import NEVER, evaluate_at_start, event_functions
 from ab_sim.engine.events.reactions import ROUNDING
 from ab_sim.engine.events.run import Run, Workspace, evaluate, take_step
 
@@ -63,7 +63,7 @@ def check_branches(run: Run, time: float) -> None:
     counted as an event.
     """
     work = run.work
-    look_at_start(run)
+    evaluate_at_start(run)
     if first_crossed(work.value, work.value, work.rounding) >= 0:
         solve_complementarity(run, time, -1, False)
 
@@ -133,10 +133,10 @@ def within_bounds(trial: Floats, bounds: Floats) -> bool:
 def trial_step(run: Run, now: float, length: float, end: float) -> None:
     """Take a step into ``trial``, and evaluate the event functions at its end."""
     take_step(run, now, length)
-    look_at_end(run, end)
+    evaluate_at_end(run, end)
 
 
-def look_at_end(run: Run, end: float) -> None:
+def evaluate_at_end(run: Run, end: float) -> None:
     """Evaluate the event functions at the end of a trial step."""
     evaluate(run, end, run.work.trial, run.work.slope_ahead)
     put_functions_at_end(run)
@@ -205,13 +205,13 @@ def lowest_between(run: Run, now: float, length: float, end: float) -> tuple[int
         Slot of the function, -1 if there is none, and the time since the step's beginning [s].
     """
     work = run.work
-    slot, part = next_dip(run, now, length, end, 0)
+    slot, part = next_hidden_crossing(run, now, length, end, 0)
     while slot >= 0:
         trial_step(run, now, part * length, now + part * length)
         if margin(work.value_ahead, work.rounding, slot) < 0.0:
             return slot, part * length
         trial_step(run, now, length, end)
-        slot, part = next_dip(run, now, length, end, slot + 1)
+        slot, part = next_hidden_crossing(run, now, length, end, slot + 1)
     return -1, length
 
 
@@ -224,12 +224,14 @@ def may_have_event(run: Run, now: float, length: float, end: float) -> bool:
     work = run.work
     if first_crossed(work.value, work.value_ahead, work.rounding) >= 0:
         return True
-    slot, _ = next_dip(run, now, length, end, 0)
+    slot, _ = next_hidden_crossing(run, now, length, end, 0)
     return slot >= 0
 
 
-def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tuple[int, float]:
-    """Return the first slot, from ``first`` on, whose function may dip below zero within a step.
+def next_hidden_crossing(
+    run: Run, now: float, length: float, end: float, first: int
+) -> tuple[int, float]:
+    """Return the first slot, from ``first`` on, whose function may become negative within a step.
 
     Rates of forces at both ends are measured if necessary.
 
@@ -242,7 +244,7 @@ def next_dip(run: Run, now: float, length: float, end: float, first: int) -> tup
             continue
         if work.rate[slot] >= NEVER and work.measured[1] != SHORTLY * length:
             put_rates_at_ends(run, now, length, end)
-        part = dip(work, length, slot)
+        part = hidden_crossing(work, length, slot)
         if part != 0.0:
             return slot, part
     return -1, 0.0
@@ -258,8 +260,8 @@ def is_far(work: Workspace, slot: int) -> bool:
     return min(value, ahead) > NEAR * MAGNITUDE_PER_BOUND * work.rounding[slot]
 
 
-def dip(work: Workspace, length: float, slot: int) -> float:
-    """Return the fraction of a step at which a function may dip below zero, or 0 if it cannot."""
+def hidden_crossing(work: Workspace, length: float, slot: int) -> float:
+    """Return the fraction of a step at which a function may become negative, or 0 if it cannot."""
     is_force, rounding = work.rate[slot] >= NEVER, work.rounding[slot]
     change = (work.force_rate[0, slot] if is_force else work.rate[slot]) * length
     change_ahead = (work.force_rate[1, slot] if is_force else work.rate_ahead[slot]) * length
@@ -320,7 +322,7 @@ def first_event(run: Run, now: float, length: float, slot: int) -> tuple[int, fl
         earlier, bracket = lowest_between(run, now, taken, now + taken)
     if run.work.measured[1] != 0.0:
         # Measured rates have overwritten the results of the evaluation at the event.
-        look_at_end(run, now + taken)
+        evaluate_at_end(run, now + taken)
     return slot, taken
 
 

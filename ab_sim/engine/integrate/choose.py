@@ -59,7 +59,7 @@ def _automatic(step: float, speed: float, rates: Mapping[str, complex]) -> Stepp
 
 
 def _in_stable_parts(stepper: Stepper, step: float, rates: Mapping[str, complex]) -> Stepper:
-    longest, what = largest_step(stepper, limiting(stepper, rates))
+    longest, what = largest_step(stepper, step_limiting_rates(stepper, rates))
     # A stable step suffices for a motion that decays, but an oscillation has to be followed.
     if step > longest and rates[what].imag:
         longest = min(longest, FOLLOWED / abs(rates[what]))
@@ -70,7 +70,7 @@ def _effort(stepper: Stepper) -> int:
     return stepper.parts * stepper.evaluations
 
 
-def limiting(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
+def step_limiting_rates(stepper: Stepper, rates: Mapping[str, complex]) -> dict[str, complex]:
     """Return those of ``linear_rates`` that limit a stepper's step."""
     return {what: rate for what, rate in rates.items() if what != DRAG or not stepper.solves_drag}
 
@@ -129,7 +129,7 @@ def choose_stepper(scene: Scene, system: System, fastest: float | None = None) -
             if stepper.parts > 1:
                 reason += f"; takes each step in {stepper.parts} parts"
     _check_suits(stepper, scene, system)
-    limits = limiting(stepper, rates)
+    limits = step_limiting_rates(stepper, rates)
     longest, what = largest_step(stepper, limits)
     try:
         check_step(stepper, step, limits, (longest, what))

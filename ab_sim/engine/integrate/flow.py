@@ -82,7 +82,7 @@ class Flow:
             np.zeros((size + 1, lanes)),
             np.empty((stages * size, lanes)),
         )
-        compiled(fly)(self._steps, room, duration / steps, count, flown.states, flown.matrix)
+        compiled(take_steps)(self._steps, room, duration / steps, count, flown.states, flown.matrix)
         return flown
 
 
@@ -106,7 +106,7 @@ class _Room(NamedTuple):
     """Rates of the tangents, the stages below each other, shape (stages * states, lanes)."""
 
 
-def fly(
+def take_steps(
     steps: _Steps, room: _Room, length: float, columns: int, states: Table, matrix: Table
 ) -> None:
     """Take steps from the first line of ``states`` on, together with tangents.

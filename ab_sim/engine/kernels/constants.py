@@ -43,7 +43,7 @@ def flattened(value: Any, name: str) -> Iterator[tuple[str, float]]:
             yield from flattened(item, f"{name}.{part}")
 
 
-def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:
+def replace_floats(value: Any, name: str, make: Callable[[str], Any]) -> Any:
     """Return nested tuples with each float replaced by ``make`` of its name.
 
     Other values, such as counts and choices, stay, because they decide which code is traced.
@@ -52,10 +52,12 @@ def traced(value: Any, name: str, make: Callable[[str], Any]) -> Any:
         return make(name)
     if isinstance(value, np.ndarray):
         lines = [tuple(line.tolist()) if line.ndim else float(line) for line in value]
-        return tuple(traced(line, f"{name}.{k}", make) for k, line in enumerate(lines))
+        return tuple(replace_floats(line, f"{name}.{k}", make) for k, line in enumerate(lines))
     if isinstance(value, tuple):
         names = getattr(value, "_fields", range(len(value)))
-        parts = [traced(v, f"{name}.{part}", make) for part, v in zip(names, value, strict=True)]
+        parts = [
+            replace_floats(v, f"{name}.{part}", make) for part, v in zip(names, value, strict=True)
+        ]
         return type(value)(*parts) if hasattr(value, "_fields") else tuple(parts)
     return value
 
@@ -77,7 +79,7 @@ def numbers_of(system: System) -> np.ndarray:
 
 def traced_bodies(system: System, make: Callable[[str], Any]) -> tuple[Any, tuple[Any, ...]]:
     """Return deck and effects of a system with expressions instead of numbers."""
-    deck, effects = traced(_bodies(system), "", make)
+    deck, effects = replace_floats(_bodies(system), "", make)
     return deck, effects
 
 

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 from ab_sim.engine.compiling.kinds import Cube, Floats, Table, call
 from ab_sim.engine.events.balls import put_branches
-from ab_sim.engine.events.event_functions import look_at_start
+from ab_sim.engine.events.event_functions import evaluate_at_start
 from ab_sim.engine.events.location import (
     check_branches,
     cut_at_events,
-    look_at_end,
+    evaluate_at_end,
     may_have_event,
     put_functions_at_end,
 )
@@ -84,7 +84,7 @@ def advance_over_events(all_runs: LanesOverEvents, plan: LanePlan, samples: Lane
             call(runs.step, c, b, times, runs.state, runs.slopes, runs.trial)
             # All runs try the step as if there were no event. Only those in which an event is
             # possible repeat it alone, so that the common case stays vectorised.
-            look(all_runs)
+            mark_possible_events(all_runs)
             if is_any(all_runs.found):
                 step_alone(all_runs)
             settle(runs)
@@ -105,10 +105,10 @@ def enter_alone(all_runs: LanesOverEvents) -> None:
                 run.scene.c[j] = runs.c[j, lane]
             recheck_branches(runs, run, lane)
         lane += 1
-    refresh(all_runs)
+    update_event_test(all_runs)
 
 
-def look(all_runs: LanesOverEvents) -> None:
+def mark_possible_events(all_runs: LanesOverEvents) -> None:
     """Mark the runs that may have an event in the trial step."""
     runs, after = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     c, b, trial, slopes = runs.c, runs.b, runs.trial, runs.slopes
@@ -125,7 +125,7 @@ def look(all_runs: LanesOverEvents) -> None:
         lane += 1
 
 
-def refresh(all_runs: LanesOverEvents) -> None:
+def update_event_test(all_runs: LanesOverEvents) -> None:
     """Update the memory of ``event_test`` to the present states."""
     runs, now = all_runs.lanes, all_runs.lanes.times[TAKEN:]
     if not all_runs.has_contact:
@@ -157,20 +157,20 @@ def step_alone(all_runs: LanesOverEvents) -> None:
     for run in all_runs.one:
         if all_runs.found[lane] != 0.0 and is_going(runs, lane):
             if not all_runs.has_contact:
-                look_at_step(runs, run, lane)
+                evaluate_at_step_ends(runs, run, lane)
             is_resolved = step_of_one(runs, run, lane)
             all_runs.took_alone[lane] = 1.0 if is_resolved else 2.0
         lane += 1
 
 
-def look_at_step(runs: LaneRuns, run: Run, lane: int) -> None:
+def evaluate_at_step_ends(runs: LaneRuns, run: Run, lane: int) -> None:
     """Evaluate one run's event functions at both ends of the step tried in the lanes."""
     work = run.work
     copy_from_lanes(runs, run, lane)
     evaluate(run, runs.times[BEGIN, lane], run.state, work.slope)
-    look_at_start(run)
+    evaluate_at_start(run)
     take_out(work.trial, runs.trial, lane)
-    look_at_end(run, runs.times[END, lane])
+    evaluate_at_end(run, runs.times[END, lane])
 
 
 def step_of_one(runs: LaneRuns, run: Run, lane: int) -> bool:
@@ -199,7 +199,7 @@ def join(all_runs: LanesOverEvents) -> None:
             recheck_branches(runs, run, lane)
         all_runs.took_alone[lane] = 0.0
         lane += 1
-    refresh(all_runs)
+    update_event_test(all_runs)
 
 
 def is_any(flags: Floats) -> bool:

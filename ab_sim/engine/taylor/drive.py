@@ -51,7 +51,7 @@ def advance_by_taylor(
         here, count = steps_in(step_plan[at], first + done, steps - done)
         if count > 0:
             begin(one, step_range, step_plan[at, step_plan.shape[1] - PLACE_UNTIL], count)
-            taken = go_along(one, samples[done : samples.shape[0]], count)
+            taken = take_range(one, samples[done : samples.shape[0]], count)
         else:
             taken = step_by_step(run, step_range, samples, 0)
         sound = taken == count
@@ -86,7 +86,7 @@ def begin(one: TaylorRun, step_range: EqualSteps, until: float, count: int) -> N
     aim(lane_runs, 0)
 
 
-def go_along(one: TaylorRun, samples: Table, count: int) -> int:
+def take_range(one: TaylorRun, samples: Table, count: int) -> int:
     """Take the steps of a range; return their number, fewer if the state left its bounds."""
     run, lane_runs, balls = one.run, one.own, one.run.balls
     for done in range(count):

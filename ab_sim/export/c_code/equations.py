@@ -20,7 +20,7 @@ from ab_sim.model.spindle import RaisedCosine, Ramp
 from ab_sim.scene.sensors import Accelerometer
 from ab_sim.tracing import Graph, Level
 from ab_sim.tracing.c_text import Store, c_literal, c_statements
-from ab_sim.tracing.expression import Expression, lifted, reached
+from ab_sim.tracing.expression import Expression, lifted, reachable_nodes
 from ab_sim.tracing.lowering import without_cosines
 
 KINDS: dict[type[Any], str] = {Ramp: "ramp", RaisedCosine: "raised_cosine"}
@@ -85,7 +85,7 @@ _NOTHING = _Part("", frozenset())
 
 def _read_by(roots: Iterable[Expression]) -> frozenset[str]:
     """Return the names of the inputs that expressions read."""
-    return frozenset(x.payload for x in reached(roots) if x.op == "input")
+    return frozenset(x.payload for x in reachable_nodes(roots) if x.op == "input")
 
 
 def _places(parameters: Sequence[DriveParameter]) -> dict[str, str]:

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from ab_sim.base.errors import SceneError, exact
-from ab_sim.engine.integrate.choose import Choice, choose_stepper, limiting, top_speed
+from ab_sim.engine.integrate.choose import Choice, choose_stepper, step_limiting_rates, top_speed
 from ab_sim.engine.integrate.limits import largest_step
 from ab_sim.engine.integrate.registry import stepper_named
 from ab_sim.engine.kernels.runge_kutta import Tableau
@@ -89,7 +89,7 @@ def _check_explicit(scene: Scene, system: System, choice: Choice) -> None:
     if isinstance(choice.stepper.weights, Tableau):
         return
     usual = stepper_named("rk8")
-    rates = limiting(usual, linear_rates(system, scene.spindle.max_speed))
+    rates = step_limiting_rates(usual, linear_rates(system, scene.spindle.max_speed))
     longest, what = largest_step(usual, rates)
     # Rounded down to one digit.
     step = min(scene.solver.step, 10.0 ** math.floor(math.log10(min(longest, 1.0))))

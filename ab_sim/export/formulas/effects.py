@@ -8,7 +8,7 @@ from ab_sim.export.formulas.methods import METHODS, EffectMethod
 from ab_sim.export.formulas.symbols import Symbols, lifted, symbol_of_field
 from ab_sim.model.equations.motion import Ball, DeckMotion
 from ab_sim.scene.registry import effect_parameters
-from ab_sim.tracing.expression import Graph, reached
+from ab_sim.tracing.expression import Graph, reachable_nodes
 from ab_sim.tracing.local_names import Named, with_local_names
 
 OTHERS = frozenset({"check_scene"})
@@ -54,7 +54,7 @@ def _formula(effect: type[Any], name: str) -> Formula:
     except TypeError as error:
         # Branches on traced numbers, and functions of math, raise TypeError.
         return Formula(name, meaning, Lines([], []), {}, str(error))
-    nodes = reached(equation.right for equation in traced.equations)
+    nodes = reachable_nodes(equation.right for equation in traced.equations)
     inputs = {node.payload for node in nodes if node.op == "input"}
     named = {
         symbol: field

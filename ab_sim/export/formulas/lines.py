@@ -5,7 +5,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import NamedTuple
 
 from ab_sim.export.formulas.symbols import in_latex, symbol_of_local
-from ab_sim.tracing.expression import Expression, reached
+from ab_sim.tracing.expression import Expression, reachable_nodes
 from ab_sim.tracing.latex import Latex
 from ab_sim.tracing.local_names import Named
 from ab_sim.tracing.plain_text import PlainText
@@ -126,7 +126,7 @@ def _uses(equations: Sequence[Equation], symbols: Mapping[int, str]) -> Counter[
 
 
 def _nodes(equations: Sequence[Equation]) -> list[Expression]:
-    return reached(side for equation in equations for side in equation)
+    return reachable_nodes(side for equation in equations for side in equation)
 
 
 def _line(left_side: Expression | None, right: Expression, symbols: Mapping[int, str]) -> Line:

@@ -121,10 +121,10 @@ def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
     values = [point.value for point in followed.points]
     if all(one is None or one.balanced for one in stabilities):
         below = figure.subplots()
-        draw_modulus(below, followed)
+        draw_modulus_curve(below, followed)
     else:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(1.0, 0.55))
-        draw_modulus(above, followed)
+        draw_modulus_curve(above, followed)
         whirl = [math.nan if one is None else 1e6 * one.whirl_max for one in stabilities]
         below.plot(values, whirl, ".-", color="0.25", lw=1.0, ms=4)
         for low, high in stable_parts(followed):
@@ -137,7 +137,7 @@ def drawn_modulus(scene: str, followed: Followed) -> ResultFigure:
     return figure
 
 
-def draw_modulus(axes: Axes, followed: Followed) -> None:
+def draw_modulus_curve(axes: Axes, followed: Followed) -> None:
     """Draw the largest modulus over the parameter, with borders and the stable part."""
     values = np.array([point.value for point in followed.points])
     stabilities = [point.found for point in followed.points]

@@ -11,7 +11,7 @@ from ab_sim import Scene
 from ab_sim.analysis.floquet import Followed, follow, solutions_of
 from ab_sim.analysis.modes import vibration_of
 from ab_sim.analysis.results import Results
-from ab_sim.show.figures.multipliers import draw_modulus
+from ab_sim.show.figures.multipliers import draw_modulus_curve
 from gallery.deck_3d.case import (
     PUBLISHED,
     ROTATION,
@@ -76,7 +76,7 @@ def border_section(folder: Path, tell: Tell) -> PageSection:
     for k, (panel, (title, p)) in enumerate(zip(panels.T.flat, cases, strict=True)):
         tell("borders", k, len(cases))
         followed = over_speed(deck_of(p))
-        draw_modulus(panel, followed)
+        draw_modulus_curve(panel, followed)
         mark_frequencies(panel)
         panel.set_title(title, fontsize=10)
         panel.set_xlim(100.0, 500.0)

@@ -7,7 +7,7 @@ import pytest
 
 from ab_sim.analysis.floquet import STARTS, TurnMap, follow, solutions_of
 from ab_sim.analysis.floquet.simulated import growth_of
-from ab_sim.analysis.floquet.stability import apart
+from ab_sim.analysis.floquet.stability import multiplier_distance
 from ab_sim.analysis.floquet.starts import balanced_angles
 from ab_sim.analysis.held_speed import held
 from ab_sim.base.errors import InputError, SceneError
@@ -29,14 +29,14 @@ def test_at_rest_on_the_rotor_multipliers_are_those_of_the_eigenvalues() -> None
     same["effects"]["suspension"] = {"stiffness": 1000.0, "damping": 0.2}
     field = held(check_scene(same, "test"), 200.0)
     rates = np.linalg.eigvals(field.jacobian(0.0, found.orbit.start))
-    assert apart(found.multipliers, np.exp(rates * found.period)) < 1e-11
+    assert multiplier_distance(found.multipliers, np.exp(rates * found.period)) < 1e-11
 
 
 @pytest.mark.parametrize("angle", [0.3, 2.0])
 def test_multipliers_do_not_depend_on_where_a_turn_begins(angle: float) -> None:
     one = solutions_of(plane(), 70.0, "start")[0]
     other = solutions_of(plane(start={"angle": angle}), 70.0, "start")[0]
-    assert apart(one.multipliers, other.multipliers) < 1e-11
+    assert multiplier_distance(one.multipliers, other.multipliers) < 1e-11
     assert other.whirl == pytest.approx(one.whirl, rel=1e-6)
     assert np.abs(one.orbit.start - other.orbit.start).max() > 1e-5, "it does move"
 
@@ -48,7 +48,7 @@ def test_a_turn_the_other_way_is_the_mirror_image() -> None:
         start={"ball_angles": [-0.4, 0.3]}, effects={"unequal_suspension": {"axis_angle": -axis}}
     )
     other = solutions_of(mirrored, -70.0, "start")[0]
-    assert apart(one.multipliers, other.multipliers) < 1e-11
+    assert multiplier_distance(one.multipliers, other.multipliers) < 1e-11
     np.testing.assert_allclose(other.angles, -one.angles, atol=1e-9)
 
 
@@ -57,7 +57,7 @@ def test_the_axes_of_the_suspension_turn_with_everything() -> None:
     turned = {"axis_angle": PLANE["effects"]["unequal_suspension"]["axis_angle"] + 0.7}
     other = plane(start={"angle": 0.7}, effects={"unequal_suspension": turned})
     found = solutions_of(other, 70.0, "start")[0]
-    assert apart(one.multipliers, found.multipliers) < 1e-11
+    assert multiplier_distance(one.multipliers, found.multipliers) < 1e-11
     np.testing.assert_allclose(found.orbit.start, one.orbit.start, atol=1e-9)
 
 
@@ -70,7 +70,7 @@ def test_the_quaternion_s_length_is_left_out_and_would_have_been_a_one() -> None
     turn = TurnMap(scene, 400.0)
     flown = turn._flow.over(found.orbit.start, turn.period, found.orbit.steps)
     whole = np.linalg.eigvals(flown.matrix)
-    assert apart(whole, np.append(found.multipliers, 1.0)) < 1e-9
+    assert multiplier_distance(whole, np.append(found.multipliers, 1.0)) < 1e-9
 
 
 @pytest.mark.parametrize(
