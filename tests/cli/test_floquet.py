@@ -76,7 +76,7 @@ def test_bad_input_exits_with_2_and_leaves_nothing(tmp_path: Path) -> None:
         ({"json": "no/r.json"}, "there is no folder"),
         (
             {"change": ["effects.rolling_friction={arm: 1e-6}", "balls.radius=0.001"]},
-            "take out what has events: --set effects.rolling_friction=",
+            "remove effects with events: --set effects.rolling_friction=",
         ),
     ],
 )

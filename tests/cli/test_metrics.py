@@ -48,7 +48,7 @@ def test_what_is_no_metric_is_one_error() -> None:
 
 
 def test_the_help_of_a_run_says_where_they_are_listed() -> None:
-    assert "ab-sim metrics lists their units" in " ".join(ab_sim("run", "--help").stdout.split())
+    assert "ab-sim metrics lists units" in " ".join(ab_sim("run", "--help").stdout.split())
 
 
 def test_every_metric_says_what_it_is() -> None:
