@@ -12,7 +12,6 @@ import numpy as np
 from ab_sim.design.batch.sample_buffer import SampleBuffer
 from ab_sim.drive.accuracy import resolve_accuracy
 from ab_sim.drive.rows import RowReader, channels_of
-from ab_sim.drive.step_plan import StepPlan
 from ab_sim.drive.trajectory import Trajectory
 from ab_sim.engine.integrate.choose import Choice, choose_stepper, top_speed
 from ab_sim.engine.kernels.constants import numbers_of, pattern
@@ -49,12 +48,6 @@ class StepPlanKey(NamedTuple):
         return list(
             step_ranges(SpeedSchedule.of_scheduled(self.scheduled_segments), self.grid, 0, steps)
         )
-
-
-@functools.lru_cache(maxsize=8)
-def cached_step_plan(key: StepPlanKey) -> StepPlan:
-    """Return the step plan of a speed schedule, cached for runs with equal keys."""
-    return StepPlan.along(SpeedSchedule.of_scheduled(key.scheduled_segments), key.grid, 0)
 
 
 @dataclass(frozen=True)

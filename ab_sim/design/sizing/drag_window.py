@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ab_sim.analysis.circulating import BunchDrive, reach_over_drag
+from ab_sim.analysis.circulating import BunchDrive
 from ab_sim.design.sizing.race_fit import FittingBalls, balls_of, largest_ball, least_mass
 from ab_sim.design.sizing.settle_time import (
     BalancedPlaces,
@@ -151,22 +151,6 @@ def predicted_share(balls: FittingBalls, specification: DriveSpecification, drag
     """Return the share of drives balanced in time at a drag [N s/m], ignoring circulation."""
     places = balanced_places(balls, specification)
     return share_in_time(drive_of_balls(balls, specification, drag), specification, places)
-
-
-def known_borders(drive: BunchDrive, speed: float) -> dict[int, float]:
-    """Return the largest drag with a known stable bunch, by its number of balls [N s/m].
-
-    Args:
-        drive: parameters of the drive.
-        speed: spindle speed w [rad/s].
-    """
-    borders = {}
-    start = drive._replace(drag=circulation_border(drive, speed))
-    for count in range(1, drive.balls + 1):
-        reaches = reach_over_drag(start, speed, count)
-        if reaches:
-            borders[count] = max(reach.high for reach in reaches)
-    return borders
 
 
 def _with_window(

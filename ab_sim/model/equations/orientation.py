@@ -54,17 +54,6 @@ def half_product(
     )
 
 
-def turning_of(q: Sequence[Number], r: Sequence[Number]) -> tuple[Number, Number, Number]:
-    """Return (x, y, z) for which ``half_product`` is r, apart from the part of r along q."""
-    w, a, b, c = q
-    two = 2.0 / (w * w + a * a + b * b + c * c)
-    return (
-        two * (w * r[1] - a * r[0] - b * r[3] + c * r[2]),
-        two * (w * r[2] - b * r[0] - c * r[1] + a * r[3]),
-        two * (w * r[3] - c * r[0] - a * r[2] + b * r[1]),
-    )
-
-
 def cross(a: Sequence[Number], b: Sequence[Number]) -> tuple[Number, Number, Number]:
     """Return a x b."""
     return (

@@ -5,13 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from ab_sim.analysis.circulating import drive_of
+from ab_sim.analysis.circulating import drive_of, reach_over_drag
 from ab_sim.analysis.equilibria import equilibria_of
 from ab_sim.design.sizing.claims import bunch_stays
 from ab_sim.design.sizing.drag_window import (
     ABOVE_BORDER,
     circulation_border,
-    known_borders,
     predicted_share,
     sized_balls,
 )
@@ -108,9 +107,13 @@ def test_of_fewer_balls_the_border_lies_in_proportion_lower() -> None:
     asked = wanted()
     drive = drive_of_balls(balls_of(3, 1.2e-4, asked), asked, 1.0)
     border = circulation_border(drive, asked.speed)
-    known = known_borders(drive, asked.speed)
-    assert known[3] == pytest.approx(border, rel=1e-6)
-    assert [known[count] / border for count in (1, 2)] == pytest.approx([1 / 3, 2 / 3], rel=0.03)
+    start = drive._replace(drag=border)
+    highest = [
+        max(reach.high for reach in reach_over_drag(start, asked.speed, count))
+        for count in (1, 2, 3)
+    ]
+    assert highest[2] == pytest.approx(border, rel=1e-6)
+    assert highest[:2] == pytest.approx([border / 3, 2 * border / 3], rel=0.03)
 
 
 def test_a_bunch_stays_below_the_border_and_comes_to_rest_above() -> None:
