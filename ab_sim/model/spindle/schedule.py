@@ -88,6 +88,11 @@ class SpeedSchedule:
             default=0.0,
         )
 
+    @property
+    def breakpoints(self) -> tuple[float, ...]:
+        """Times [s] at which the acceleration may jump."""
+        return tuple(scheduled.end for scheduled in self.segments[:-1])
+
     def number_at(self, time: float) -> int:
         """Return the number of the segment at ``time`` and just after it (right-hand limit)."""
         return max(bisect.bisect_right(self._starts, time) - 1, 0)

@@ -14,7 +14,7 @@ def speed_section(folder: Path, tell: Tell) -> PageSection:
     """The raised cosine as the scenes have it."""
     tell("figure 4", 0, 1)
     profile = SpeedSchedule.of_scene(cases()[0].scene)
-    begin, end = (scheduled.end for scheduled in profile.segments[:-1])
+    begin, end = profile.breakpoints
     times = np.linspace(begin - 0.1, end + 0.1, 1001)
     figure = Figure(figsize=(7, 3), layout="constrained")
     axes = figure.subplots()
