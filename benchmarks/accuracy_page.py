@@ -50,8 +50,9 @@ simulator](../tests/reference).
 | compare two designs | 1e-6 |
 | compare two programs | 1e-10 |
 
-The error of the whirl, in units of the eccentricity e, is {whirl_least:.0f} to {whirl_most:.0f}
-times the error of the angle in [rad].
+The whirl may need more: its error, in units of the eccentricity e, is {whirl_least:.0f} to
+{whirl_most:.0f} times the error of the angle in rad, depending on stepper and step. If the whirl
+matters, request `whirl`.
 
 ## Error and CPU time
 
@@ -194,7 +195,7 @@ def step_part(report: dict[str, Any]) -> dict[str, Any]:
         )
     rows = [[method, *(by.get(count, "") for count in counts)] for method, by in times.items()]
     start = "; ".join(
-        f"`{one['scene']}`{' with ' + ', '.join(one['changes']) if one['changes'] else ''} "
+        f"`{' '.join([one['scene'], *(f'--set {change}' for change in one['changes'])])}`: "
         f"{one['seconds']['median']:.2f} s"
         for one in report["start"]
     )
