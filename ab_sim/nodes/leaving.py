@@ -5,6 +5,7 @@ import threading
 import time
 from collections.abc import Callable
 
+from rclpy.action import ActionServer
 from rclpy.node import Node
 
 HEARD = 0.2
@@ -77,6 +78,9 @@ def _leave_graph(node: Node) -> None:
         start_parameter_services=False,
     )
     with last.handle:  # destroyed at the end of this block, after everything that belongs to it
+        for waitable in tuple(node.waitables):
+            if isinstance(waitable, ActionServer):
+                waitable.destroy()  # `destroy_node` does not, and the node would stay
         node.destroy_node()
         last.destroy_node()
         time.sleep(HEARD)

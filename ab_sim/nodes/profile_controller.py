@@ -39,6 +39,8 @@ RECORDER = "recorder"
 """Name of the node that subscribes to commands without obeying them."""
 LATE = 5
 """Number of times that a trajectory may arrive too late before the profile is aborted."""
+DISCOVERY = 0.5
+"""Time for the discovery of a drive's subscription to trajectories [s]."""
 NOT_SIMULATED = (
     "use_sim_time is not set: only a simulated drive can be put back; start this node with it"
 )
@@ -318,7 +320,7 @@ class ProfileController(BaseNode):
         if refusal := self._missing(plan):
             return refusal
         slope, schedule = self._slope or plan.steepest, plan.schedule
-        if not (self._simulated and schedule and self._listeners_to(self._trajectory)):
+        if not (self._simulated and schedule and self._drive_takes_trajectories()):
             schedule = None
         now = self._now
         begin = now if schedule is None else now + round(self._lead * 1e9)
@@ -330,6 +332,17 @@ class ProfileController(BaseNode):
         else:
             self._send_trajectory(set_points_of(schedule, begin))
         return ""
+
+    def _drive_takes_trajectories(self) -> bool:
+        """Return whether a drive listens to trajectories.
+
+        A drive's subscriptions are discovered one after the other: it may be known to listen to
+        speeds only.
+        """
+        end = time.monotonic() + DISCOVERY
+        while not (listeners := self._listeners_to(self._trajectory)) and time.monotonic() < end:
+            time.sleep(0.01)
+        return bool(listeners)
 
     def _start_goal(self, asked: Asked) -> str:
         with self._lock:

@@ -15,7 +15,6 @@ from decimal import Context, Decimal, localcontext
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ab_sim.base.quoting import short
-from ab_sim.base.written_numbers import number_in
 
 if TYPE_CHECKING:
     import pint
@@ -84,10 +83,10 @@ def has_unit(text: str) -> bool:
     if len(text) > MOST or _TEXT.fullmatch(text.strip()) is None:
         return False
     try:
-        number_in(text)
+        float(text)
     except ValueError:
         return True
-    return False  # 1e3 ends like a unit
+    return False  # 1e3 and 1_000 end like a unit
 
 
 def with_last_unit(texts: Sequence[str]) -> list[str]:

@@ -162,7 +162,7 @@ def test_what_is_damaged_is_said_and_leaves_nothing(recording: Path, tmp_path: P
     middle = len(content) // 2
     content[middle:] = b"\xff" * (len(content) - middle)
     (tmp_path / "damaged.rrd").write_bytes(content)
-    with pytest.raises(RecordingError, match="damaged.rrd is not a Rerun recording, or is torn"):
+    with pytest.raises(RecordingError, match="damaged.rrd is damaged at byte"):
         app(["export", str(tmp_path / "damaged.rrd"), "--csv", str(tmp_path / "r.csv")])
     assert [path.name for path in tmp_path.iterdir()] == ["damaged.rrd"]
 

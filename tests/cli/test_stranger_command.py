@@ -15,6 +15,7 @@ from typer.testing import CliRunner
 
 from ab_sim import cli
 from ab_sim.base.errors import InputError
+from ab_sim.base.progress import Progress
 from ab_sim.cli import progress
 from ab_sim.cli.app import app
 from ab_sim.cli.declare import Heading
@@ -54,7 +55,7 @@ def turns_command(given: TurnsOptions) -> Command:
         raise InputError(f"--count {count}: must be at least 1")
     scene = load_scene(given.scene, given.change)
 
-    def work(tell: progress.Tell) -> Outcome:
+    def work(tell: Progress) -> Outcome:
         begun.append(scene.name)
         schedule, found = SpeedSchedule.of_scene(scene), []
         for k in range(count):

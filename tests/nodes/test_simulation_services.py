@@ -89,6 +89,8 @@ class Drive:
         then(sent.result())
         ended = sent.result().get_result_async()
         self.fleet.until(ended.done, "the result")
+        if ended.result().status == SUCCEEDED:  # feedback may come after the result
+            self.fleet.until(lambda: len(told) == steps, "the last feedback")
         completed = [message.feedback.completed_steps for message in told]
         return ended.result().status, ended.result().result.result, completed
 
