@@ -23,7 +23,7 @@ Vector = Sequence[float]
 
 
 class BodyPose(NamedTuple):
-    """BodyPose of a body in the frame of the housing."""
+    """Pose of a body in the frame of the housing."""
 
     position: Vector
     """Position [m]."""
@@ -44,7 +44,7 @@ UNKNOWN = BodyRates((math.nan,) * 3, (math.nan,) * 3)
 
 
 class BodyMotion(NamedTuple):
-    """BodyMotion of a body."""
+    """Motion of a body in the frame of the housing."""
 
     pose: BodyPose
     velocity: BodyRates
