@@ -72,10 +72,15 @@ class Program:
             os.killpg(self.process.pid, number)
         else:
             self.process.send_signal(number)
-        rest, _ = self.process.communicate(timeout=ENDS)
-        for line in rest.splitlines(keepends=True):
+        assert self.process.stdout is not None
+        # Not by `communicate`, which loses what `until` has read beyond its line.
+        end = threading.Timer(ENDS, self.process.kill)
+        end.start()
+        for line in self.process.stdout:
             self._note(line)
-        return self.process.returncode, "".join(self.said)
+        code = self.process.wait()
+        end.cancel()
+        return code, "".join(self.said)
 
     def _note(self, line: str) -> None:
         if not line.startswith("import time:"):
