@@ -143,10 +143,11 @@ def test_of_merged_recordings_one_is_read_and_named(tmp_path: Path) -> None:
     stored = open_recording(merged)
     (remark,) = stored.remarks
     assert "holds 2 recordings" in remark and "give each recording as its own file" in remark
-    rows = {open_recording(file).extent.rows for file in files}
-    assert stored.extent.rows in rows, "of one of them, and no mixture"
-    first = RrdReader(merged).recordings()[0].recording_id
-    assert first in remark
+    names = {
+        open_recording(file).extent.rows: RrdReader(file).recordings()[0].recording_id
+        for file in files
+    }
+    assert names[stored.extent.rows] in remark, "one of them, and no mixture"
     assert open_recording(files[0]).remarks == ()
 
 
