@@ -135,7 +135,7 @@ def _vibration(drawing: Drawing, channels: Sequence[str]) -> rrb.Container:
         plot(f"Vibration |a|, {what} [m/s²]", *drawing.curves.vector_lengths(channels)),
         plot(f"R.m.s. of the last {SPAN:g} s [m/s²]", *size_curves()),
         rrb.BarChartView(
-            name=f"Spectrum of the last {SPECTRUM_SPAN:g} s: r.m.s. [m/s²] over [Hz]",
+            name=f"Spectrum of {SPECTRUM_SPAN:g} s [m/s²] over [Hz]",
             origin="/plot/spectrum",
             plot_legend=rrb.PlotLegend(visible=False),
         ),
