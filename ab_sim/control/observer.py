@@ -191,8 +191,8 @@ class Observer:
         P, Q = first.covariance, second.covariance
         variance = P[2][2] + P[3][3] + Q[2][2] + Q[3][3]
         if variance < chosen.CERTAIN * chosen.CERTAIN * (one + other):
-            anew, wrong = self._monitor.axes(2.0 * (a * c + b * d) / (one + other), dt)
-            if anew:
+            restarts, wrong = self._monitor.axes(2.0 * (a * c + b * d) / (one + other), dt)
+            if restarts:
                 for axis in self._axes:
                     axis.begin_anew(self.critical, self.damping)
             return wrong

@@ -130,7 +130,7 @@ def points_of(variables: Sequence[Variable], design: str | None, seed: int = 0) 
     for variable in variables:
         if not isinstance(variable, Range):
             raise InputError(
-                f"{variable.key}: has values of its own; a design takes ranges, "
+                f"{variable.key}: is a list of values; a design takes ranges, "
                 f"{variable.key}=FROM..TO"
             )
     _check_count(int(count))

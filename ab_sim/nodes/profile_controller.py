@@ -336,10 +336,10 @@ class ProfileController(BaseNode):
     def _drive_takes_trajectories(self) -> bool:
         """Return whether a drive listens to trajectories.
 
-        A drive's subscriptions are discovered one after the other: it may be known to listen to
-        speeds only.
+        A drive's subscriptions are discovered one after the other: at first it may be known to
+        listen to speeds only. Later starts do not wait, because commands would cease meanwhile.
         """
-        end = time.monotonic() + DISCOVERY
+        end = time.monotonic() + (0.0 if self._published else DISCOVERY)
         while not (listeners := self._listeners_to(self._trajectory)) and time.monotonic() < end:
             time.sleep(0.01)
         return bool(listeners)

@@ -35,7 +35,7 @@ def test_velocities_are_the_rates_of_poses(scene: str) -> None:
         moved_by = np.subtract(after[name].pose.position, before[name].pose.position)
         speed = np.abs(between.velocity.linear).max()
         assert moved_by / (2 * step) == pytest.approx(between.velocity.linear, abs=2e-3 * speed)
-        # Of a small turn q' q*: the vector is half the angle.
+        # The vector part of q' q* is half the angle, for small rotations.
         w, v = after[name].pose.turn[0], np.array(after[name].pose.turn[1:])
         w0, v0 = before[name].pose.turn[0], -np.array(before[name].pose.turn[1:])
         half = w * v0 + w0 * v + np.cross(v, v0)

@@ -85,7 +85,7 @@ def test_runs_in_real_time(fleet: Fleet) -> None:
 
 
 def test_it_publishes_less_for_a_slow_link(fleet: Fleet) -> None:
-    """Of five wake-ups of 5 ms each one publishes the state; time and blocks are as ever."""
+    """The state is published at every fifth wake-up of 5 ms; time and blocks are as before."""
     heard = [fleet.listen(topic) for topic in (topics.JOINT_STATES, topics.VIBRATION)]
     clock = fleet.listen(topics.CLOCK)
     fleet.start(

@@ -15,7 +15,7 @@ USED = (
     *("action_msgs", "builtin_interfaces", "geometry_msgs", "service_msgs", "std_msgs"),
     "unique_identifier_msgs",
 )
-# Of the definitions of simulation_interfaces 2.1.0, tag of that name, by ROS's generator.
+# Made by ROS's generator from simulation_interfaces, tag 2.1.0.
 STANDARD = {
     "action/SimulateSteps": "f0837c898e1219cd73bf4c041feab41e8c533e8e1057e982744dba7b093467eb",
     "srv/GetAvailableWorlds": "ce5589b5523f2732d1969a3c5a7e6b17a387091df8190c62f78d7fdd1109e3e3",

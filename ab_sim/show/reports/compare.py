@@ -228,8 +228,7 @@ def compare_recording(
     if stepped and scene.profile is not None and _follows_profile(run, scene):
         return _along(run, Drive(scene), PROFILE, 0.0, notes, progress, start=_start(run, scene))
     if step > 0 and not _begun_before(run, scene):
-        (sample, *_) = run.blocks(rows=1)
-        recorded = dict(zip(run.channels, sample[0].tolist(), strict=True))
+        recorded = _first_sample(run)
         drive = Drive(scene_from(scene, recorded), commanded=True)
         # The command in force accelerates the first sample, too.
         if math.isfinite(recorded["command"]):
@@ -246,6 +245,8 @@ def compare_recording(
 
 def _begun_before(run: StoredRun, scene: Scene) -> bool:
     """Return whether no command had come before, so that everything is known from the start."""
+    if _first_sample(run)["command"] != scene.start.speed:
+        return False  # at once, as the simulation up to the first sample may be long
     drive, steps = Drive(scene, commanded=True), int(run.extent.first[0])
     return _begins_with(run, drive.advance(steps, every=steps))
 
@@ -261,10 +262,15 @@ def _start(run: StoredRun, scene: Scene) -> Trajectory | None:
 
 def _begins_with(run: StoredRun, sample: Trajectory) -> bool:
     """Return whether the first recorded sample is this one, to the bit."""
-    (first, *_) = run.blocks(rows=1)
-    recorded = dict(zip(run.channels, first[0], strict=True))
+    recorded = _first_sample(run)
     common = [name for name in sample.channels if name in recorded]
-    return all(sample[name][0].tobytes() == recorded[name].tobytes() for name in common)
+    return all(sample[name][0].tobytes() == np.float64(recorded[name]).tobytes() for name in common)
+
+
+def _first_sample(run: StoredRun) -> dict[str, float]:
+    """Return the value of each channel at the first recorded sample."""
+    (first, *_) = run.blocks(rows=1)
+    return dict(zip(run.channels, first[0].tolist(), strict=True))
 
 
 def _follows_profile(run: StoredRun, scene: Scene) -> bool:
