@@ -60,9 +60,13 @@ def test_a_profile_goes_on(fleet: Fleet, clock: SystemClock, step: float) -> Non
     fleet.start("drive_sim", scene="thesis-hold")
     start(fleet, clock, "profile_controller", profile="thesis-hold", auto_start=True)
     fleet.until(lambda: len(commands) > 200, "it commands")
-    clock.set(step)
-    heard = len(commands)
-    fleet.until(lambda: len(commands) > heard + 400, "it goes on")
+    # Set right again, too: while the clock is behind, threads of Fast DDS 3.2 wait for shared
+    # memory until a time of this clock. Its watchdog then takes them for dead, and of a node that
+    # exits one thread replaces a port while another one closes it: a segmentation fault, 1 in 12.
+    for ahead in (step, 0.0):
+        clock.set(ahead)
+        heard = len(commands)
+        fleet.until(lambda heard=heard: len(commands) > heard + 400, "it goes on")
     speeds = [topics.COMMAND.sample(message) for message in commands]
     rise = max(after - before for before, after in zip(speeds, speeds[1:], strict=False))
     assert rise < 50.0, "no jump"

@@ -46,6 +46,14 @@ class Drive:
         self.fleet.start("drive_sim", scene="thesis-hold", worlds=worlds, start_paused=True)
         self.action: Any = ActionClient(self.fleet.node, SimulateSteps, "drive_sim/simulate_steps")
         self.clock = self.fleet.listen(topics.CLOCK)
+        self._feedback: list[Any] = []
+        """The client's own is not enough: it drops what comes after the result."""
+        self.fleet.node.create_subscription(
+            SimulateSteps.Impl.FeedbackMessage,
+            "drive_sim/simulate_steps/_action/feedback",
+            self._feedback.append,
+            20,
+        )
 
     def ask(self, kind: Any, **fields: Any) -> Any:
         """Call a service by the standard's name for its type; return its response."""
@@ -81,18 +89,21 @@ class Drive:
         self, steps: int, then: Callable[[Any], Any] = lambda goal: None
     ) -> tuple[int, Any, list[int]]:
         """Run a goal; return its state, its result, and the completed steps of its feedback."""
-        told: list[Any] = []
-        sent = self.action.send_goal_async(
-            SimulateSteps.Goal(steps=steps), feedback_callback=told.append
-        )
+        self._feedback.clear()
+        sent = self.action.send_goal_async(SimulateSteps.Goal(steps=steps))
         self.fleet.until(sent.done, "the goal is answered")
-        then(sent.result())
-        ended = sent.result().get_result_async()
+        goal = sent.result()
+        then(goal)
+        ended = goal.get_result_async()
         self.fleet.until(ended.done, "the result")
+
+        def completed() -> list[int]:
+            mine = [told for told in self._feedback if told.goal_id == goal.goal_id]
+            return [told.feedback.completed_steps for told in mine]
+
         if ended.result().status == SUCCEEDED:  # feedback may come after the result
-            self.fleet.until(lambda: len(told) == steps, "the last feedback")
-        completed = [message.feedback.completed_steps for message in told]
-        return ended.result().status, ended.result().result.result, completed
+            self.fleet.until(lambda: len(completed()) == steps, "the last feedback")
+        return ended.result().status, ended.result().result.result, completed()
 
 
 def filled(message: Any, fields: dict[str, Any]) -> Any:
