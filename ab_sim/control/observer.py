@@ -74,7 +74,8 @@ class Observer:
     ) -> tuple[bool, Reason]:
         """Process a sample; return whether it was valid, and the reason for an abort, if any."""
         # NaN and infinity fail this comparison.
-        if not abs(time) + abs(angle) + abs(speed) + abs(first) + abs(second) < LARGEST:
+        readings = abs(angle) + abs(speed) + abs(first) + abs(second)
+        if not (abs(time) < LARGEST and readings < LARGEST):
             return False, Reason.NONE
         settings = self._settings
         axis_angle = angle - settings.sensing.axis_angle

@@ -193,7 +193,7 @@ class Recorder(BaseNode):
         try:
             viewer = Viewer(view, port)
         except InputError as error:
-            raise InputError(f"parameter view = {view!r}: {error}") from error
+            raise InputError(f"parameter view: {error}") from error
         self.get_logger().info(f"watch at {viewer.address}")
         return viewer
 

@@ -9,7 +9,10 @@ from ab_sim.control import StartUpSettings
 
 SOURCE = Path(__file__).parents[2] / "examples" / "firmware_prototype" / "c" / "adaptive.c"
 PICOLIBC = Path("/usr/lib/picolibc")
-FLAGS = ("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror")
+FLAGS = (
+    *("-std=c99", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wpedantic", "-Werror"),
+    "-Wdouble-promotion",  # slow on a board that computes in single precision
+)
 
 
 def compiled(folder: Path, real: str) -> ctypes.CDLL:

@@ -94,6 +94,7 @@ class Started:
             ["scene:=one-ball", "changes:=['accuracy.angle=1e-17', 'duration=1']"],
             "the best that can be had is about",
         ),
+        ("recorder", ["view:=screen"], "parameter view: 'screen': must be web, native"),
         ("recorder", ["path:=/proc/no/run.rrd"], "its folder cannot be made"),
         ("profile_controller", ["profile:=nowhere.yaml"], "no such scene file"),
         ("profile_controller", ["command_rate:=0.0"], "parameter command_rate"),

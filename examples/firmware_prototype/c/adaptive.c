@@ -35,7 +35,7 @@ static const real UNSURE = R(0.5), CIRCULATING = R(0.7), REPEATED = R(0.3), CONT
 static const real MEAN = R(0.25), DRIFTED = R(2.0), AGREEING = R(0.3), AXES_AVERAGE = R(0.3);
 static const real DOUBT = R(2.0), DOUBTED_STIFFNESS_DEVIATION = R(0.1);
 static const real LEAD = R(0.15), NOT_FOLLOWING = R(3.0), LOST = R(20.0), FIRST_SAMPLES = R(5.0);
-static const double BACK = 0.1;
+static const double BACK = 0.1, FAR = 1e9;
 static const long REPEATS = 5;
 static const real LAGS[4] = {R(0.0), R(1.0), R(-1.0), R(2.0)};
 static const real TURN = R(6.283185307179586), LARGEST = R(1e9);
@@ -432,7 +432,7 @@ static bool take(struct adaptive *a, double time, real angle, real speed, real f
     int i;
     *wrong = ADAPTIVE_NONE;
     /* NaN and infinity are not less. */
-    if (!((fabs)(time) + fabs(angle) + fabs(speed) + fabs(first) + fabs(second) < LARGEST))
+    if (!((fabs)(time) < FAR && fabs(angle) + fabs(speed) + fabs(first) + fabs(second) < LARGEST))
         return false;
     from_axis = angle - settings->axis_angle;
     c = cos(from_axis);
