@@ -7,6 +7,7 @@ those lines ask for, but has ROS's generators, which make the same code here. Th
 for C and C++, and the headers of Python (python3-dev).
 """
 
+import os
 import sys
 from pathlib import Path
 from xml.etree import ElementTree
@@ -25,6 +26,7 @@ from setuptools.command.build_ext import build_ext
 FOLDERS = {"ab_interfaces": Path(), "simulation_interfaces": Path("simulation_interfaces")}
 """Folder of the definitions of each package."""
 PREFIX = Path(sys.prefix)
+os.environ["AMENT_PREFIX_PATH"] = str(PREFIX)  # where ROS's generators look for their templates
 FAST, INTROSPECTION = "rosidl_typesupport_fastrtps_c", "rosidl_typesupport_introspection_c"
 USED = (
     *("action_msgs", "builtin_interfaces", "geometry_msgs", "service_msgs", "std_msgs"),

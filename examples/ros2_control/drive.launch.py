@@ -26,8 +26,8 @@ def _nodes(context: LaunchContext) -> list[Node]:
         ["ab-sim", "urdf", scene, "--ros2-control"], check=True, capture_output=True, text=True
     ).stdout
     loaded = ["joint_state_broadcaster", "velocity_controller", "--param-file", CONTROLLERS]
+    # The drive is last: if a package is missing, launch leaves running what it has started before.
     return [
-        Node(package="ab_sim", executable="drive_sim", parameters=[{"scene": scene}]),
         Node(
             package="robot_state_publisher",
             executable="robot_state_publisher",
@@ -39,4 +39,5 @@ def _nodes(context: LaunchContext) -> list[Node]:
             parameters=[CONTROLLERS],
         ),
         Node(package="controller_manager", executable="spawner", arguments=loaded),
+        Node(package="ab_sim", executable="drive_sim", parameters=[{"scene": scene}]),
     ]

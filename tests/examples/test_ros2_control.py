@@ -23,3 +23,15 @@ def test_controllers_are_of_the_spindle_and_the_launch_file_loads_them() -> None
         if isinstance(node, ast.Constant)
     }
     assert controllers <= texts and "--ros2-control" in texts
+
+
+def test_the_drive_starts_last() -> None:
+    """If a package is missing, launch leaves running what it has started before."""
+    tree = ast.parse((EXAMPLE / "drive.launch.py").read_text())
+    names = [
+        node.value.value
+        for node in ast.walk(tree)
+        if isinstance(node, ast.keyword) and node.arg == "executable"
+        if isinstance(node.value, ast.Constant)
+    ]
+    assert len(names) == 4 and names[-1] == "drive_sim"

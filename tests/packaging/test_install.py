@@ -219,3 +219,15 @@ def test_missing_certificates_are_named_before_debian_13s_pip_fails(tmp_path: Pa
     )
     assert done.returncode == 1
     assert "apt-get install ca-certificates" in done.stderr and "Traceback" not in done.stderr
+
+
+def test_interfaces_are_generated_in_any_environment(tmp_path: Path) -> None:
+    """ROS's generators look for their templates in AMENT_PREFIX_PATH, which need not be set."""
+    tree = tmp_path / "ab_interfaces"
+    shutil.copytree(ROOT / "ab_interfaces", tree, ignore=shutil.ignore_patterns("build", "srv"))
+    shutil.rmtree(tree / "simulation_interfaces/action")
+    for file in (tree / "simulation_interfaces/msg").iterdir():
+        if file.stem != "SimulationState":  # one is enough, and takes a second
+            file.unlink()
+    run_well(sys.executable, "setup.py", "--name", cwd=tree, env=environment(AMENT_PREFIX_PATH=""))
+    assert list(tree.glob("build/first/ab_interfaces/**/*.c"))

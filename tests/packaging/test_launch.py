@@ -134,6 +134,13 @@ def test_two_drives(launch: Launch, fleet: Fleet) -> None:
     fleet.stop("launch")
 
 
+def test_without_ros2_control_its_example_starts_no_drive(launch: Launch, fleet: Fleet) -> None:
+    launch("../examples/ros2_control/drive.launch.py")
+    fleet.ended("launch")
+    assert "package 'robot_state_publisher' not found" in fleet.log("launch")
+    assert "process started" not in fleet.log("launch")
+
+
 @pytest.mark.parametrize(
     ("argument", "words"),
     [("scene:=nowhere", "scene 'nowhere' is not known"), ("changes:=balls.mas=1", "did you mean")],
