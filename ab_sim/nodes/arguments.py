@@ -1,6 +1,7 @@
 """Command line of a node: arguments that ROS would silently ignore are errors."""
 
 import os
+import re
 import sys
 from collections.abc import Sequence
 
@@ -16,6 +17,8 @@ SECURITY = "ROS_SECURITY_ENABLE"
 """ROS's variable for SROS 2."""
 MOST_DOMAIN = 232
 """Largest domain whose ports exist (DDSI-RTPS, 9.6.2)."""
+UNREADABLE = re.compile(r"params file: '--params-file (.+)'\. Error: (.+?)\s*, at /", re.DOTALL)
+"""Part of rcl's error that names a parameter file and what is wrong with it."""
 
 
 def init_ros(arguments: Sequence[str] | None = None) -> None:
@@ -56,6 +59,11 @@ def init_ros(arguments: Sequence[str] | None = None) -> None:
             raise InputError(
                 f"{SECURITY} = 'true': {error}; set ROS_SECURITY_KEYSTORE to a keystore with an "
                 f"enclave for this node, or unset {SECURITY}"
+            ) from error
+        if unreadable := UNREADABLE.search(str(error)):
+            raise InputError(
+                f"parameter file {unreadable[1]}: ROS cannot read it: {unreadable[2]}; it must be "
+                "YAML of the form `NODE: {ros__parameters: {name: value}}`, without anchors"
             ) from error
         raise InputError(
             f"arguments {' '.join(argument_list[1:])}: ROS does not understand them: {error}; a "

@@ -132,6 +132,28 @@ def test_words_that_are_no_parameters(
     assert words in Started(domain, tmp_path, "drive_sim", *arguments).refusal()
 
 
+@pytest.mark.parametrize(
+    ("text", "reason"),
+    [
+        (None, "Error opening YAML file"),
+        ("drive_sim:\n  ros__parameters: {scene: &a no-ball, changes: [*a]}\n", "aliasing at line"),
+        ("drive_sim: 3\n", "before ros__parameters at line 1"),
+    ],
+    ids=["missing", "alias", "no section"],
+)
+def test_a_parameter_file_that_ros_cannot_read(
+    domain: int, tmp_path: Path, text: str | None, reason: str
+) -> None:
+    file = tmp_path / "mine.yaml"
+    if text is not None:
+        file.write_text(text)
+    refusal = Started(
+        domain, tmp_path, "drive_sim", "--ros-args", "--params-file", str(file)
+    ).refusal()
+    assert f"parameter file {file}: ROS cannot read it: " in refusal and reason in refusal
+    assert ".c:" not in refusal.splitlines()[-1], "without the place in rcl's source"
+
+
 SHARED = """
 /**:
   ros__parameters:
