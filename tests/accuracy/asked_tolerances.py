@@ -22,9 +22,9 @@ SHORT = {
     # With eight balls at rest the reference has 10^7 modes to choose from: see the last of these
     # tests. Three in a row start to slide, meet and part.
     "packed-balls": ["balls.count=3", "duration=0.5"],
-    "feeding-deck": ["start.deck.tilt=[0.01,0.02,0.03]", "race.height=0.01", "duration=0.3"],
+    "feeding-deck": ["start.deck.tilt=[0.01,0.02,0.03]", "race.height=0.01", "duration=0.15"],
     # Through the tilt's critical speed.
-    "couple-unbalance": ["start.speed=350", "profile.acceleration=200", "duration=0.2"],
+    "couple-unbalance": ["start.speed=350", "profile.acceleration=400", "duration=0.1"],
 }
 MEETING = ["balls.count=2", "balls.mass=0.001", "effects.viscous_drag.coefficient=0.02"]
 MEETING += ["start.ball_angles=[0.6,-0.6]"]

@@ -23,8 +23,9 @@ GRID = 5e-4
 """s; errors are looked at wherever a step ends on it, so that their peaks are not missed."""
 DOUBT = 3e-11
 """What the reference's own error may be, in rad and in e."""
-SLOW_CODE = ("couple-unbalance",)
-"""Whose series for a tight tolerance take 10 s to compile; feeding-deck's are the same kind."""
+LOOSE, TIGHT = {"whirl": 1e-6}, {"angle": 1e-9}
+ONE_REQUEST = {"no-ball": LOOSE, "couple-unbalance": LOOSE, "feeding-deck": TIGHT}
+"""A scene without a ball's angle, and decks in space, whose Taylor series take long to compile."""
 
 
 @functools.cache
@@ -69,17 +70,12 @@ def test_all_scenes_are_here() -> None:
 
 @pytest.mark.parametrize("name", [*SHORT, *EVENTFUL, "new"])
 def test_the_error_asked_for_is_met(name: str) -> None:
-    """Against an independent simulator, for a loose, a tight and another kind of wish.
+    """Against an independent simulator, for a loose whirl and for a tight angle.
 
     Clocks choose among the steppers. With some of them only every second step ends at a sample of
     the reference, and the error may peak between (packed-balls, tsit5 at 2.5 ms: 2.4 times).
     """
-    tolerances: list[dict[str, float]] = [{"whirl": 1e-6}]
-    if name != "no-ball":
-        tolerances.append({"angle": 1e-6})
-    if name not in ("no-ball", *SLOW_CODE):
-        tolerances.append({"angle": 1e-9})
-    for tolerance in tolerances:
+    for tolerance in [ONE_REQUEST[name]] if name in ONE_REQUEST else [LOOSE, TIGHT]:
         drive, work_precision = resolved(wished(name, **tolerance))
         found, claimed = error_of(drive, name), work_precision.measured
         for key, asked in tolerance.items():

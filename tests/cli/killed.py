@@ -1,15 +1,12 @@
 """A command whose work is kept part by part, ended by signals while it is at work."""
 
-import os
 import subprocess
-import sys
 from pathlib import Path
 
 from pyarrow import parquet
 
+from tests.cli.tool import Command
 from tests.waiting import PATIENCE, until
-
-ROOT = Path(__file__).resolve().parents[2]
 
 
 class KeptWork:
@@ -21,9 +18,7 @@ class KeptWork:
     """
 
     def __init__(self, folder: Path, *arguments: str) -> None:
-        self._folder, self._command = folder, [sys.executable, "-m", "ab_sim", *arguments]
-        cache = str(folder / "cache")
-        self._environment = {**os.environ, "XDG_CACHE_HOME": cache, "PYTHONPATH": str(ROOT)}
+        self._folder, self._arguments = folder, arguments
 
     def parts(self) -> list[Path]:
         """Files that are kept."""
@@ -33,35 +28,28 @@ class KeptWork:
         """Numbers of the runs that are kept, as often as they are on disk."""
         return [run for file in self.parts() for run in parquet.read_table(file)["run"].to_pylist()]
 
-    def begin(self, further: int) -> "subprocess.Popen[str]":
+    def begin(self, further: int) -> Command:
         """Start the command, and wait until `further` parts more are kept."""
         wanted = len(self.parts()) + further
-        program = subprocess.Popen(
-            self._command,
-            cwd=self._folder,
-            env=self._environment,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.PIPE,
-            text=True,
-            start_new_session=True,
-        )
+        command = self._command()
 
         def are_kept() -> bool:
-            assert program.poll() is None, program.communicate()
+            assert command.runs(), command.done()
             return len(self.parts()) >= wanted
 
         until(are_kept, f"{wanted} parts are kept", PATIENCE)
-        return program
+        return command
 
     def ended_by(self, number: int, further: int) -> int:
         """Send a signal to all its processes after `further` parts; return its exit code."""
-        program = self.begin(further)
-        os.killpg(program.pid, number)
-        program.communicate(timeout=PATIENCE)
-        return program.returncode
+        command = self.begin(further)
+        command.signal(number)
+        return command.done().returncode
 
     def whole(self) -> "subprocess.CompletedProcess[str]":
         """The command once more, to its end."""
-        return subprocess.run(
-            self._command, cwd=self._folder, env=self._environment, capture_output=True, text=True
-        )
+        return self._command().done()
+
+    def _command(self) -> Command:
+        cache = str(self._folder / "cache")
+        return Command(*self._arguments, cwd=self._folder, XDG_CACHE_HOME=cache)

@@ -1,4 +1,4 @@
-"""`ab-sim` in a process of its own."""
+"""`ab-sim` in a process of its own, or in this one."""
 
 import os
 import subprocess
@@ -16,19 +16,50 @@ from tests.waiting import PATIENCE
 PNG = b"\x89PNG\r\n"
 
 
-def ab_sim(*arguments: str, cwd: Path | None = None) -> subprocess.CompletedProcess[str]:
-    """Run a command, its tables 200 columns wide.
+class Command:
+    """A running command, its tables 200 columns wide, in a process and session of its own.
 
     Its process is forked from one that has run a scene. Those in ``test_interruption`` begin from
     nothing.
+
+    Args:
+        arguments: of `ab-sim`.
+        cwd: working directory.
+        environment: variables in addition to those of this process.
     """
-    with NamedTemporaryFile() as out, NamedTemporaryFile() as err:
-        environment = dict(os.environ) | WIDTH
-        process = forked(_run, arguments, cwd or Path.cwd(), environment, out.name, err.name)
-        process.join(PATIENCE)
-        assert process.exitcode is not None, f"{arguments}: not done after {PATIENCE} s"
-        texts = [file.read().decode() for file in (out, err)]
-    return subprocess.CompletedProcess(arguments, process.exitcode, *texts)
+
+    def __init__(self, *arguments: str, cwd: Path | None = None, **environment: str) -> None:
+        self._arguments = arguments
+        self._files = [NamedTemporaryFile(), NamedTemporaryFile()]
+        variables = {**os.environ, **WIDTH, **environment}
+        names = [file.name for file in self._files]
+        self._process = forked(_run, arguments, cwd or Path.cwd(), variables, *names)
+
+    def runs(self) -> bool:
+        return self._process.is_alive()
+
+    def signal(self, number: int) -> None:
+        """Send a signal to all its processes."""
+        assert self._process.pid is not None
+        os.killpg(self._process.pid, number)
+
+    def done(self) -> subprocess.CompletedProcess[str]:
+        """Wait for its end."""
+        self._process.join(PATIENCE)
+        code = self._process.exitcode
+        assert code is not None, f"{self._arguments}: not done after {PATIENCE} s"
+        texts = []
+        for file in self._files:
+            with file:
+                texts.append(file.read().decode())
+        return subprocess.CompletedProcess(self._arguments, code, *texts)
+
+
+def ab_sim(
+    *arguments: str, cwd: Path | None = None, **environment: str
+) -> subprocess.CompletedProcess[str]:
+    """Run a command to its end."""
+    return Command(*arguments, cwd=cwd, **environment).done()
 
 
 def refused(*arguments: str, cwd: Path | None = None) -> str:
@@ -57,6 +88,7 @@ def _run(arguments: tuple[str, ...], cwd: Path, environment: dict, *files: str) 
     """In the new process."""
     from ab_sim.cli import main
 
+    os.setsid()
     for number, file in enumerate(files, start=1):
         os.dup2(os.open(file, os.O_WRONLY), number)
     os.environ.clear()

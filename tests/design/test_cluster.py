@@ -172,22 +172,22 @@ def test_the_command_with_its_scheduler_killed_interrupted_and_given_again(tmp_p
             "rotor.eccentricity=1e-5..1e-3:1500", "--parquet", "s.parquet",
             "--scheduler", small.address,
         )  # fmt: skip
-        first = work.begin(5)  # three or four are made here
+        command = work.begin(5)  # three or four are made here
         small.kill_scheduler()
-        said = first.communicate(timeout=PATIENCE)[1]
-        assert first.returncode == 1, said
-        assert lines_but_progress(said) == [
+        first = command.done()
+        assert first.returncode == 1, first.stderr
+        assert lines_but_progress(first.stderr) == [
             f"ab-sim: the scheduler at {small.address} is gone; finished work is kept, the same "
             "command continues it"
         ]
         before = len(work.parts())
         small.begin()
         small.add_worker()
-        second = work.begin(1)
-        second.send_signal(signal.SIGINT)
-        said = second.communicate(timeout=PATIENCE)[1]
-        assert second.returncode == 130, said
-        assert lines_but_progress(said) == [
+        command = work.begin(1)
+        command.signal(signal.SIGINT)
+        second = command.done()
+        assert second.returncode == 130, second.stderr
+        assert lines_but_progress(second.stderr) == [
             "ab-sim: interrupted; finished work is kept, the same command continues it"
         ]
         assert len(work.parts()) >= before + 1

@@ -84,7 +84,7 @@ def test_the_share_until_a_precision_covers(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr("ab_sim.design.sweep.unit_of", lambda key: "1")  # which takes long
     hits, runs = [], []
     scene, tolerances = ab_sim.load_scene("thesis-hold"), [tolerance_of(UNIFORM[0])]
-    for seed in range(400):
+    for seed in range(250):
         asked = KNOWN._replace(
             seed=seed, runs=100, until=0.03, pairs=0, metrics=("residual_unbalance",)
         )
